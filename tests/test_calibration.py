@@ -18,7 +18,7 @@ from hvisph.sweeps.plan import load_plan
 from hvisph.sweeps.start import begin
 from hvisph.sweeps.surrogate import Surrogate, sensitivity
 from hvisph.sweeps.threshold import logistic_limit
-from hvisph.sweeps.uncertainty import combined
+from hvisph.sweeps.uncertainty import combine_uncertainties
 
 SPEEDS = {"slow": 169, "middle": 262, "fast": 373}
 A, B, N = 324.0, 114.0, 0.42  # 6061-T6 of the library
@@ -215,7 +215,7 @@ def test_slopes_and_shares_have_the_units_of_the_inputs():
 
 
 def test_uncertainties_add_as_squares():
-    found = combined([1.0, 2.0], [10.0, 13.0], 4.0, [13.0, 19.0], [[1.0, 0.0], [0.0, 1.0]])
+    found = combine_uncertainties([1.0, 2.0], [10.0, 13.0], 4.0, [13.0, 19.0], [[1.0, 0.0], [0.0, 1.0]])
     assert found["parts"] == pytest.approx({"spacing": 3.0, "time": 4.0, "material": 12.0})
     assert found["half_width"] == pytest.approx(13.0)
     assert sum(found["shares"].values()) == pytest.approx(1.0)

@@ -22,7 +22,7 @@ from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli import guard
 from hvisph.cli.loading import run_folder
 from hvisph.cli.main import app
-from hvisph.cli.text.formatting import duration, quantity, rounded, size, table
+from hvisph.cli.text.formatting import duration, quantity, round_two_figures, size, table
 from hvisph.cli.text.progress_bar import Live
 from hvisph.cli.text.results_table import results_table
 from hvisph.cli.text.text_log import status_text, time_left
@@ -330,7 +330,7 @@ def test_words():
         *("0.0 s", "9.9 s", "42 s", "2 min 5 s", "2 h 1 min", "2 d 3 h")
     ]
     assert [size(n) for n in (12, 1200, 262e6, 1.25e11)] == ["12 B", "1.2 kB", "262 MB", "125 GB"]
-    assert [rounded(n) for n in (7, 2683, 123456)] == ["7", "2700", "120000"]
+    assert [round_two_figures(n) for n in (7, 2683, 123456)] == ["7", "2700", "120000"]
     assert table([("a", "bb", ""), ("ccc", "d", "")], indent=1) == " a    bb\n ccc  d"
 
 

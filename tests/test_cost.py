@@ -73,7 +73,7 @@ def test_a_run_takes_no_more_threads_than_a_step_feeds(tmp_path, threads_kept, m
     assert ("note: 1 thread of 2 asked for: a step of" in log) == (two > 1)
     assert estimate(case, two).threads == 1
     assert cost.fed_threads(case, 10**6) > 8
-    assert not cost.too_many(8, case, 10**6)
+    assert not cost.fewer_threads_reason(8, case, 10**6)
 
 
 def test_words_name_the_cores_left_free():

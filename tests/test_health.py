@@ -14,7 +14,7 @@ from hvisph.materials.melting import Lindemann
 from hvisph.materials.validity_limits import range_of
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.output.snapshot import Snapshot
-from hvisph.precheck.hugoniot_check import beside
+from hvisph.precheck.hugoniot_check import compare_peak_pressure
 from hvisph.setup.materials import material_of
 from hvisph.simulation.run import run, set_threads
 
@@ -80,11 +80,11 @@ def test_angular_momentum_is_the_sum_of_cross_products(dim):
 
 def test_pressure_beside_its_estimate():
     case = load_case(CASE)
-    estimate = beside(case, 1.0)[0]["impedance_match"]
+    estimate = compare_peak_pressure(case, 1.0)[0]["impedance_match"]
     assert estimate == pytest.approx(9.0e9, rel=0.1)  # rho c u/2 and the slope of the Hugoniot
-    assert beside(case, 1.2 * estimate)[1] == []
-    assert "0.5 times" in beside(case, 0.5 * estimate)[1][0]
-    assert "2 times" in beside(case, 2.0 * estimate)[1][0]
+    assert compare_peak_pressure(case, 1.2 * estimate)[1] == []
+    assert "0.5 times" in compare_peak_pressure(case, 0.5 * estimate)[1][0]
+    assert "2 times" in compare_peak_pressure(case, 2.0 * estimate)[1][0]
 
 
 def test_a_witness_plane_of_the_case_reaches_the_snapshots(tmp_path):

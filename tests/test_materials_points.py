@@ -462,11 +462,11 @@ def test_names_that_are_none_are_answered_with_their_kin(name, said):
 
 
 def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
-    from hvisph.precheck.hugoniot_check import beyond_measured
+    from hvisph.precheck.hugoniot_check import hugoniot_warnings
 
     def said(material, speed):
         settings = [f"bodies.projectile.material={material}", f"bodies.target.material={material}"]
-        return beyond_measured(load_case("al_al_coarse", [*settings, f"bodies.projectile.velocity=[{speed} m/s, 0]"]))
+        return hugoniot_warnings(load_case("al_al_coarse", [*settings, f"bodies.projectile.velocity=[{speed} m/s, 0]"]))
 
     assert len(said("iron-tillotson", 600)) == 2
     assert "iron-armco" in said("iron-tillotson", 600)[0]  # iron-high-pressure holds no more there than this does

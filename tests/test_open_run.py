@@ -23,7 +23,7 @@ def test_states_are_tables(opened):
     assert len(table) == last.count
     assert np.array_equal(table["velocity_x"], last.fields["velocity"][:, 0])
     assert set(table["body"]) == {"projectile", "target"}
-    assert [state.time for state in opened[:2]] == [opened[0].time, opened.at(0.5e-6).time]
+    assert [state.time for state in opened[:2]] == [opened[0].time, opened.state_at(0.5e-6).time]
     assert opened.history["kinetic_energy"].iloc[0] > opened.history["kinetic_energy"].iloc[-1]
 
 

@@ -13,7 +13,7 @@ import pytest
 from small_runs import LIQUID, METAL, assert_same_results, row_of
 
 from hvisph.casefile.loader import dump_case
-from hvisph.cli.text.run_report import kept
+from hvisph.cli.text.run_report import interrupt_notice
 from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 
@@ -102,7 +102,7 @@ def test_a_run_that_is_interrupted_while_it_is_summed_up_says_how_to_go_on(held,
     names = {"checkpoint": "checkpoint/000000000007.h5", "summary": "summary.json"}  # the latter of a run before it
     for one in held:
         (tmp_path / names[one]).touch()
-    with pytest.raises(KeyboardInterrupt), kept(tmp_path):
+    with pytest.raises(KeyboardInterrupt), interrupt_notice(tmp_path):
         raise KeyboardInterrupt
     said = capsys.readouterr().err
     assert (f"go on with: hvisph resume {tmp_path}" in said.replace("\n", "")) == (held == ("checkpoint",))

@@ -16,7 +16,7 @@ from hvisph.exact.gas import GasState, Noh, riemann
 from hvisph.exact.structures import Ball, Cantilever, Shell, ThinRing
 from hvisph.verification.catalogue import PROBLEMS
 from hvisph.verification.problem import ALL, Figure, Options, limit
-from hvisph.verification.runner import judged, verdicts, with_formulation
+from hvisph.verification.runner import run_trial, verdicts, with_formulation
 from hvisph.visualization.curves import label_and_scale
 
 SOD = GasState(1.0, 0.0, 1.0), GasState(0.125, 0.0, 0.1)
@@ -169,22 +169,22 @@ def test_a_good_scheme_passes_and_is_told_from_a_wrong_answer():
     """Stress and density of the mass form obey the jump conditions; against 3 % more they do not."""
     problem = PROBLEMS["hugoniot"]
     trial = next(iter(problem.trials(Options(quick=True))))
-    good = judged(problem, trial, "eulerian", ["formulation.density_form=mass"], threads=1)
+    good = run_trial(problem, trial, "eulerian", ["formulation.density_form=mass"], threads=1)
     assert good.status == "done"
     assert [f.name for f in good.figures if not f.passed and "energy" not in f.name] == []
     wrong = replace(trial, figures=lambda runs: (replace(f, exact=1.03 * f.exact) for f in trial.figures(runs)))
-    bad = judged(problem, wrong, "eulerian", ["formulation.density_form=mass"], threads=1)
+    bad = run_trial(problem, wrong, "eulerian", ["formulation.density_form=mass"], threads=1)
     assert not bad.passed
 
 
 def test_what_cannot_run_is_refused_and_what_stops_fails():
     problem = PROBLEMS["bars"]
     trial = next(iter(problem.trials(Options(quick=True))))
-    refused = judged(problem, trial, "eulerian", ["formulation.contact.friction_of_the_moon=1"], threads=1)
+    refused = run_trial(problem, trial, "eulerian", ["formulation.contact.friction_of_the_moon=1"], threads=1)
     assert refused.status == "refused"
     assert "friction_of_the_moon" in refused.message
     assert refused.passed is None
-    stopped = judged(problem, trial, "eulerian", ["limits.energy_drift=1e-30"], threads=1)
+    stopped = run_trial(problem, trial, "eulerian", ["limits.energy_drift=1e-30"], threads=1)
     assert (stopped.status, stopped.passed) == ("failed", False)
     assert "energy" in stopped.message
 

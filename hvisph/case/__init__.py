@@ -1,1 +1,1 @@
-"""What a case is: its models, what they must fulfil together, quantities, and the numbers of the material library."""
+"""Data models of a case, their consistency checks, and physical quantities."""

@@ -1,4 +1,4 @@
-"""Bodies: material, shape, how particles fill it, where they stand and how fast they move."""
+"""Bodies: material, shape, particle arrangement, position and velocity."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class HasResolution(Protocol):
 
 
 class Grading(StrictModel):
-    """Fine layers where a body is struck, which grow away from there."""
+    """Spacing that is fine at the struck face and grows with the distance from it."""
 
     fine: tuple[PositiveLength | None, ...] = Field(
         description="Full width of the fine part along each axis [m], null along an axis that is not graded; of rings "
@@ -53,7 +53,7 @@ class Grading(StrictModel):
 
 
 class Body(StrictModel):
-    """One piece of one material, moving as a whole at the start."""
+    """Body of one material and one shape with an initial velocity."""
 
     material: NamedMaterial = Field(
         description="Name of a material of the library, `{base: NAME, ...}` with what differs from it, or a material "

@@ -1,4 +1,4 @@
-"""The case: what hits what, computed how, for how long, and what is expected of it."""
+"""Case: bodies, formulation, time, output and expected measures."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ BodyName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,63}$")]
 
 
 class Case(StrictModel):
-    """A complete description of a run. Plain numbers are in SI."""
+    """Complete description of a run. Plain numbers are in SI."""
 
     title: str = Field(default="", description="One line that says what this is")
     source: str = Field(default="", description="Where the set-up comes from")
@@ -117,7 +117,7 @@ class Case(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _fill_what_depends_on_dimensions(cls, data: Any, info: ValidationInfo) -> Any:
-        """Write out arrangements, velocities and measures whose defaults hang on the kinematics."""
+        """Fill in the arrangements, velocities and measures whose defaults depend on the kinematics."""
         name = data.get("kinematics") if isinstance(data, dict) else None
         if not isinstance(name, str) or name not in KINEMATICS:
             return data
@@ -147,7 +147,7 @@ class Case(StrictModel):
         return self
 
     @field_serializer("expected")
-    def _only_expected(self, expected: Any) -> dict[str, Any]:
+    def _expected_values(self, expected: Any) -> dict[str, Any]:
         return {name: expectation.model_dump() for name, expectation in expected.items()}
 
 
@@ -165,7 +165,7 @@ def _fill_body(body: object, kinematics: Kinematics) -> Any:
 
 
 def _with_materials(bodies: object, context: object) -> Any:
-    """Return raw bodies with the materials that they name; a name that is not known stays, and is refused later."""
+    """Replace material names in raw bodies by the materials; unknown names are refused later."""
     fetch = context.get("library") if isinstance(context, dict) else None
     if fetch is None or not isinstance(bodies, dict):
         return bodies

@@ -1,4 +1,4 @@
-"""What a part of a case may ask of the rest of it, for the rules that both must fulfil together."""
+"""Interface of a case for the checks of its parts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .time import Time
 
 
 class Surroundings(Protocol):
-    """A case as its parts see it."""
+    """Properties of a case that its parts depend on."""
 
     @property
     def units(self) -> str:

@@ -1,4 +1,4 @@
-"""Measures that a case can ask for, and the values it expects of them, made from the catalogue of measures."""
+"""Requested measures and expected values of a case, from the catalogue of measures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .units import Quantity
 
 
 class Expectation(StrictModel):
-    """An expected value [SI unit of the measure], how far from it still passes, and who says so."""
+    """Expected value [SI unit of the measure], its tolerance and its source."""
 
     value: float = Field(description="Expected value")
     tolerance: float = Field(description="Largest deviation that passes; a percentage such as '12 %' is of the value")
@@ -23,7 +23,7 @@ class Expectation(StrictModel):
 
 
 def _percentage(value: object, info: ValidationInfo) -> Any:
-    """Turn a tolerance such as '12 %' into the measure's unit."""
+    """Convert a tolerance such as '12 %' to the unit of the measure."""
     if isinstance(value, str) and value.rstrip().endswith("%"):
         try:
             share = float(value.rstrip()[:-1]) / 100.0

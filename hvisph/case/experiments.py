@@ -1,4 +1,4 @@
-"""A set of experiments: what was measured and stands beside it, how finely it is computed, what is asked of it."""
+"""Set of experiments: measurements, resolutions and acceptance criteria."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ JudgeName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spa
 
 
 class Across(StrictModel):
-    """How many particles lie across what matters, in the full form, in a second one and in a coarse one."""
+    """Particles across the characteristic length at full, second and coarse resolution."""
 
     of: Text = Field(
         description="Path of the length that they lie across, such as bodies.bar.shape.diameter; a shot with "
@@ -27,7 +27,7 @@ class Across(StrictModel):
 
 
 class Asked(StrictModel):
-    """What is asked of a quantity over all of its shots that are judged."""
+    """Acceptance criteria of a quantity over all evaluated experiments."""
 
     mean: NonNegativeNumber | None = Field(default=None, description="Largest mean of the differences, as a share")
     worst: NonNegativeNumber | None = Field(default=None, description="Largest difference of a shot, as a share")
@@ -40,7 +40,7 @@ class Asked(StrictModel):
 
 
 class Limit(StrictModel):
-    """A value at which something begins to happen, looked for by bisection."""
+    """Limit value of a setting, found by bisection."""
 
     set: Settings = Field(default={}, description="Settings of this shot, by path")
     path: Text = Field(default="bodies.projectile.velocity.0", description="The setting that is varied")
@@ -49,7 +49,7 @@ class Limit(StrictModel):
 
 
 class ExperimentSet(StrictModel):
-    """Experiments of one kind, computed by one scheme at one resolution."""
+    """Experiments of one kind, computed with one formulation at one resolution."""
 
     title: Text = Field(description="What it is, for a heading")
     shows: Words = Field(description="What it tells of a code")

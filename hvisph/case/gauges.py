@@ -1,4 +1,4 @@
-"""Gauges: what is recorded where, beside the history of the whole."""
+"""Gauges: quantities recorded at points over time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Fields = Annotated[tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_L
 
 
 class GaugeOptions(StrictModel):
-    """What every gauge has."""
+    """Options of every gauge."""
 
     at: Position = Field(description="Place of the gauge at the start [m], a coordinate per dimension")
     fields: Fields = Field(
@@ -32,19 +32,19 @@ class GaugeOptions(StrictModel):
 
 
 class MaterialGauge(GaugeOptions):
-    """Rides with the particle that begins nearest to `at`; empty once that has left the `domain`."""
+    """Gauge on the particle initially nearest to `at`; empty after it has left the `domain`."""
 
     type: Literal["material"] = "material"
 
 
 class FixedGauge(GaugeOptions):
-    """Stays at `at`: the kernel's mean over the particles that pass; empty while none is near."""
+    """Gauge at the fixed point `at`: kernel average over the particles there; empty without any."""
 
     type: Literal["fixed"] = "fixed"
 
 
 class FreeSurfaceGauge(GaugeOptions):
-    """Rides with the outermost particle of the body at `at`, looking along `direction` from there."""
+    """Gauge on the outermost particle of the body at `at` along `direction`."""
 
     type: Literal["free_surface"] = "free_surface"
     direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
@@ -56,7 +56,7 @@ Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, Field(discrimin
 
 
 def gauge_problems(gauges: Mapping[str, Gauge], dim: int) -> Iterator[Problem]:
-    """Yield what is wrong with the gauges of a case in `dim` dimensions, beyond their single fields."""
+    """Yield the errors of the gauges of a case in `dim` dimensions beyond their single fields."""
     for name, gauge in gauges.items():
         path: Path = ("gauges", name)
         if len(gauge.at) != dim:

@@ -1,4 +1,4 @@
-"""Limits beyond which a run is stopped, and the witness plane."""
+"""Stopping limits of a run, and the witness plane."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .units import Quantity
 
 
 class Witness(StrictModel):
-    """A plane across the shot line: what would arrive there if the debris cloud flew on as it does at the end."""
+    """Plane across the shot line, for the extrapolation of the debris cloud in free flight."""
 
     x: Annotated[float, Quantity(LENGTH)] = Field(description="Where it is, along the shot line [m]")
 
 
 class RunLimits(StrictModel):
-    """Limits beyond which a run stops, with a snapshot of its state; values that are not finite always do."""
+    """Limits beyond which a run stops with a snapshot; non-finite values always stop it."""
 
     energy_drift: Annotated[float, Quantity(NUMBER, above=0)] | None = Field(
         default=0.01,

@@ -1,4 +1,4 @@
-"""What all models of the case file share: strictness, and problems with a place of their own."""
+"""Base class of the models of the case file, and errors with their path."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class StrictModel(BaseModel):
 
 
 class Problem(NamedTuple):
-    """Something wrong that no single field can see.
+    """Error that involves several fields.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def refuse(problems: Sequence[Problem]) -> None:
 
 @dataclass(frozen=True)
 class Shorthand:
-    """Annotation: a short way to write a value, turned into the long one before validation.
+    """Annotation of a short form of a value, expanded before validation.
 
     Parameters
     ----------
@@ -72,15 +72,15 @@ class Shorthand:
         return {"anyOf": [handler(schema), *({"type": form} for form in self.forms), *self.schemas]}
 
 
-def _listed(value: object, info: ValidationInfo) -> Any:
+def _as_list(value: object, info: ValidationInfo) -> Any:
     return [value] if isinstance(value, int | float | str) and not isinstance(value, bool) else value
 
 
-SCALAR_AS_LIST = Shorthand(_listed)
+SCALAR_AS_LIST = Shorthand(_as_list)
 
 
-def _found(value: object, info: ValidationInfo) -> Any:
-    """Return the path of a file: as it is, or beside one of the case's files where it stands there."""
+def _resolve_path(value: object, info: ValidationInfo) -> Any:
+    """Resolve the path of a file, relative to the files of the case where it exists there."""
     if not isinstance(value, str) or Path_(value).is_absolute():
         return value
     for folder in (info.context or {}).get("folders", ()):
@@ -90,4 +90,4 @@ def _found(value: object, info: ValidationInfo) -> Any:
 
 
 # Path of a data file, relative to the case file that names it.
-DataFile = Annotated[str, Shorthand(_found, ()), Field(min_length=1, max_length=4096)]
+DataFile = Annotated[str, Shorthand(_resolve_path, ()), Field(min_length=1, max_length=4096)]

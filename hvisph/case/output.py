@@ -1,4 +1,4 @@
-"""Output: what is written, and how often."""
+"""Output: quantities, formats and intervals."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ALWAYS = ("position", "mass", "density")
 
 
 class OutputRegion(Region):
-    """Particles that are written by themselves at every moment of output: a box, a body, one in so many."""
+    """Subset of the particles that is written separately: a box, a body or every n-th particle."""
 
     box: BoxRegion = Field(
         default=BoxRegion(),
@@ -30,7 +30,7 @@ class OutputRegion(Region):
 
 
 class Output(StrictModel):
-    """Schedules and formats of the files in the run's folder."""
+    """Intervals and formats of the files of a run."""
 
     every: PositiveTime | None = Field(
         default=None,

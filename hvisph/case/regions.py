@@ -1,4 +1,4 @@
-"""Symmetry planes, and regions: clamped, loaded, or of another kind of kernel."""
+"""Symmetry planes, and clamped, loaded and Eulerian regions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3
 
 
 class SymmetryPlane(StrictModel):
-    """A mirror across one axis: only the kept side is computed."""
+    """Symmetry plane normal to an axis; one side is computed."""
 
     axis: Axis = Field(description="Axis normal to the plane")
     at: Length = Field(default=0.0, description="Coordinate of the plane on that axis [m]")
@@ -27,41 +27,41 @@ class SymmetryPlane(StrictModel):
 
 
 class BoxRegion(StrictModel):
-    """A region between two corners; a component left null is unbounded."""
+    """Box between two corners; a null component is unbounded."""
 
     min: Corner = Field(default=(), description="Lower corner [m], a component per dimension, null if unbounded")
     max: Corner = Field(default=(), description="Upper corner [m], a component per dimension, null if unbounded")
 
 
 class Region(StrictModel):
-    """Particles of some bodies, or of all, within a box."""
+    """Particles of some or all bodies within a box."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are meant")
     bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
 
 
 class Clamp(Region):
-    """Particles that are held still for the whole run."""
+    """Particles at rest for the whole run."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are held")
     bodies: tuple[str, ...] = Field(default=(), description="Bodies that are held; all unless given")
 
 
 class InitialLoad(Region):
-    """An impulse: pressure that is added to the material's own during the first step alone."""
+    """Impulse: pressure added to that of the material during the first step."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are loaded")
     pressure: Pressure = Field(description="Pressure added [Pa]; negative is tension")
 
 
 class EulerianRegion(Region):
-    """Particles that are Eulerian from the start."""
+    """Particles that are Eulerian from the start of the run."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are Eulerian")
 
 
 def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str]) -> Iterator[Problem]:
-    """Yield what is wrong with a region of a case in `dim` dimensions with these `bodies`."""
+    """Yield the errors of a region in `dim` dimensions of a case with these `bodies`."""
     for number, name in enumerate(region.bodies):
         if name not in bodies:
             yield Problem((*path, "bodies", number), f"unknown body '{name[:64]}'{suggest_nearest(name, list(bodies))}")
@@ -69,7 +69,7 @@ def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str
 
 
 def box_problems(box: BoxRegion, path: Path, dim: int) -> Iterator[Problem]:
-    """Yield what is wrong with a box in `dim` dimensions."""
+    """Yield the errors of a box in `dim` dimensions."""
     axes = "xyz"[:dim]
     for side, corner in (("min", box.min), ("max", box.max)):
         if corner and len(corner) != dim:

@@ -1,4 +1,4 @@
-"""Shapes of bodies, as a case file writes them: those of one piece, and what is made of them."""
+"""Shapes of bodies in a case file, and their combinations."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Position = Annotated[tuple[Length, ...], SCALAR_AS_LIST, Field(min_length=1, max
 
 
 class Rotation(StrictModel):
-    """A turn about the body's centre, counter-clockwise."""
+    """Counter-clockwise rotation about the centre of the body."""
 
     angle: Angle = Field(description="Angle [deg]")
     axis: Direction = Field(
@@ -59,7 +59,7 @@ OptionalRotation = Annotated[Rotation | None, Shorthand(_angle_alone)]
 
 
 class PrismShape(ShapeOptions):
-    """A plane shape drawn out along an axis (3D), its middle at 0."""
+    """Plane shape extruded along an axis (3D), centred at 0."""
 
     type: Literal["prism"] = "prism"
     section: Shape = Field(description="Shape in 2D, in the two other axes in their order")
@@ -72,7 +72,7 @@ class PrismShape(ShapeOptions):
 
 
 class RingShape(ShapeOptions):
-    """A plane shape swept round an axis (3D): a torus from a disc, any solid of revolution from a polygon."""
+    """Plane shape revolved about an axis (3D): a torus from a disc, a solid of revolution from a polygon."""
 
     type: Literal["ring"] = "ring"
     section: Shape = Field(description="Shape in 2D: its x along the axis, its y outwards")
@@ -87,7 +87,7 @@ class RingShape(ShapeOptions):
 
 
 class Part(StrictModel):
-    """A shape within a combined one."""
+    """Shape within a combined shape."""
 
     shape: Shape = Field(description="Shape of the part")
     position: Position | None = Field(default=None, description="Where its centre is [m]; the origin unless given")
@@ -97,21 +97,21 @@ class Part(StrictModel):
 
 
 class UnionShape(ShapeOptions):
-    """All that lies in one of the parts (2D, 3D)."""
+    """Union of shapes (2D, 3D)."""
 
     type: Literal["union"] = "union"
     parts: tuple[Part, ...] = Field(description="Shapes that are united", min_length=1, max_length=1000)
 
 
 class IntersectionShape(ShapeOptions):
-    """All that lies in every part (2D, 3D)."""
+    """Intersection of shapes (2D, 3D)."""
 
     type: Literal["intersection"] = "intersection"
     parts: tuple[Part, ...] = Field(description="Shapes that are intersected", min_length=1, max_length=1000)
 
 
 class DifferenceShape(ShapeOptions):
-    """A shape out of which others are cut: a plate with holes (2D, 3D)."""
+    """Difference of shapes: a plate with holes (2D, 3D)."""
 
     type: Literal["difference"] = "difference"
     whole: Shape = Field(description="Shape that is cut")
@@ -119,7 +119,7 @@ class DifferenceShape(ShapeOptions):
 
 
 class RepeatShape(ShapeOptions):
-    """Copies of a shape in a row or on a lattice, their middle at 0: honeycombs, meshes, tiles (2D, 3D)."""
+    """Copies of a shape in a row or on a lattice, centred at 0: honeycombs, meshes, tiles (2D, 3D)."""
 
     type: Literal["repeat"] = "repeat"
     shape: Shape = Field(description="Shape that is repeated")
@@ -166,7 +166,7 @@ for _model in (Part, PrismShape, RingShape, UnionShape, IntersectionShape, Diffe
 
 
 def shape_problems(shape: Any, dim: int, path: tuple[str | int, ...]) -> list[tuple[tuple[str | int, ...], str]]:
-    """Return what is wrong with the dimensions of `shape` and its parts: places and messages."""
+    """Return the errors in the dimensions of `shape` and its parts as paths and messages."""
     if shape.type not in SHAPES[dim]:
         return [((*path, "type"), f"a {shape.type} has no meaning in {dim}D; allowed: {', '.join(SHAPES[dim])}")]
     problems: list[tuple[tuple[str | int, ...], str]] = []

@@ -1,4 +1,4 @@
-"""Shapes of one piece, as a case file writes them: those with formulas, and those from a file."""
+"""Simple shapes of a case file: by formula, or from a file."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ NoseField = Annotated[Axis, Field(description="Axis along which the nose points,
 
 
 class ShapeOptions(StrictModel):
-    """What every shape has."""
+    """Options of every shape."""
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis, as many as are known; empty where the parts decide [m]."""
+        """Return the known sizes along the axes [m]; empty for combined shapes."""
         return ()
 
     def thickness(self) -> float:
-        """Return the least size that has to hold particles, infinite where the parts decide [m]."""
+        """Return the least thickness [m]; infinite for combined shapes."""
         return min(self.extent(), default=math.inf)
 
 
 class IntervalShape(ShapeOptions):
-    """A stretch of the line (1D)."""
+    """Interval of the x axis (1D)."""
 
     type: Literal["interval"] = "interval"
     length: PositiveLength = Field(description="Length [m]")
@@ -134,7 +134,7 @@ class CylinderShape(ShapeOptions):
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
-        return _along(self.axis, self.length, self.diameter)
+        return _axis_extents(self.axis, self.length, self.diameter)
 
 
 class TubeShape(ShapeOptions):
@@ -148,7 +148,7 @@ class TubeShape(ShapeOptions):
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
-        return _along(self.axis, self.length, self.outer_diameter)
+        return _axis_extents(self.axis, self.length, self.outer_diameter)
 
     def thickness(self) -> float:
         """Return the lesser of the wall's thickness and the length [m]."""
@@ -165,7 +165,7 @@ class ConeShape(ShapeOptions):
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
-        return _along(self.axis, self.length, self.diameter)
+        return _axis_extents(self.axis, self.length, self.diameter)
 
 
 class FrustumShape(ShapeOptions):
@@ -179,7 +179,7 @@ class FrustumShape(ShapeOptions):
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
-        return _along(self.axis, self.length, max(self.back_diameter, self.front_diameter))
+        return _axis_extents(self.axis, self.length, max(self.back_diameter, self.front_diameter))
 
 
 class OgiveShape(ShapeOptions):
@@ -196,7 +196,7 @@ class OgiveShape(ShapeOptions):
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
-        return _along(self.axis, self.nose_length + self.shank_length, self.diameter)
+        return _axis_extents(self.axis, self.nose_length + self.shank_length, self.diameter)
 
 
 class DomeShape(ShapeOptions):
@@ -211,7 +211,7 @@ class DomeShape(ShapeOptions):
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
-        return _along(self.axis, self.height or self.diameter / 2, self.diameter)
+        return _axis_extents(self.axis, self.height or self.diameter / 2, self.diameter)
 
 
 class RoundedCylinderShape(ShapeOptions):
@@ -228,11 +228,11 @@ class RoundedCylinderShape(ShapeOptions):
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
-        return _along(self.axis, self.length, self.diameter)
+        return _axis_extents(self.axis, self.length, self.diameter)
 
 
 class MeshShape(ShapeOptions):
-    """The solid within a closed surface of triangles (3D), in the coordinates of its file.
+    """Solid within a closed triangulated surface (3D), in the coordinates of its file.
 
     Needs the extra `hvisph[mesh]`.
     """
@@ -243,12 +243,12 @@ class MeshShape(ShapeOptions):
 
     @field_validator("unit", mode="before")
     @classmethod
-    def _of_one(cls, value: object) -> Any:
+    def _from_scalar(cls, value: object) -> Any:
         return f"1 {value}" if isinstance(value, str) and value.strip().isalpha() else value
 
 
 class ParticlesShape(ShapeOptions):
-    """Particles from a file, as somebody made them: positions and masses (1D, 2D, 3D)."""
+    """Particles from a file: positions and masses (1D, 2D, 3D)."""
 
     type: Literal["particles"] = "particles"
     file: DataFile = Field(
@@ -257,5 +257,5 @@ class ParticlesShape(ShapeOptions):
     unit: PositiveLength = Field(default=1.0, description="Length of one unit of the file's positions [m]")
 
 
-def _along(axis: str, length: float, width: float) -> tuple[float, ...]:
+def _axis_extents(axis: str, length: float, width: float) -> tuple[float, ...]:
     return tuple(length if axis == name else width for name in ("x", "y", "z"))

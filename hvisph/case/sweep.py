@@ -1,4 +1,4 @@
-"""Sweep: many cases that differ from one in named settings, and what is made of their results."""
+"""Parameter sweep: varied settings and the evaluation of the results."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ Span = create_model(  # `from` is a word of Python's
 )
 
 
-def _spaced(value: object) -> str:
-    """Tell a span of values from a list of them."""
+def _range_or_list(value: object) -> str:
+    """Return whether values are a span or a list."""
     return "span" if isinstance(value, dict | Span) else "list"
 
 
 Values = Annotated[
     Annotated[Span, Tag("span")] | Annotated[list[Value], Tag("list")],  # type: ignore[valid-type]
-    Discriminator(_spaced),
+    Discriminator(_range_or_list),
 ]
 
 
@@ -53,7 +53,7 @@ class Grid(StrictModel):
 
 
 class Listed(StrictModel):
-    """Cases named one by one, here or in a table."""
+    """Cases listed here or in a table."""
 
     type: Literal["list"] = "list"
     cases: list[Settings] | None = Field(default=None, description="Settings of each case, by path", min_length=1)
@@ -71,7 +71,7 @@ class Listed(StrictModel):
 
 
 class Uniform(StrictModel):
-    """Equally likely between two bounds."""
+    """Uniform distribution."""
 
     uniform: tuple[Bound, Bound] = Field(description="Least and greatest value")
 
@@ -84,13 +84,13 @@ class NormalShape(StrictModel):
 
 
 class Normal(StrictModel):
-    """Normally distributed."""
+    """Normal distribution."""
 
     normal: NormalShape = Field(description="Mean and standard deviation")
 
 
 class Choice(StrictModel):
-    """One of several, equally likely."""
+    """Uniform choice among values."""
 
     choice: list[Value] = Field(description="The values", min_length=1)
 
@@ -99,7 +99,7 @@ DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "choice": Choice}
 
 
 def _distribution(value: object) -> Any:
-    """Refuse what names no distribution, or several."""
+    """Refuse a value that names no distribution or several."""
     if isinstance(value, dict) and len(DISTRIBUTIONS.keys() & value.keys()) != 1:
         found = ", ".join(map(str, value)) or "nothing"
         raise ValueError(f"expected one of {', '.join(DISTRIBUTIONS)}, found {found}")
@@ -108,20 +108,20 @@ def _distribution(value: object) -> Any:
     return value
 
 
-def _drawn(value: Any) -> str:
-    """Tell distributions apart."""
+def _distribution_type(value: Any) -> str:
+    """Return the type of a distribution."""
     return next(name for name, kind in DISTRIBUTIONS.items() if isinstance(value, kind) or name in value)
 
 
 Distribution = Annotated[
     Annotated[Uniform, Tag("uniform")] | Annotated[Normal, Tag("normal")] | Annotated[Choice, Tag("choice")],
-    Discriminator(_drawn),
+    Discriminator(_distribution_type),
     BeforeValidator(_distribution),
 ]
 
 
 class Sample(StrictModel):
-    """Values drawn at random, spread evenly or not."""
+    """Random samples of settings."""
 
     type: Literal["sample"] = "sample"
     method: Literal["latin_hypercube", "sobol", "random"] = Field(
@@ -145,7 +145,7 @@ FitResult = Annotated[
 
 
 class Converge(StrictModel):
-    """Resolutions, for the order of convergence and the value at infinite resolution."""
+    """Convergence study: resolutions for the observed order and the extrapolated value."""
 
     type: Literal["converge"] = "converge"
     path: Text = Field(default="resolution", description="The setting that is refined")
@@ -154,7 +154,7 @@ class Converge(StrictModel):
 
 
 class Event(StrictModel):
-    """What tells the two sides of a limit apart."""
+    """Event that occurs on one side of a limit."""
 
     measure: Text = Field(default="perforated", description="A measure of the summary; true counts as 1")
     threshold: Annotated[float, Quantity(NUMBER)] = Field(
@@ -166,7 +166,7 @@ class Event(StrictModel):
 
 
 class Bisect(StrictModel):
-    """Bisection for the value of a setting at which an event begins to occur, such as a ballistic limit."""
+    """Bisection for the value of a setting at which an event begins to occur, such as the ballistic limit."""
 
     type: Literal["bisect"] = "bisect"
     path: Text = Field(description="The setting, such as bodies.projectile.velocity.0")
@@ -238,7 +238,7 @@ Vary = Annotated[Grid | Listed | Sample | Converge | Bisect | Fit, Field(discrim
 
 
 class Sweep(StrictModel):
-    """Many cases and one table of their results."""
+    """Parameter sweep and the table of its results."""
 
     title: Annotated[str, Field(max_length=200)] = Field(default="", description="What it is about, one line")
     case: File = Field(description="The case that all are made of: a file, relative to this one, or a bundled name")

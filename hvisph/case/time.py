@@ -1,4 +1,4 @@
-"""Time: how long a run lasts and how it steps."""
+"""Duration and time step of a run."""
 
 from __future__ import annotations
 

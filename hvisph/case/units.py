@@ -63,36 +63,36 @@ def parse_quantity(text: str, dimension: Dimension) -> float:
     """
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
-        raise ValueError(f"{_quoted(text)} is not {dimension.name}{_remedy(dimension)}")
+        raise ValueError(f"{_quote(text)} is not {dimension.name}{_remedy(dimension)}")
     digits, unit = match.groups()
     try:
         number = Decimal(digits.replace("_", ""))
     except InvalidOperation:
-        raise ValueError(f"{_quoted(text)} is not {dimension.name}{_remedy(dimension)}") from None
+        raise ValueError(f"{_quote(text)} is not {dimension.name}{_remedy(dimension)}") from None
     if not unit:
         return float(number)
     if unit in COMMON_UNITS:
         kind, factor = COMMON_UNITS[unit]
         if kind is dimension:
             return float(number * factor)
-        raise ValueError(f"{_quoted(text)} is {kind.name}, expected {dimension.name}{_remedy(dimension)}")
+        raise ValueError(f"{_quote(text)} is {kind.name}, expected {dimension.name}{_remedy(dimension)}")
     return _parse_with_pint(float(number), unit, text, dimension)
 
 
 def _parse_with_pint(number: float, unit: str, text: str, dimension: Dimension) -> float:
     """Convert by pint's registry what the short table of units lacks."""
-    unknown = f"{_quoted(text)}: unknown unit {_quoted(unit)}{suggest_nearest(unit, spellings(dimension))}"
+    unknown = f"{_quote(text)}: unknown unit {_quote(unit)}{suggest_nearest(unit, spellings(dimension))}"
     if _UNIT.fullmatch(unit) is None:
         raise ValueError(unknown)
     if dimension is NUMBER:
-        raise ValueError(f"{_quoted(text)} has a unit, expected a plain number")
+        raise ValueError(f"{_quote(text)} has a unit, expected a plain number")
     from pint.errors import DimensionalityError
 
     registry = _registry()
     try:
         return float(registry.Quantity(number, unit).to(dimension.unit).magnitude)
     except DimensionalityError:
-        raise ValueError(f"{_quoted(text)} is not {dimension.name}{_remedy(dimension)}") from None
+        raise ValueError(f"{_quote(text)} is not {dimension.name}{_remedy(dimension)}") from None
     except Exception:  # pint's parser lets tokenizer, attribute, assertion and overflow errors through
         raise ValueError(unknown) from None
 
@@ -104,7 +104,7 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     return repr(text if len(text) <= _LONGEST else text[:_LONGEST] + "...")
 
 
@@ -164,7 +164,7 @@ class Quantity:
                 f"{value} is beyond what is computed with: sizes go from {1.0 / LARGEST:g} to {LARGEST:g} in "
                 f"{self.dimension.unit or 'plain numbers'}"
             )
-        if not self._inside(result):
+        if not self._is_allowed(result):
             raise ValueError(f"{value} is out of range: must be {self.range_text()}")
         return result
 
@@ -176,7 +176,7 @@ class Quantity:
                     return parse_quantity(value, NUMBER)
                 except ValueError:
                     raise ValueError(
-                        f"{_quoted(value)}: the case has `units: none`, so only plain numbers are allowed"
+                        f"{_quote(value)}: the case has `units: none`, so only plain numbers are allowed"
                     ) from None
             return parse_quantity(value, self.dimension)
         if isinstance(value, int | float) and not isinstance(value, bool):
@@ -186,7 +186,7 @@ class Quantity:
                 raise ValueError("the number is too large") from None
         raise ValueError(f"expected {self.dimension.name}, found {kind_of(value)}{_remedy(self.dimension)}")
 
-    def _inside(self, value: float) -> bool:
+    def _is_allowed(self, value: float) -> bool:
         return (
             (self.above is None or value > self.above)
             and (self.below is None or value < self.below)

@@ -1,4 +1,4 @@
-"""How fast bodies move at the start: a vector, a speed and an angle, and fields over the body."""
+"""Initial velocities: a vector, a speed and an angle, or a field over the body."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ VelocityVector = Annotated[
 
 
 class AboutPoint(StrictModel):
-    """What fields about a point have."""
+    """Options of velocity fields about a point."""
 
     centre: Position | None = Field(
         default=None, description="Point where the field is zero [m]; the middle of the body's mass unless given"
@@ -45,14 +45,14 @@ class AboutPoint(StrictModel):
 
 
 class UniformField(StrictModel):
-    """The same velocity everywhere."""
+    """Uniform velocity."""
 
     type: Literal["uniform"] = "uniform"
     velocity: VelocityVector = Field(description="Velocity [m/s]")
 
 
 class SpinField(AboutPoint):
-    """A rigid rotation, u = omega x (x - centre) (2D, 3D)."""
+    """Rigid rotation, u = omega x (x - centre) (2D, 3D)."""
 
     type: Literal["spin"] = "spin"
     rate: Rate = Field(description="Angular velocity [rad/s], counter-clockwise about the axis")
@@ -83,7 +83,7 @@ class LinearField(AboutPoint):
 
 
 class TableField(StrictModel):
-    """Velocities from a table, linear between its points and those of the nearest one outside."""
+    """Velocities interpolated linearly in a table, constant outside."""
 
     type: Literal["table"] = "table"
     file: DataFile = Field(description="CSV in SI with the columns x, y, z and u, v, w, one a dimension")

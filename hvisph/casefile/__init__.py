@@ -1,1 +1,1 @@
-"""How a case is read and explained: YAML text, overrides, errors with their place, schema and manual."""
+"""Case files: YAML, overrides, error messages, schema and manual."""

@@ -1,4 +1,4 @@
-"""A folder of cases: rows of a comparison, each a small override of the `base.yaml` that they share."""
+"""Folders of cases that override a common `base.yaml`."""
 
 from __future__ import annotations
 

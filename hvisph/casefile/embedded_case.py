@@ -1,4 +1,4 @@
-"""What pictures need of the case that a snapshot carries as text, also of one that this version would not load."""
+"""Formulation and symmetry planes of the case stored in a snapshot."""
 
 from __future__ import annotations
 

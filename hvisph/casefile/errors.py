@@ -1,4 +1,4 @@
-"""From what pydantic found to errors that say where, what, what is allowed and what is nearest."""
+"""Error messages of validation: path, fault, allowed values and nearest name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SLIP, MOST_PLACES = 0.75, 3
 
 
 class CaseErrors(CaseError):  # noqa: N818 - a collection, not a kind
-    """Several things wrong with one case."""
+    """Several errors of one case."""
 
     def __init__(self, errors: Sequence[CaseError]):
         self.errors = tuple(errors)
@@ -46,7 +46,7 @@ def raise_all(errors: Sequence[CaseError]) -> None:
 def translate(
     error: ValidationError, root: type[BaseModel], data: object, places: Mapping[Path, Place]
 ) -> list[CaseError]:
-    """Return the errors of a validation of `data` against `root`, each with its place."""
+    """Translate the validation errors of `data` against `root`, each with its file and line."""
     errors: dict[tuple[Path, str], CaseError] = {}
     for detail in error.errors(include_url=False):
         path = user_path(root, detail["loc"], data)
@@ -56,12 +56,12 @@ def translate(
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
             if where[-2:-1] == ("fields",):
-                message = renamed_field(at(data, where)) or message
-            errors.setdefault((where, message), located(where, message, places))
+                message = renamed_field(value_at(data, where)) or message
+            errors.setdefault((where, message), locate_error(where, message, places))
     return list(errors.values())
 
 
-def located(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:
+def locate_error(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:
     """Return the error at `path`, with the place of the nearest key above that has one."""
     place = next((places[path[:n]] for n in range(len(path), -1, -1) if path[:n] in places), Place(""))
     where = ".".join(_short(str(part)) for part in path)
@@ -69,7 +69,7 @@ def located(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError
 
 
 def user_path(root: type[BaseModel], loc: Sequence[str | int], data: object) -> Path:
-    """Return pydantic's location without the tags of alternatives, which no user writes."""
+    """Return pydantic's location without the tags of alternatives."""
     path: Path = ()
     tag_due = False
     for part in loc:
@@ -149,18 +149,18 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
             return path, f"'{name}' is now `{now}`"
     if kind == "extra_forbidden":
         parent = walk(root, path[:-1], data)
-        if parent is not None and (reason := _meaningless(parent, at(data, path[:-1]), str(path[-1]))):
+        if parent is not None and (reason := _meaningless(parent, value_at(data, path[:-1]), str(path[-1]))):
             return path, reason
         if ":" in str(path[-1]):
             spaced = _short(str(path[-1])).replace(":", ": ", 1)
             return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
-        allowed = keys_of(parent, at(data, path[:-1])) if parent else []
+        allowed = keys_of(parent, value_at(data, path[:-1])) if parent else []
         if now := renamed_key(path, allowed):
             return path, now
         key, remark = OTHER_WORDS.get(str(path[-1]), ("", ""))
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
-        unlike = _of_others(parent, at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
+        unlike = _models_with_key(parent, value_at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
         return (
             path,
             f"unknown key{unlike or _elsewhere(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)}",
@@ -172,7 +172,7 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         library = "; a material of the library is its name alone, or {base: NAME}" if named else ""
         return path, f"missing{': ' + about if about else ''}{library}"
     if kind == "union_tag_not_found":
-        return path, _untagged(spot, value)
+        return path, _missing_type(spot, value)
     if kind == "union_tag_invalid":
         tag = str(detail["ctx"]["tag"])
         if now := renamed_value("type", tag):
@@ -184,19 +184,19 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
     if kind == "literal_error" and (now := renamed_value(path[-1], value)):
         return path, now
     if kind == "literal_error" and path[-1] == "kinematics" and (other := OTHER_VALUES.get(str(value).lower())):
-        return path, f"unknown {_shown(value)}; write {other}"
+        return path, f"unknown {_format_short(value)}; write {other}"
     if kind == "literal_error":
-        return path, f"unknown {_shown(value)}{suggest_nearest(str(value), spot.choices if spot else ())}"
+        return path, f"unknown {_format_short(value)}{suggest_nearest(str(value), spot.choices if spot else ())}"
     if kind == "value_error":
         return path, str(detail["ctx"]["error"])
     if kind == "model_attributes_type" and spot and spot.tagged:
-        return path, _untagged(spot, value)
+        return path, _missing_type(spot, value)
     written = next((WRITTEN_OUT.get(part) for part in reversed(path) if isinstance(part, str)), None)
     return path, _plain(kind, detail, value) + (f"; write it like {written}" if written and kind in UNLIKE else "")
 
 
-def _of_others(parent: Spot, value: object, key: str, allowed: Sequence[str]) -> str:
-    """Return which models at `parent` have a key that the chosen one has not; empty where none has."""
+def _models_with_key(parent: Spot, value: object, key: str, allowed: Sequence[str]) -> str:
+    """Return which other models at `parent` have the key; empty for none."""
     others = [tag for tag, model in parent.models.items() if key in model.model_fields]
     tag = value.get("type") if isinstance(value, dict) else None
     if not parent.tagged or tag not in parent.models or not others:
@@ -233,7 +233,7 @@ def _meaningless(spot: Spot, value: object, key: str) -> str:
 
 
 def _plain(kind: str, detail: Any, value: Any) -> str:
-    """Word pydantic's remaining messages by what was found."""
+    """Reword the remaining messages of pydantic."""
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return f"expected a mapping of keys, found {kind_of(value)}"
     if kind in ("tuple_type", "list_type"):
@@ -241,7 +241,7 @@ def _plain(kind: str, detail: Any, value: Any) -> str:
     if kind == "string_type":
         return f"expected text, found {kind_of(value)}"
     if kind in ("int_type", "int_parsing", "int_from_float"):
-        return f"expected a whole number, found {_shown(value)}"
+        return f"expected a whole number, found {_format_short(value)}"
     if kind == "string_pattern_mismatch":
         return "a name starts with a letter or _ and holds up to 64 letters, digits, _ and -"
     if kind == "too_short":
@@ -249,10 +249,10 @@ def _plain(kind: str, detail: Any, value: Any) -> str:
     if kind == "too_long":
         return f"has more than the {detail['ctx']['max_length']} entries that are allowed"
     message = str(detail["msg"])
-    return f"{message[:1].lower()}{message[1:]}, found {_shown(value)}"
+    return f"{message[:1].lower()}{message[1:]}, found {_format_short(value)}"
 
 
-def _untagged(spot: Spot | None, value: object) -> str:
+def _missing_type(spot: Spot | None, value: object) -> str:
     allowed = list(spot.models) if spot else []
     if isinstance(value, dict):
         return f"`type` is missing; allowed: {', '.join(allowed)}"
@@ -261,7 +261,7 @@ def _untagged(spot: Spot | None, value: object) -> str:
     return f"expected a mapping with `type`, found {kind_of(value)}; allowed types: {', '.join(allowed)}"
 
 
-def at(data: object, path: Path) -> Any:
+def value_at(data: object, path: Path) -> Any:
     """Return the value at `path` in plain `data`, None where there is none."""
     for key in path:
         if isinstance(data, dict):
@@ -273,7 +273,7 @@ def at(data: object, path: Path) -> Any:
     return data
 
 
-def _shown(value: object) -> str:
+def _format_short(value: object) -> str:
     return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(format_value(value))}"
 
 

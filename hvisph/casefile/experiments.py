@@ -1,4 +1,4 @@
-"""Sets of experiments from their folders: `set.yaml`, `shots.csv`, `measured.csv` beside a case."""
+"""Sets of experiments from folders with `set.yaml`, `shots.csv` and `measured.csv`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def bundled_sets() -> dict[str, Path]:
 
 
 def load_set(folder: Path) -> ExperimentSet:
-    """Return what a set's folder says of it; raises `CaseError` for anything wrong."""
+    """Load a set of experiments; raises `CaseError` for invalid input."""
     document = read_yaml(folder / SET)
     try:
         return ExperimentSet.model_validate(document.value)

@@ -1,4 +1,4 @@
-"""One place of the case file, explained."""
+"""Description of a key of the case file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .renamed import renamed_key
 
 
 def explain(path: str) -> str:
-    """Return what may stand at a dotted path of the case file, as text for people.
+    """Describe the allowed values at a dotted path of the case file.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def explain(path: str) -> str:
     CaseError
         If nothing can stand there; names the nearest key.
     """
-    keys = _written_out([key for key in path.split(".") if key])
+    keys = _insert_body_name([key for key in path.split(".") if key])
     for depth, key in enumerate(keys):
         if walk(Case, keys[: depth + 1]) is None:
             above = walk(Case, keys[:depth])
@@ -56,7 +56,7 @@ def _of_type(keys: list[str], model: type[BaseModel]) -> str:
     return "\n".join(lines)
 
 
-def _written_out(keys: list[str]) -> list[str]:
+def _insert_body_name(keys: list[str]) -> list[str]:
     """Return a path with NAME where the name of a body was left out, as in ``bodies.shape``."""
     for depth in range(1, len(keys)):
         spot = walk(Case, keys[:depth])

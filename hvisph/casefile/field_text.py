@@ -1,4 +1,4 @@
-"""Fields in words: what may be written, and what holds when nothing is."""
+"""Text of allowed and default values of a field."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DERIVED = {
 
 
 def value_text(spot: Spot) -> str:
-    """Return what may be written at `spot`, in a few words."""
+    """Describe the allowed values at `spot`."""
     if spot.info is not None and spot.info.annotation in (bool, bool | None):
         return "`true` \\| `false`"
     if spot.quantity is not None:

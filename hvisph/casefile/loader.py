@@ -1,4 +1,4 @@
-"""From what a user gives - a file, a bundled name, a mapping - to a `Case`, and back to text."""
+"""Loading of cases from files, bundled names and mappings, and their text."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hvisph.core.errors import CaseError, suggest_nearest
 from .errors import raise_all, translate
 from .mapping import plain_document
 from .material_library import Library, library, library_of, load_material, material_names
-from .overrides import merged, overridden, with_bases
+from .overrides import merge, overridden, with_bases
 from .paths import bundled_cases
 from .renamed import renamed_key
 from .yaml_reader import read_yaml
@@ -58,12 +58,12 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
         document = overridden(document, override, materials_of(document).values)
     if resolution is not None:
         places: dict[Path, Place] = {("resolution",): Place(f"--resolution {str(resolution)[:80]}")}
-        document = merged(document, Document({"resolution": resolution}, places))
-    return validated(document)
+        document = merge(document, Document({"resolution": resolution}, places))
+    return validate(document)
 
 
-def validated(document: Document) -> Case:
-    """Return the case that `document` holds, or raise all that is wrong with it."""
+def validate(document: Document) -> Case:
+    """Validate `document` and return its case; raises all errors."""
     units, known = document.value.get("units"), materials_of(document)
     document = with_bases(document, known.values)
     folders = dict.fromkeys(str(pathlib.Path(place.file).parent) for place in document.places.values() if place.file)
@@ -76,18 +76,18 @@ def validated(document: Document) -> Case:
 
 
 def materials_of(document: Document) -> Library:
-    """Return the materials that a case may name: the package's, and those of the files that its `materials` lists."""
+    """Return the material library with the files that `materials` of the case lists."""
     listed = document.value.get("materials") or ()
     libraries = []
     for index, name in enumerate(listed if isinstance(listed, list | tuple) else ()):
         place = document.places.get(("materials", index)) or document.places.get(("materials",), Place(""))
         if isinstance(name, str):
-            libraries.append(_beside(name, place, ("materials", str(index))))
+            libraries.append(_resolve_near(name, place, ("materials", str(index))))
     return library_of(tuple(libraries))
 
 
-def _beside(name: str, place: Place, path: Path) -> pathlib.Path:
-    """Return the file or folder `name` beside the case that names it, or in the working folder."""
+def _resolve_near(name: str, place: Place, path: Path) -> pathlib.Path:
+    """Resolve `name` relative to the case file, or else to the working folder."""
     try:
         beside = pathlib.Path(place.file).parent / name if place.file else pathlib.Path(name)
         for candidate in (beside, pathlib.Path(name)):
@@ -110,7 +110,7 @@ def case_hash(text: str) -> str:
 
 
 def _type_first(value: object) -> Any:
-    """Return plain values with the `type` of every block, which says how to read the rest, in front."""
+    """Move the `type` of every block to its front."""
     if isinstance(value, list):
         return [_type_first(item) for item in value]
     if not isinstance(value, dict):
@@ -144,7 +144,7 @@ def find_case(source: str | os.PathLike[str]) -> pathlib.Path:
 
 
 def case_document(source: Source) -> Document:
-    """Return what a source holds, laid over the files that it is based on; not yet validated."""
+    """Return the document of a source merged with its bases, not validated."""
     if isinstance(source, Mapping):
         return _on_base(plain_document(source), pathlib.Path(), ())
     if not isinstance(source, str | os.PathLike):
@@ -154,7 +154,7 @@ def case_document(source: Source) -> Document:
 
 
 def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, ...]) -> Document:
-    """Return `document` laid over the file that its `base` names, if it names one."""
+    """Merge `document` with the file that its `base` names, if any."""
     if "base" not in document.value:
         return document
     base, place = document.value["base"], document.places.get(("base",), Place(""))
@@ -177,7 +177,7 @@ def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, .
         raise CaseError("is no path", where="base", file=place.file, line=place.line) from None
     except CaseError as error:
         raise CaseError(error.message, where="base", file=place.file, line=place.line) from None
-    return merged(_on_base(_read_base(file), file, seen), changes)
+    return merge(_on_base(_read_base(file), file, seen), changes)
 
 
 def _read_base(path: pathlib.Path) -> Document:

@@ -1,4 +1,4 @@
-"""Reference manual of the case file in Markdown, one page per section, made from the models."""
+"""Reference manual of the case file in Markdown, generated from the models."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def case_manual() -> dict[str, str]:
     for page, (title, paths) in PAGES.items():
         blocks = paths or tuple(name for name in Case.model_fields if name not in (*named, "measures", "expected"))
         sections = _Sections()
-        parts[f"{page}.md"] = [f"# {title}\n", *(text for path in blocks for text in sections.of(path))]
+        parts[f"{page}.md"] = [f"# {title}\n", *(text for path in blocks for text in sections.sections(path))]
     parts["measures.md"] = ["# Measures and expectations\n", *_measures()]
     return {name: "\n".join(text).rstrip() + "\n" for name, text in parts.items()}
 
@@ -79,7 +79,7 @@ class _Sections:
     def __init__(self) -> None:
         self.described: dict[tuple[type[BaseModel], ...], str] = {}
 
-    def of(self, path: str, spot: Spot | None = None, *, first: bool = True) -> Iterator[str]:
+    def sections(self, path: str, spot: Spot | None = None, *, first: bool = True) -> Iterator[str]:
         """Yield the sections of the block at a path as Markdown."""
         spot = spot or _spot(path)
         while spot.item is not None and not spot.models:
@@ -98,7 +98,7 @@ class _Sections:
         yield from _alternatives(spot) if spot.tagged else _model(models[0])
         fields = {name: info for model in reversed(models) for name, info in model.model_fields.items()}
         for name in dict.fromkeys(name for model in models for name in model.model_fields):
-            yield from self.of(f"{path}.{name}", spot_of(fields[name].annotation, fields[name]), first=False)
+            yield from self.sections(f"{path}.{name}", spot_of(fields[name].annotation, fields[name]), first=False)
 
 
 def _spot(path: str) -> Spot:
@@ -114,7 +114,7 @@ def _spot(path: str) -> Spot:
 
 def _model(model: type[BaseModel]) -> Iterator[str]:
     """Yield the description and the table of a single block."""
-    yield from map(_wrapped, cleandoc(model.__doc__ or "").split("\n\n"))
+    yield from map(_wrap, cleandoc(model.__doc__ or "").split("\n\n"))
     rows = [f"| {' | '.join(row)} |" for row in _rows(model)]
     if rows:
         yield "\n".join(["| key | value | default | meaning |", "| --- | --- | --- | --- |", *rows]) + "\n"
@@ -146,7 +146,7 @@ def _rows(model: type[BaseModel]) -> Iterator[tuple[str, ...]]:
             yield f"`{name}`", value, default_text(name, info), info.description or ""
 
 
-def _wrapped(text: str) -> str:
+def _wrap(text: str) -> str:
     return fill(text, 100, break_on_hyphens=False, break_long_words=False) + "\n"
 
 
@@ -158,7 +158,7 @@ def _units() -> Iterator[str]:
             units = ", ".join(f"`{unit}`" for unit, (kind, _) in COMMON_UNITS.items() if kind is dimension)
             quantities.append(f"{dimension.name.split(' ', 1)[1]} {dimension.unit} ({units})")
     text = f"Plain numbers are in these units, usual others in parentheses: {'; '.join(quantities)}."
-    yield _wrapped(f"{text} Any unit known to [pint](https://pint.readthedocs.io) can be used.")
+    yield _wrap(f"{text} Any unit known to [pint](https://pint.readthedocs.io) can be used.")
 
 
 def _measures() -> Iterator[str]:
@@ -171,7 +171,7 @@ def _measures() -> Iterator[str]:
     rows = ["| name | meaning | dimensions |", "| --- | --- | --- |"]
     rows += [_measure_row(measure) for measure in CATALOGUE.values()]
     yield "\n".join(rows) + "\n"
-    yield _wrapped(
+    yield _wrap(
         "`hvisph measure` and `summary.json` also contain these measures of every layer, of the projectile and of the "
         "debris cloud. The value of a measure with variants is that of the first one."
     )

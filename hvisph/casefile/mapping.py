@@ -1,4 +1,4 @@
-"""A case given as a Python mapping, made as plain as one that was read from a file."""
+"""Cases given as Python mappings."""
 
 from __future__ import annotations
 

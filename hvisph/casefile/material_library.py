@@ -1,4 +1,4 @@
-"""Materials by name: the package's library, and a user's own files beside it.
+"""Material library: materials of the package and of user files.
 
 A file holds one material, called as the file is, or several by name. A material is what a case may write out, and may
 start from another one, `base: NAME`, with only what differs. Beside it stand `aliases`, `note`, the `sources` of its
@@ -23,7 +23,7 @@ from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
 from hvisph.core.errors import CaseError
 
 from .errors import raise_all, translate
-from .overrides import laid_over
+from .overrides import override_material
 from .yaml_reader import read_yaml
 from .yaml_text import Document
 
@@ -42,7 +42,7 @@ CONFIDENCE = {
 
 
 class Source(StrictModel):
-    """Where numbers come from, and how sure they are."""
+    """Source of numbers and its reliability."""
 
     of: tuple[str, ...] = Field(description="What it says: `density`, `eos`, `strength.a` and so on")
     text: str = Field(description="Author, year, report, and where it was read")
@@ -78,7 +78,7 @@ class MeasuredLine(StrictModel):
 
 
 class Notes(StrictModel):
-    """What a library file says of a material beside the material itself."""
+    """Aliases, sources and Hugoniot data of a material."""
 
     aliases: tuple[str, ...] = Field(default=(), description="Other names")
     note: str = Field(default="", description="What a user should know")
@@ -96,8 +96,8 @@ class Notes(StrictModel):
     )
 
     @property
-    def measured(self) -> list[tuple[Sequence[tuple[float, float]], str]]:
-        """What is known of its shocks: points [up, Us] [m/s], and whose they are in words."""
+    def hugoniot_points(self) -> list[tuple[Sequence[tuple[float, float]], str]]:
+        """Hugoniot points [up, Us] [m/s] and their sources."""
         known: list[tuple[Sequence[tuple[float, float]], str]] = []
         if self.hugoniot:
             known.append((self.hugoniot, f"{len(self.hugoniot)} measured points"))
@@ -186,7 +186,7 @@ class Library:
             if len(seen) > MOST_BASES:
                 raise CaseError("leads back to itself, or over too many others", where=f"{name}.base")
             below = self._values(self.name_of(str(given["base"])), (*seen, name))
-            own = laid_over(below, own)
+            own = override_material(below, own)
         source = "; ".join(dict.fromkeys(source.text for source in self.notes(name).sources))
         if source and "base" in given and own.get("source"):
             source += f"; all else as {given['base']}: {own['source']}"

@@ -1,4 +1,4 @@
-"""Reading the models themselves: which fields and which alternatives stand at a place.
+"""Introspection of the models: fields and alternatives at a path.
 
 Error messages, overrides, the schema and the manual all ask here, so none keeps a list of keys.
 """
@@ -20,7 +20,7 @@ from hvisph.case.units import Quantity
 
 @dataclass(frozen=True)
 class Spot:
-    """What the models expect at one place.
+    """Allowed content at one path of the case file.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None)
     for key in keys:
         kind = value.get("type") if isinstance(value, dict) else None
         fields = next(
-            (m.model_fields for m in _preferred(spot, kind) if key in m.model_fields),
+            (m.model_fields for m in _models_of_kind(spot, kind) if key in m.model_fields),
             None,
         )
         if fields is not None:
@@ -123,7 +123,7 @@ def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None)
             spot = spot_of(spot.item)
         else:
             return None
-        value = _below(value, key)
+        value = _item(value, key)
     return spot
 
 
@@ -131,7 +131,7 @@ def keys_of(spot: Spot, value: object = None) -> list[str]:
     """Return the keys that may stand in the mapping at `spot`, given its `type` in `value`."""
     kind = value.get("type") if isinstance(value, dict) else None
     names: list[str] = []
-    for model in _preferred(spot, kind):
+    for model in _models_of_kind(spot, kind):
         names += [name for name in model.model_fields if name not in names]
     return names
 
@@ -159,13 +159,13 @@ def _spots_of(model: type[BaseModel]) -> list[tuple[str, FieldInfo, Spot, list[t
     return [(name, info, spot, list(inner_of(spot).models.values())) for name, info, spot in spots]
 
 
-def _preferred(spot: Spot, kind: object) -> list[type[BaseModel]]:
+def _models_of_kind(spot: Spot, kind: object) -> list[type[BaseModel]]:
     if isinstance(kind, str) and kind in spot.models:
         return [spot.models[kind]]
     return list(spot.models.values())
 
 
-def _below(value: object, key: str | int) -> Any:
+def _item(value: object, key: str | int) -> Any:
     if isinstance(value, dict):
         return value.get(key)
     if isinstance(value, list | tuple) and isinstance(key, int) and 0 <= key < len(value):

@@ -1,4 +1,4 @@
-"""Changing a case before it is validated: a base with a small override, and single settings.
+"""Overrides of a case before validation: bases and single settings.
 
 In both, mappings merge key by key, anything else is replaced, null takes a key away (so that its
 default holds again), another `type` replaces a whole block, and a key that stands for others takes
@@ -27,8 +27,8 @@ INSTEAD = (
 )
 
 
-def merged(base: Document, changes: Document) -> Document:
-    """Return `base` with `changes` laid over it; every value keeps the place it came from."""
+def merge(base: Document, changes: Document) -> Document:
+    """Merge `changes` into `base`; every value keeps its file and line."""
     result = Document(base.value, dict(base.places))
     result.value = _merge(base.value, changes.value, (), result.places, changes.places)
     return result
@@ -88,7 +88,7 @@ def _replace_places(path: Path, places: dict[Path, Place], new_places: dict[Path
     places.update({p: place for p, place in new_places.items() if p[:depth] == path})
 
 
-def laid_over(material: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+def override_material(material: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """Return a material's plain values with `changes` laid over them, by the rules of a case and its base."""
     return dict(_merge(material, changes, ("bodies", "", "material"), {}, {}))
 
@@ -121,19 +121,19 @@ def with_bases(document: Document, values_of: Callable[[str], dict[str, Any]]) -
         try:
             if not isinstance(material["base"], str):
                 raise CaseError("expected the name of a material")
-            written = _written_out(material, values_of)
+            written = _expand_base(material, values_of)
         except CaseError as error:
             raise CaseError(error.message, where=".".join(path), file=place.file, line=place.line) from None
         result[name] = {**body, "material": written}
     return Document({**document.value, "bodies": result}, document.places)
 
 
-def _written_out(material: dict[str, Any], values_of: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
+def _expand_base(material: dict[str, Any], values_of: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
     """Return a material that varies a `base` with all its values."""
     base = values_of(material["base"])
     changes = {key: value for key, value in material.items() if key != "base"}
     varied = {"name": f"{base['name']}, varied"} if changes else {}
-    return laid_over(base | varied, changes)
+    return override_material(base | varied, changes)
 
 
 def overridden(document: Document, override: str, values_of: Callable[[str], dict[str, Any]]) -> Document:
@@ -154,12 +154,12 @@ def overridden(document: Document, override: str, values_of: Callable[[str], dic
     CaseError
         If it is no setting, or something that has no keys stands in its way.
     """
-    keys, new, name = _parsed(override)
+    keys, new, name = _parse(override)
     setting = _Setting(dict(document.places), Place(name), document.value, values_of)
     return Document(setting.apply(document.value, (), keys, new), setting.places)
 
 
-def _parsed(override: str) -> tuple[list[str], Any, str]:
+def _parse(override: str) -> tuple[list[str], Any, str]:
     name = f"--set {override[:80]}{'...' if len(override) > 80 else ''}"
     left, equals, text = override.partition("=")
     keys = [key.strip() for key in left.split(".")]
@@ -174,7 +174,7 @@ def _parsed(override: str) -> tuple[list[str], Any, str]:
 
 
 class _Setting:
-    """One setting on its way down to the value that it changes."""
+    """Application of one setting."""
 
     def __init__(
         self, places: dict[Path, Place], place: Place, root: object, values_of: Callable[[str], dict[str, Any]]
@@ -194,7 +194,7 @@ class _Setting:
         elif isinstance(value, str) and _takes_material(path):
             value = self.values_of(value)
         elif _takes_material(path) and isinstance(value, dict) and isinstance(value.get("base"), str):
-            value = _written_out(value, self.values_of)
+            value = _expand_base(value, self.values_of)
         if not isinstance(value, dict):
             raise self.fail(path, f"has no keys, so '{keys[0]}' cannot be set in it; it is {kind_of(value)}")
         return self.apply_in_mapping(value, path, keys, new)

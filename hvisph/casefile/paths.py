@@ -1,4 +1,4 @@
-"""Where the package keeps its bundled cases and schemas: inside a wheel, or in the source tree."""
+"""Folders of bundled cases and schemas, in a wheel or the source tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finding a word among keys, values, measures, materials, cases and pages: for `hvisph help`."""
+"""Search in keys, values, measures, materials, cases and pages for `hvisph help`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ ALLOY = re.compile(r"(?:al|aa)_?(\d{4}.*)")
 
 @dataclass(frozen=True)
 class Entry:
-    """Something that can be found.
+    """Search result.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Entry:
 
 
 def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
-    """Return what a word finds, the best first.
+    """Search a word, the best result first.
 
     Parameters
     ----------

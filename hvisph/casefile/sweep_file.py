@@ -1,4 +1,4 @@
-"""From a sweep's file to its model and the case that it starts from."""
+"""Loading of sweep files."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from hvisph.case.sweep import Sweep
 from hvisph.core.errors import CaseError
 
-from .errors import located, raise_all, translate
-from .loader import case_document, validated
+from .errors import locate_error, raise_all, translate
+from .loader import case_document, validate
 from .mapping import plain_document
 from .yaml_reader import read_yaml
 from .yaml_text import Document
@@ -44,7 +44,7 @@ def load_sweep(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Swee
     near = folder / sweep.case
     try:
         base = case_document(near if near.is_file() else sweep.case)
-        validated(base)
+        validate(base)
     except CaseError as error:
-        raise located(("case",), str(error), document.places) from None
+        raise locate_error(("case",), str(error), document.places) from None
     return sweep, document, base, folder

@@ -1,4 +1,4 @@
-"""Reading a YAML file from disk, guarded against what is no case file."""
+"""Reading of YAML files from disk with checks of type and size."""
 
 from __future__ import annotations
 

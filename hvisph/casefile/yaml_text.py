@@ -1,4 +1,4 @@
-"""YAML to plain values, with the line of every key, and back.
+"""Conversion between YAML and plain values with the line of every key.
 
 Only what a case needs is read: mappings with text keys, lists, text, numbers, true,
 false and null, in one document. Tags are refused, so no code can run from a file. Numbers

@@ -1,4 +1,4 @@
-"""Where the command `hvisph` begins: Ctrl-C while it is still being loaded says so, and shows no traceback."""
+"""Entry point of the command `hvisph` with handling of Ctrl-C during imports."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ FAILED = 3
 DEBUG = "HVISPH_DEBUG"
 
 
-def guarded(command: Callable[..., None]) -> Callable[..., None]:
+def guard_errors(command: Callable[..., None]) -> Callable[..., None]:
     """Return `command` with its errors turned into a message on standard error and an exit code.
 
     Errors of hvisph's own say what is wrong and bring their code: 2 for bad input, 3 for a failed run.

@@ -18,7 +18,7 @@ def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> A
 
 
 @contextmanager
-def placed(case: str) -> Iterator[None]:
+def locate_errors(case: str) -> Iterator[None]:
     """Add file and line to a `CaseError` that names a field of the case, raised in this block.
 
     What shows only when particles are made, such as bodies that overlap, knows the field alone.
@@ -29,11 +29,11 @@ def placed(case: str) -> Iterator[None]:
         keys = tuple(int(key) if key.isdecimal() else key for key in error.where.split("."))
         if error.file or error.where.startswith("-") or not error.where:
             raise
-        from hvisph.casefile.errors import located
+        from hvisph.casefile.errors import locate_error
         from hvisph.casefile.loader import find_case
         from hvisph.casefile.yaml_reader import read_yaml
 
-        raise located(keys, error.message, read_yaml(find_case(case)).places) from None
+        raise locate_error(keys, error.message, read_yaml(find_case(case)).places) from None
 
 
 def run_folder(case: str) -> Path:

@@ -35,7 +35,7 @@ from .commands import (
     watch,
 )
 from .group import Group
-from .guard import guarded
+from .guard import guard_errors
 
 atexit.register(gc.freeze)  # no collection at the end of a command, 0.2 s
 # numpy's linear algebra starts its threads when it is imported, 0.06 s; matrices here are small.
@@ -83,7 +83,7 @@ for command in (
     schema.schema,
     doctor.doctor,
 ):
-    app.command()(guarded(command))
+    app.command()(guard_errors(command))
 
 
 def _version(asked: bool) -> None:

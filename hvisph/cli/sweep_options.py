@@ -60,12 +60,12 @@ class Running:
             raise CaseError(f"unknown '{self.cluster}'; allowed: {', '.join(clusters.KINDS)}", where="--cluster")
         tell = partial(say, err=True)
         if self.dask is not None:
-            client = clusters.connected(self.dask)
+            client = clusters.connect(self.dask)
             return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options, tell)
         kind, workers = str(self.cluster), self.workers or 1
 
         def launch(folder: Any, threads: int, options: Any) -> Any:
-            return clusters.DaskCrew(folder, clusters.launched(kind, workers, threads), threads, options, tell)
+            return clusters.DaskCrew(folder, clusters.launch(kind, workers, threads), threads, options, tell)
 
         return launch
 

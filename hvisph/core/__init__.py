@@ -1,1 +1,1 @@
-"""What every room needs: errors, the state, compiled tensor algebra, numba's options."""
+"""Errors, particle state, and catalogues of fields, measures, kernels and kinematics."""

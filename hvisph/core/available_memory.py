@@ -1,4 +1,4 @@
-"""Memory that a run may take: what the system has free, within the limits of its control groups and its own."""
+"""Available memory of the system, control groups and process limits."""
 
 from __future__ import annotations
 

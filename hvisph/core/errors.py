@@ -1,4 +1,4 @@
-"""The errors that a user can meet, each with the exit code that it ends a command with."""
+"""Errors of hvisph and their exit codes."""
 
 from __future__ import annotations
 

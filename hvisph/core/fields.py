@@ -1,4 +1,4 @@
-"""The catalogue of state fields: name, rank, unit and meaning of every per-particle array.
+"""Catalogue of state fields: name, rank, unit and meaning.
 
 Vectors have as many components as there are dimensions, axial vectors one in 2D and three in 3D, gradients the square
 (row-major: xx, xy, xz, yx, ...). Symmetric tensors are stored in the order
@@ -17,7 +17,7 @@ AXIAL_LENGTH = {1: 0, 2: 1, 3: 3}
 
 @dataclass(frozen=True)
 class Field:
-    """One quantity that particles carry.
+    """State field of the particles.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The catalogue of smoothing kernels: names in case files, and how far each reaches over h [-].
+"""Catalogue of smoothing kernels: names and support over h [-].
 
 `hvisph.sph.kernels` has their shapes, one a file.
 """

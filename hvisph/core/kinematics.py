@@ -1,4 +1,4 @@
-"""The catalogue of kinematics: how many dimensions are computed, and what matter does in those that are not."""
+"""Catalogue of kinematics: computed dimensions and assumptions for the others."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Kinematics:
-    """What a computation in one to three dimensions assumes of the others.
+    """Number of dimensions and assumptions for the others.
 
     Parameters
     ----------

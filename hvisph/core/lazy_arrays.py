@@ -1,4 +1,4 @@
-"""Arrays by name that are made when they are asked for and not kept: of a large state one at a time is in memory."""
+"""Arrays computed on access, so that one at a time is in memory."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Derived(Mapping[str, np.ndarray]):
-    """Arrays by name, each made anew whenever it is asked for.
+    """Mapping of arrays, each computed on access.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How memory is taken from the system: large arrays give theirs back when they go."""
+"""Memory allocation: release of large arrays to the system."""
 
 from __future__ import annotations
 

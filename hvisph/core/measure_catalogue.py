@@ -1,4 +1,4 @@
-"""The catalogue of measures: name, unit, dimensions, meaning, and how tables show each number of a run's result.
+"""Catalogue of measures: name, unit, dimensions, meaning and format in tables.
 
 A new measure is a row here and a function in `hvisph.measures` that is registered under its name (`registry`): the
 case file's `measures` and `expected`, its schema and manual, summaries and tables follow.

@@ -1,4 +1,4 @@
-"""The state: every particle's numbers in one packed array, with named views on it."""
+"""Particle state: one packed array with named views."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Particles:
         self.begin(slice(None))
 
     def begin(self, chosen: np.ndarray | slice) -> None:
-        """Give all fields of the chosen particles what the catalogue says that they begin with."""
+        """Initialize all fields of the chosen particles from the catalogue."""
         for name in self.names:
             self[name][chosen] = CATALOGUE[name].start
 

@@ -1,4 +1,4 @@
-"""The catalogue of shapes and arrangements: which there are, and where each has a meaning."""
+"""Catalogue of shapes and arrangements by dimension."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHAPES: dict[int, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Arrangement:
-    """One way to place particles in a shape; `hvisph.geometry.filling` has its function.
+    """Particle arrangement in a shape; its function is in `hvisph.geometry.filling`.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ _SPELLED = ("Cc", "Cf", "Cs", "Zl", "Zp")
 
 
 def harmless(text: object) -> str:
-    r"""Return text that steers no terminal: control characters are spelled out, as in ``\x1b[31m``."""
+    r"""Replace control characters by escape sequences, as in ``\x1b[31m``."""
     plain = str(text)
     if plain.isascii() and plain.isprintable():
         return plain

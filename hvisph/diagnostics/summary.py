@@ -17,7 +17,7 @@ from hvisph.measures.measure import measure_in_time, undefined_measures
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.precheck.correlation_input import impact_of
-from hvisph.precheck.hugoniot_check import beside
+from hvisph.precheck.hugoniot_check import compare_peak_pressure
 from hvisph.setup.materials import material_of
 
 from .mass_fractions import shares
@@ -44,7 +44,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
             raise
         measured = undefined_measures(now, f"the run failed and its last state cannot be measured ({error})")
     plain = measured.as_dict()
-    pressures, apart = beside(case, highest_pressure)
+    pressures, apart = compare_peak_pressure(case, highest_pressure)
     told = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
     models = [body.material for body in case.bodies.values()]
     restores = case.formulation.type == "projection"  # its pressures restore the density: no states of a material

@@ -1,4 +1,4 @@
-"""Files written beside and renamed: a name either holds a complete file or what it held before.
+"""Atomic writing of files by renaming.
 
 Everything goes to `NAME.partial` in the same folder, is forced to the disk, and only then takes its
 name. A kill at any moment leaves at most a `.partial` file, which the next write of that name replaces.

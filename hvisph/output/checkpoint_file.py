@@ -1,4 +1,4 @@
-"""Checkpoints: all that a run needs to go on as if it had never stopped, in sealed HDF5 files.
+"""Checkpoints in sealed HDF5 files.
 
 A file holds plain arrays by name and a header of plain JSON, nothing that could run. The last two are
 kept, under the number of their step: if the newer is damaged the older serves.

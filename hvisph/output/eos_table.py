@@ -1,4 +1,4 @@
-"""Tables of equations of state in HDF5: four datasets in SI, which any tool writes.
+"""Tables of equations of state in HDF5: four datasets in SI.
 
 `density` (n) [kg/m^3], `temperature` (m) [K], `pressure` (n, m) [Pa] and `energy` (n, m) [J/kg], at the top of the file
 or together in a group.

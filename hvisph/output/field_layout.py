@@ -1,4 +1,4 @@
-"""How fields look in files that ParaView reads: three-component vectors, VTK's order of tensors.
+"""Layout of fields in files for ParaView: three-component vectors and VTK's order of tensors.
 
 Vectors get zeros up to 3 components, gradients up to 9 (row-major). Symmetric tensors get 6 components
 in VTK's order xx, yy, zz, xy, yz, xz, which is not the order inside hvisph (xx, yy, zz, xy, xz, yz).

@@ -1,4 +1,4 @@
-"""What the files of a run's folder are called, and which of the files there are hvisph's own.
+"""Names of the files of a run.
 
 Own is what hvisph writes, by its exact name, and no link: nothing else is ever deleted or written over.
 """

@@ -155,7 +155,7 @@ def snapshot_of_another_code(
         time=time * (convention.units or (1.0, 1.0, 1.0))[2],
         step=step,
         dimensions=dim,
-        fields={name: _scaled(values, convention.factor(name))[order] for name, values in fields.items()},
+        fields={name: _scale(values, convention.factor(name))[order] for name, values in fields.items()},
         body=body[order],
         material=material[order],
         id=number[order],
@@ -164,7 +164,7 @@ def snapshot_of_another_code(
     )
 
 
-def _scaled(values: np.ndarray, factor: float) -> np.ndarray:
+def _scale(values: np.ndarray, factor: float) -> np.ndarray:
     return values if factor == 1.0 else values * factor
 
 

@@ -51,8 +51,8 @@ class Snapshot:
         return len(self.id)
 
     @property
-    def revolved(self) -> bool:
-        """Whether particles are rings about the axis x, and y their radius."""
+    def is_axisymmetric(self) -> bool:
+        """Whether particles are axisymmetric about x, with the radius y."""
         return self.metadata.get("kinematics") == "axisymmetric"
 
     @property

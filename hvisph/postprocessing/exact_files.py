@@ -1,4 +1,4 @@
-"""The exact solution of a case as files: a table for every gauge and moment, and pictures."""
+"""Tables and pictures of the exact solution of a case."""
 
 from __future__ import annotations
 

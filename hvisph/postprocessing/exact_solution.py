@@ -1,4 +1,4 @@
-"""The exact solution of a case in one dimension: its layers followed through all waves, read at its gauges.
+"""Exact solution of a one-dimensional case by wave tracking.
 
 Layers without strength whose pressure follows density alone are exact in closed form
 (`exact.layered`); other materials go through the jump conditions of an elastic-plastic solid
@@ -40,7 +40,7 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class ExactGauge:
-    """What a gauge sees: states and the times from which on they hold.
+    """Piecewise constant history of a gauge in the exact solution.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class ExactGauge:
 
 @dataclass(frozen=True)
 class ExactSolution:
-    """All waves of a case, and what its gauges see of them.
+    """Waves and gauge histories of the exact solution.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Gauges of runs in one picture, beside the exact solution of each run that has one."""
+"""Comparison of gauge histories of several runs with exact solutions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .exact_solution import exact_solution
 
 @dataclass(frozen=True)
 class Difference:
-    """How far a gauge is from the exact solution: the mean over time, and the exact values' range, in SI."""
+    """Mean difference of a gauge from the exact solution, and the range of the exact values, in SI."""
 
     mean: float
     exact_range: float

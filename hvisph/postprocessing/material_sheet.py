@@ -1,4 +1,4 @@
-"""What follows from a material's numbers: speeds, impedance, elastic limit, Hugoniot, and curves to look at."""
+"""Derived properties of a material: wave speeds, impedance, elastic limit, Hugoniot and curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run in a notebook: its snapshots, history and summary as objects that show themselves."""
+"""Runs in Python: snapshots, history and summary."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ class OpenRun:
     def __iter__(self) -> Iterator[State]:
         return (_state(file) for file in self.files)
 
-    def at(self, time: float) -> State:
+    def state_at(self, time: float) -> State:
         """Return the state nearest to a time [s]."""
         return min(self, key=lambda state: abs(state.time - time))
 

@@ -1,4 +1,4 @@
-"""The moments of a run that a picture shows, with what their titles say."""
+"""Selection of snapshots for pictures, and their titles."""
 
 from __future__ import annotations
 

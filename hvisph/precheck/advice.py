@@ -58,7 +58,7 @@ class Facts:
         return regime(self.case)
 
     @cached_property
-    def met(self) -> Meeting | None:
+    def impact_pair(self) -> Meeting | None:
         """The two bodies that meet first."""
         return meeting(self.case)
 
@@ -70,7 +70,7 @@ class Facts:
         return self.kind.pressure / self.kind.strength if self.kind.strength else math.inf
 
     @cached_property
-    def still(self) -> bool:
+    def is_motionless(self) -> bool:
         """Whether nothing will happen: no bodies close, and nothing else sets them in motion."""
         bodies = self.bodies.values()
         driven = any(body.initial_velocity or body.internal_energy or body.temperature for body in bodies)
@@ -89,23 +89,23 @@ class Facts:
         """Particle velocity over the sound speed of the struck body; 0 without an impact."""
         if self.kind.velocity <= 0.0:
             return 0.0
-        struck = next(iter(self.bodies.values())) if self.met is None else self.bodies[self.met.second]
+        struck = next(iter(self.bodies.values())) if self.impact_pair is None else self.bodies[self.impact_pair.second]
         return 0.5 * self.kind.velocity / material_of_body(struck).bulk_sound_speed
 
     @cached_property
-    def punched(self) -> dict[str, Any]:
+    def plug_damage(self) -> dict[str, Any]:
         """Johnson-Cook damage of the bodies that may be punched at ballistic speed, by name."""
         struck = {name: body.material.damage for name, body in self.bodies.items() if not self._strikes(name)}
         failing = {name: damage for name, damage in struck.items() if damage.type == "johnson_cook"}
         slow = 0.0 < self.kind.velocity < BALLISTIC and len(self.bodies) > 1 and self.dim > 1
-        return failing if slow and self.overload > PUNCHED and not (self.met and self._nose in POINTED) else {}
+        return failing if slow and self.overload > PUNCHED and not (self.impact_pair and self._nose in POINTED) else {}
 
     @cached_property
     def _nose(self) -> str:
-        return shape_type(self.bodies[self.met.first].shape) if self.met else ""
+        return shape_type(self.bodies[self.impact_pair.first].shape) if self.impact_pair else ""
 
     def _strikes(self, name: str) -> bool:
-        return self.met is not None and name == self.met.first
+        return self.impact_pair is not None and name == self.impact_pair.first
 
     @cached_property
     def flat(self) -> bool:
@@ -163,11 +163,11 @@ class Rule:
 
 def advice(case: Case) -> list[str]:
     """Return what a user should consider of formulation, contact, smoothing length, spacing and damage."""
-    from .hugoniot_check import beyond_measured
+    from .hugoniot_check import hugoniot_warnings
 
     facts = Facts(case)
     texts = [rule.texts(facts) for rule in RULES]
-    return [*texts[0], *texts[1], *beyond_measured(case), *(text for one in texts[2:] for text in one)]
+    return [*texts[0], *texts[1], *hugoniot_warnings(case), *(text for one in texts[2:] for text in one)]
 
 
 def sparse(across: Mapping[str, int]) -> list[str]:
@@ -194,9 +194,9 @@ def tears(case: Case) -> str:
     )
 
 
-def _away(facts: Facts) -> Found:
+def _receding(facts: Facts) -> Found:
     """Bodies that move but do not approach each other."""
-    if not facts.still or not facts.moving:
+    if not facts.is_motionless or not facts.moving:
         return False
     name, row = facts.moving[0], "; in a row the first body stands at x < 0 and meets the next flying towards +x"
     return {"name": name, "row": row if facts.bodies[name].position is None else ""}
@@ -205,7 +205,7 @@ def _away(facts: Facts) -> Found:
 def _slow(facts: Facts) -> Found:
     """Bodies that vibrate, bend or spin: kernels in the current configuration damp that."""
     case, kind = facts.case, facts.kind
-    if facts.still or facts.scheme not in ("riemann", "eulerian") or kind.strength is None:
+    if facts.is_motionless or facts.scheme not in ("riemann", "eulerian") or kind.strength is None:
         return False
     fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in facts.bodies.values())
     slowest = min(material_of_body(body).bulk_sound_speed for body in facts.bodies.values())
@@ -219,7 +219,7 @@ def _slow(facts: Facts) -> Found:
     return crossings > CROSSINGS and {"scheme": facts.scheme, "lost": lost, "crossings": crossings}
 
 
-def _unfollowed(facts: Facts) -> Found:
+def _fixed_smoothing_length(facts: Facts) -> Found:
     """Gases whose smoothing length does not follow their density."""
     if not facts.gases or facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed":
         return False
@@ -227,7 +227,7 @@ def _unfollowed(facts: Facts) -> Found:
     return {"gases": facts.gases, "wanted": "{" + ", ".join(f"{key}: {value}" for key, value in wanted.items()) + "}"}
 
 
-def _loaded(facts: Facts) -> Found:
+def _initial_overlap(facts: Facts) -> Found:
     """Bodies placed nearer than a spacing, between which repulsion begins with energy of its own."""
     contact = getattr(facts.model, "contact", None)
     if contact is None or contact.type != "penalty" or facts.scheme != "eulerian":
@@ -239,7 +239,7 @@ def _loaded(facts: Facts) -> Found:
 
 def _eroding(facts: Facts) -> bool:
     """Rods that erode in thick metal, with few particles across."""
-    met = facts.met
+    met = facts.impact_pair
     if met is None or facts.scheme != "riemann" or facts.dim == 1 or facts.kind.velocity >= ERODING:
         return False
     rod, struck = (facts.bodies[name].shape.extent() for name in (met.first, met.second))
@@ -307,9 +307,9 @@ def _thin_walls(facts: Facts) -> Iterator[Values]:
 
 
 RULES = (
-    Rule(lambda f: f.still and not f.moving,
+    Rule(lambda f: f.is_motionless and not f.moving,
          "bodies: none has a velocity, and nothing else sets them in motion: nothing will happen"),
-    Rule(_away, "bodies.{name}.velocity: no two bodies approach each other: nothing will be struck{row}"),
+    Rule(_receding, "bodies.{name}.velocity: no two bodies approach each other: nothing will be struck{row}"),
     Rule(_slow,
          "formulation: the bodies stay elastic and move slowly over {crossings:.3g} crossings of their waves; "
          "'{scheme}' damps vibration and rebound{lost}; take total_lagrangian", "verification"),
@@ -337,7 +337,7 @@ RULES = (
     Rule(lambda f: f.gases != "" and f.scheme in ("total_lagrangian", "adaptive") and {"gases": f.gases},
          "formulation: {gases} is a gas or becomes one, which no reference kernel follows; take riemann, or give such "
          "bodies `formulation: eulerian`", "verification"),
-    Rule(_unfollowed,
+    Rule(_fixed_smoothing_length,
          "formulation.smoothing_length: fixed, and {gases} is a gas or becomes one, which expands beyond the reach of "
          "a fixed kernel; give {wanted}", "verification"),
     Rule(lambda f: (f.gases != "" and f.scheme == "eulerian" and f.model.correction.type == "none"
@@ -345,24 +345,24 @@ RULES = (
                     and all(body.material.eos.type == "ideal_gas" for body in f.bodies.values())),
          "formulation.density_form: with 'volume' density and pressure of a gas are a fifth too high behind a shock "
          "that compresses it fourfold; take 'mass', or the formulation riemann", "verification"),
-    Rule(_loaded,
+    Rule(_initial_overlap,
          "formulation.contact: 'penalty' starts loaded where bodies touch: bodies.{name} is pushed off at rest; give "
          "it a gap of {gap:g}, or take 'frictional'", "verification"),
     # a limit came out 8 % too high with 60 particles across and by more than 12 % with 40
-    Rule(lambda f: bool(f.punched) and f.flat and f.across < BAND,
+    Rule(lambda f: bool(f.plug_damage) and f.flat and f.across < BAND,
          "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; "
          "with 40 the ballistic limit is 12 % too high; compare with an experiment", "validation"),
-    Rule(lambda f: [{"name": name} for name, damage in f.punched.items() if not damage.softening][:1],
+    Rule(lambda f: [{"name": name} for name, damage in f.plug_damage.items() if not damage.softening][:1],
          "bodies.{name}.material.damage: damage does not reduce the yield stress, so that plugs leave a metal that "
          "hardens too late; give `softening`, D_c, if the damage was published with one", "validation"),
     # a flat steel core at 850 m/s leaves 10 mm of aluminium at 616 m/s at 8 particles across, at 648 at 12, for 680
-    Rule(lambda f: bool(f.punched) and f.flat and f.scheme == "riemann" and f.across < COARSE,
+    Rule(lambda f: bool(f.plug_damage) and f.flat and f.scheme == "riemann" and f.across < COARSE,
          "formulation: a projectile that punches a plate at this speed loses up to 10 % too much of it in 'riemann' "
          "with few particles across; take adaptive, and compare with eulerian", "validation"),
     Rule(_eroding,
          "resolution: a rod that erodes stops too early with few particles across it: tungsten at 1.5 km/s penetrates "
          "0.75 of its length into steel at 8 across and 0.91 at 14; compare with a finer one", "validation"),
-    Rule(lambda f: (f.dim == 3 and f.scheme == "riemann" and f.model.h_over_dx < WIDE and f.met is None
+    Rule(lambda f: (f.dim == 3 and f.scheme == "riemann" and f.model.h_over_dx < WIDE and f.impact_pair is None
                     and f.overload > SHOCK) and {"wide": WIDE},
          "formulation.h_over_dx: in a foot that flattens against a wall in 3D particles separate beyond the reach of "
          "their kernels; it spreads by 9 % too much at 1.2, within 3 % at {wide:g}; give that, or take axisymmetric",

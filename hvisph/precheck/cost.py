@@ -34,8 +34,8 @@ def fed_threads(case: Case, particles: int) -> int:
     return max(1, int(_work(case, particles) / FEEDS_A_THREAD))
 
 
-def too_many(threads: int, case: Case, particles: int) -> str:
-    """Return why a run takes fewer threads than it was asked to; nothing where it takes them."""
+def fewer_threads_reason(threads: int, case: Case, particles: int) -> str:
+    """Return why a run uses fewer threads than requested; empty where it does not."""
     fed = fed_threads(case, particles)
     if threads <= fed:
         return ""

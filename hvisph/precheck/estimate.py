@@ -88,7 +88,7 @@ class BodyEstimate:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a case will take.
+    """Estimated cost of a case.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ class Estimate:
 
 
 def estimate(case: Case, threads: int | None = None) -> Estimate:
-    """Return what running `case` will take.
+    """Estimate the cost of running `case`.
 
     Parameters
     ----------
@@ -143,9 +143,9 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     if counted:
         placed = placed_bodies(case)
         build(case, placed)  # compiles nothing, and refuses what a run would refuse
-        bodies = tuple(_counted(body, case) for body in placed)
+        bodies = tuple(_body_estimate(body, case) for body in placed)
     else:
-        bodies = tuple(_uncounted(case))
+        bodies = tuple(_coarse_estimates(case))
     particles = sum(body.particles for body in bodies)
     steps = estimated_steps(case)
     threads = min(threads, fed_threads(case, particles)) if threads else worthwhile_threads(case, particles)
@@ -259,7 +259,7 @@ def _signal_speed(case: Case) -> float:
     return at_rest + COMPRESSION * fastest
 
 
-def _counted(body: PlacedBody, case: Case) -> BodyEstimate:
+def _body_estimate(body: PlacedBody, case: Case) -> BodyEstimate:
     size, dim, ends = body.filling.size, len(body.filling.size), body.positions[:, 0]
     width = size[min(1, dim - 1)]
     if case.drawing_dimensions != case.dim:  # of rings the section on one side of the axis was filled
@@ -292,7 +292,7 @@ def _density(name: str, model: Any) -> float:
     return start_of(name, model, material_of(model.material, model.internal_energy))[0]
 
 
-def _uncounted(case: Case) -> list[BodyEstimate]:
+def _coarse_estimates(case: Case) -> list[BodyEstimate]:
     parts = []
     for name, body in case.bodies.items():
         shape, dx = shape_of(body.shape, case.drawing_dimensions), body.spacing(case)

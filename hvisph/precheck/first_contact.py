@@ -1,4 +1,4 @@
-"""When two bodies of a case first touch, as they move at the start. Compiles nothing."""
+"""Time of the first contact of two bodies at their initial velocities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pressure to expect of an impact, by impedance matching, beside the one computed."""
+"""Comparison of the computed peak pressure with impedance matching."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def plane_shock(case: Case) -> tuple[Any, str]:
         return None, "the numbers of the materials or the velocity are beyond it"
 
 
-def beyond_measured(case: Case) -> list[str]:
+def hugoniot_warnings(case: Case) -> list[str]:
     """Return a warning for each of the bodies that meet first whose material is known to miss measured shocks here."""
     from hvisph.casefile.material_library import library_of
 
@@ -87,11 +87,11 @@ def _better(library: Library, notes: Notes, speed: float) -> str:
 
 def _holds(notes: Notes, speed: float) -> bool:
     """Whether shocks are as measured at a particle velocity [m/s]; where no range is told, among the points."""
-    speeds = notes.shocks or [up for points, _ in notes.measured for up, _ in points]
+    speeds = notes.shocks or [up for points, _ in notes.hugoniot_points for up, _ in points]
     return bool(speeds) and MARGIN * min(speeds) <= speed <= max(speeds) / MARGIN
 
 
-def beside(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:
+def compare_peak_pressure(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:
     """Return the highest pressure of a run and the estimate [Pa], and a remark where they are far apart.
 
     Parameters

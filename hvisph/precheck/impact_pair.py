@@ -1,4 +1,4 @@
-"""Which two bodies of a case meet first, and how fast: known from boxes around them, before a particle is made."""
+"""Impact pair: the first two bodies in contact and their closing speed, from bounding boxes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TOUCHING = 1e-6  # of the larger box: what rounding leaves between faces that to
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two bodies that meet.
+    """Impact pair.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Meeting:
 
 
 def meeting(case: Case) -> Meeting | None:
-    """Return the first two bodies to meet as they move at the start; None where none do.
+    """Return the first two bodies in contact at their initial velocities; None without contact.
 
     Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure.
     """
@@ -59,7 +59,7 @@ def meeting(case: Case) -> Meeting | None:
         if turn is not None:  # along the axes of what is struck, so that a shot turned as a whole is the same
             one, other = (_box(bodies[k], case, shifts[k], turn) for k in (a, b))
             closing = closing @ turn
-        met = None if threads else _met(one, other, closing)
+        met = None if threads else _contact_time(one, other, closing)
         if met is not None:
             pressure = met[1] * impedance[a] * impedance[b] / max(impedance[a] + impedance[b], 1e-300)
             found.append((met[0], -pressure, a, b, met[1]))
@@ -163,7 +163,7 @@ def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = No
     return np.array(low[: case.dim], dtype=float), np.array(high[: case.dim], dtype=float)
 
 
-def _met(one: Box, other: Box, closing: np.ndarray) -> tuple[float, float] | None:
+def _contact_time(one: Box, other: Box, closing: np.ndarray) -> tuple[float, float] | None:
     """Return when two boxes meet [s] and how fast across the faces that do [m/s]; None where they never do.
 
     `closing` (dim,) [m/s] is the velocity of the one relative to the other.

@@ -1,4 +1,4 @@
-"""The regime of a case: what the two bodies that meet first do to each other.
+"""Impact regime of the first two bodies in contact.
 
 The impact pressure of the two against their strength tells whether waves stay elastic, plastic strains decide, or a
 shock does.
@@ -25,7 +25,7 @@ ELASTIC, SHOCK = 1.0, 10.0
 
 @dataclass(frozen=True)
 class Regime:
-    """What the two bodies that meet first do to each other.
+    """Impact regime of the first two bodies in contact.
 
     Parameters
     ----------

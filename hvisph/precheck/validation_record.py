@@ -1,4 +1,4 @@
-"""What shots that were fired say of cases of their kind: how far off runs of them are, and at which resolution.
+"""Validation record: differences of runs from experiments of the same kind.
 
 The figures are those of `docs/validation.md`; a test holds them against its results.
 """
@@ -23,7 +23,7 @@ ENOUGH = 0.75  # of the particles across of the page: with fewer its figures do 
 
 @dataclass(frozen=True)
 class Experience:
-    """What one set of experiments found.
+    """Differences of runs from one set of experiments.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ KNOWN = {
 
 
 def experience(case: Case, kind: Regime) -> str:
-    """Return what experiments say of a case like this one; empty where there are none."""
+    """Return the validation record of similar experiments; empty without any."""
     name = _set_of(case, kind)
     if not name:
         return ""

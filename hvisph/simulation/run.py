@@ -19,7 +19,7 @@ from hvisph.core.malloc_tuning import give_back_large
 from hvisph.output.run_folder import RunFolder, SilentFolder
 from hvisph.parallel.partition import Parts
 from hvisph.parallel.world import Alone, world_here
-from hvisph.precheck.cost import fed_threads, too_many, worthwhile_threads
+from hvisph.precheck.cost import fed_threads, fewer_threads_reason, worthwhile_threads
 from hvisph.precheck.estimate import refuse_impossible
 from hvisph.setup.build import set_up
 from hvisph.setup.initial_state import Beginning, begin
@@ -95,7 +95,7 @@ def with_threads(case: Case, start: Beginning, threads: int | None, world: Alone
     """Set the number of threads as `set_threads` does, and note it in the initial state."""
     count = -(-start.count // world.size)
     set_threads(threads, worthwhile_threads(case, count), world.beside)
-    note = too_many(threads, case, count) if threads else ""
+    note = fewer_threads_reason(threads, case, count) if threads else ""
     if not note:
         return start
     set_threads(fed_threads(case, count))

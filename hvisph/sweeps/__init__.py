@@ -1,1 +1,1 @@
-"""Many runs: which cases a sweep is made of, the workers that compute them, and what their results say."""
+"""Parameter sweeps: design, workers and analysis."""

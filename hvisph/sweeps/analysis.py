@@ -1,4 +1,4 @@
-"""What the results of a sweep say, by what it varies; and the cases that are to follow."""
+"""Analysis of the results of a sweep, and further cases of a bisection."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from .statistics import convergence, spread
 from .surrogate import sensitivity
 from .table import Row
 from .threshold import Bracket, bracket, lambert_jonas, logistic_limit, next_values
-from .uncertainty import combined
+from .uncertainty import combine_uncertainties
 
 
 def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
-    """Return what a sweep's results say, in plain form for `results.json`."""
+    """Analyse the results of a sweep, in plain form for `results.json`."""
     said: dict[str, Any] = {
         "type": vary.type,
         "cases": len(rows),
@@ -59,7 +59,7 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
     without, beyond, width = Scale(vary.path, [*vary.bracket, vary.tolerance], base).numbers
     cases: list[Values] = []
     for fixed, group in _groups(vary, base, [row for row in rows if row["status"] == "done"]):
-        decided = _decided(vary.event, group)
+        decided = _classify(vary.event, group)
         if len(decided) < len(group):  # the shot first has to go on to a later time
             continue
         scale = Scale(vary.path, [*vary.bracket, vary.tolerance, *(row["values"][vary.path] for row in group)], base)
@@ -78,11 +78,11 @@ def _groups(vary: models.Bisect, base: Mapping[str, Any], rows: Sequence[Row]) -
     ]
 
 
-def undecided(vary: Any, rows: Sequence[Row]) -> list[int]:
+def undecided_shots(vary: Any, rows: Sequence[Row]) -> list[int]:
     """Return the numbers of the shots of a limit that are done and do not tell on which side of it they are."""
     if not isinstance(vary, models.Bisect):
         return []
-    return [row["number"] for row in rows if row["status"] == "done" and _happened(vary.event, row) is None]
+    return [row["number"] for row in rows if row["status"] == "done" and _outcome(vary.event, row) is None]
 
 
 def _add_uncertainty(vary: models.Bisect, base: Mapping[str, Any], limits: Sequence[dict[str, Any]]) -> None:
@@ -100,10 +100,10 @@ def _add_uncertainty(vary: models.Bisect, base: Mapping[str, Any], limits: Seque
         half = 0.5 * abs(finest["above"] - finest["below"])
         correlation = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
         count = len(spacings)
-        finest["uncertainty"] = combined(spacings, values[:count], half, values[count:], correlation)
+        finest["uncertainty"] = combine_uncertainties(spacings, values[:count], half, values[count:], correlation)
 
 
-def _happened(event: models.Event, row: Row) -> bool | None:
+def _outcome(event: models.Event, row: Row) -> bool | None:
     """Return on which side of the limit a case is; None where its measure does not tell."""
     value = row["measures"].get(event.measure, {}).get("value")
     if value is None:
@@ -111,14 +111,14 @@ def _happened(event: models.Event, row: Row) -> bool | None:
     return float(value) > event.threshold
 
 
-def _decided(event: models.Event, rows: Sequence[Row]) -> list[tuple[Row, bool]]:
-    judged = [(row, _happened(event, row)) for row in rows]
+def _classify(event: models.Event, rows: Sequence[Row]) -> list[tuple[Row, bool]]:
+    judged = [(row, _outcome(event, row)) for row in rows]
     return [(row, yes) for row, yes in judged if yes is not None]
 
 
 def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Sequence[Row]) -> dict[str, Any]:
-    decided = _decided(vary.event, rows)
-    undecided = [row["number"] for row in rows if _happened(vary.event, row) is None]
+    decided = _classify(vary.event, rows)
+    undecided = [row["number"] for row in rows if _outcome(vary.event, row) is None]
     rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
     scale = Scale(vary.path, [*vary.bracket, *(row["values"][vary.path] for row in rows)], base)
     (without, beyond), numbers = scale.numbers[:2], scale.numbers[2:]
@@ -187,7 +187,9 @@ def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row
             time = (finest.get("uncertainty_by") or {}).get("swing", 0.0)
             others = [None if row is None else row["measures"].get(name, {}).get("value") for row in perturbed]
             correlation = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
-            verdicts[name]["uncertainty"] = combined([h for _, h in known], values, time, others, correlation)
+            verdicts[name]["uncertainty"] = combine_uncertainties(
+                [h for _, h in known], values, time, others, correlation
+            )
     return verdicts
 
 

@@ -60,7 +60,7 @@ class Datum:
         """SI value of the unit."""
         return 1.0 if self.unit in ("", "-") else float(COMMON_UNITS[self.unit][1])
 
-    def computed(self, folder: str) -> float:
+    def value_in(self, folder: str) -> float:
         """Return the number that a run has given, in `unit`; raises `OutputError` where it gave none."""
         measures, profile, history = _results(folder)
         if self.quantity in CATALOGUE:
@@ -219,14 +219,14 @@ class Calibration:
         except _MissingRunsError as missing:
             return self.cases(missing.points), {}
 
-    def _computed(self, points: np.ndarray) -> np.ndarray:
+    def _evaluate(self, points: np.ndarray) -> np.ndarray:
         """Return what the runs have given at points, (k, m)."""
         if self.cases(points):
             raise _MissingRunsError(points)
         keys = [self._parameters(u) for u in points]
-        return np.array([[one.computed(self.folders[self._key(one.shot, key)]) for one in self.data] for key in keys])
+        return np.array([[one.value_in(self.folders[self._key(one.shot, key)]) for one in self.data] for key in keys])
 
-    def _weighted(self, computed: np.ndarray) -> np.ndarray:
+    def _residuals(self, computed: np.ndarray) -> np.ndarray:
         """Return (computed - measured)/scatter."""
         measured, scatter = np.array([[one.value, one.scatter] for one in self.data]).T
         return np.asarray((computed - measured) / scatter)
@@ -236,10 +236,10 @@ class Calibration:
         steps = self.fit.step * np.eye(len(u))
         return np.clip(np.vstack([u, u + steps, u - steps]), 0.0, 1.0)
 
-    def _linearised(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _linearize(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted residuals and their derivatives with respect to the scaled parameters."""
         points = self._stencil(u)
-        found, n = self._weighted(self._computed(points)), len(u)
+        found, n = self._residuals(self._evaluate(points)), len(u)
         steps = (points[1 : n + 1] - points[n + 1 :]).sum(axis=1)
         return found[0], ((found[1 : n + 1] - found[n + 1 :]) / steps[:, None]).T
 
@@ -247,10 +247,10 @@ class Calibration:
         from scipy.optimize import least_squares
         from scipy.stats import t
 
-        found = least_squares(lambda u: self._linearised(u)[0], self.start, jac=lambda u: self._linearised(u)[1],
+        found = least_squares(lambda u: self._linearize(u)[0], self.start, jac=lambda u: self._linearize(u)[1],
                               bounds=(0.0, 1.0), xtol=TOLERANCE, ftol=TOLERANCE,
                               max_nfev=self.fit.iterations)  # fmt: skip
-        residuals, jacobian = self._linearised(found.x)
+        residuals, jacobian = self._linearize(found.x)
         freedom = max(len(residuals) - len(found.x), 1)
         spread = max(1.0, float(residuals @ residuals) / freedom)
         covariance = np.linalg.inv(jacobian.T @ jacobian / spread + PRIOR * np.eye(len(found.x)))
@@ -259,7 +259,7 @@ class Calibration:
         text = f"least squares, {found.nfev} iterations"
         if found.status == 0:
             text += ", not converged: give more `iterations` or another start"
-        return self._result(found.x, covariance, bounds, self._computed(found.x[None])[0],
+        return self._result(found.x, covariance, bounds, self._evaluate(found.x[None])[0],
                             {"method": text, "converged": found.status > 0})  # fmt: skip
 
     def _design(self) -> np.ndarray:
@@ -273,7 +273,7 @@ class Calibration:
         from scipy.stats import multivariate_normal, qmc, uniform
 
         points = self._design()
-        computed = self._computed(points)
+        computed = self._evaluate(points)
         surfaces = [Surrogate(points, column) for column in computed.T]
         scatter = np.hypot([one.scatter for one in self.data], [surface.error for surface in surfaces])
         measured = np.array([one.value for one in self.data])
@@ -308,7 +308,7 @@ class Calibration:
     def _result(self, u: np.ndarray, covariance: np.ndarray, bounds: np.ndarray, computed: np.ndarray,
                 more: dict[str, Any]) -> dict[str, Any]:  # fmt: skip
         deviation = np.sqrt(np.diag(covariance))
-        residuals = self._weighted(computed)
+        residuals = self._residuals(computed)
         parameters = {}
         for k, (path, scale) in enumerate(zip(self.fit.parameters, self.scales, strict=True)):
             low, high = (float(self.lower[k] + self.range[k] * one[k]) for one in bounds)

@@ -110,7 +110,7 @@ class DaskCrew:
     def stop(self) -> None:
         """Ask all to keep what they have and end, and wait for them, a minute at most."""
         self.wanted.unlink(missing_ok=True)
-        distributed = _imported("distributed")
+        distributed = _import("distributed")
         end = time.monotonic() + PATIENCE
         while self.client.status == "running" and self._workers() and time.monotonic() < end:
             with suppress(TimeoutError, distributed.TimeoutError):
@@ -144,19 +144,19 @@ def _end(task: Any) -> tuple[int, str]:
     return -1, ""
 
 
-def connected(address: str) -> Any:
+def connect(address: str) -> Any:
     """Return a client of a running scheduler; raises `CaseError` where there is none."""
-    distributed = _imported("distributed")
+    distributed = _import("distributed")
     try:
         return distributed.Client(address, timeout=10)
     except (OSError, ValueError) as error:
         raise CaseError(f"no Dask scheduler answers at {address}: {error}", where="--dask") from None
 
 
-def launched(kind: str, workers: int, threads: int) -> Any:
+def launch(kind: str, workers: int, threads: int) -> Any:
     """Return a client of a cluster whose workers are jobs of a queue; set up by Dask's own configuration files."""
-    jobqueue = _imported("dask_jobqueue")
-    distributed = _imported("distributed")
+    jobqueue = _import("dask_jobqueue")
+    distributed = _import("distributed")
     try:
         cluster = getattr(jobqueue, KINDS[kind])(cores=threads, processes=1)
         cluster.scale(jobs=workers)
@@ -165,7 +165,7 @@ def launched(kind: str, workers: int, threads: int) -> Any:
     return distributed.Client(cluster)
 
 
-def _imported(name: str) -> Any:
+def _import(name: str) -> Any:
     from importlib import import_module
 
     try:

@@ -1,4 +1,4 @@
-"""What correlations say beside a ballistic limit that a sweep has found."""
+"""Comparison of ballistic limits with empirical correlations."""
 
 from __future__ import annotations
 

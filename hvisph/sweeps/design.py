@@ -1,4 +1,4 @@
-"""From what a sweep varies to the values of each case."""
+"""Design of a sweep: values of the settings of each case."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hvisph.core.errors import CaseError
 
 from .calibration import Calibration
 from .parameters import Scale, Values, plain, product
-from .sampling import sampled
+from .sampling import draw_sample
 from .uncertainty import perturbations
 
 
@@ -42,7 +42,7 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
     elif isinstance(vary, models.Listed):
         cases = [dict(case) for case in vary.cases] if vary.cases is not None else _table(folder / str(vary.file))
     elif isinstance(vary, models.Sample):
-        cases = sampled(vary, base)
+        cases = draw_sample(vary, base)
     elif isinstance(vary, models.Converge):
         cases = converge_cases(vary, base)
     elif isinstance(vary, models.Fit):

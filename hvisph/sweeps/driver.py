@@ -1,4 +1,4 @@
-"""Drives a sweep: starts workers, replaces those that die, tells of cases as they end, adds rounds, sums up.
+"""Execution of a sweep: workers, rounds and results.
 
 The driver decides nothing that the folder does not know: kill it, and workers finish what is there; start it
 again, and it goes on.
@@ -21,7 +21,7 @@ from hvisph.casefile.yaml_text import dump
 from hvisph.core.errors import INTERRUPTED, OutputError
 from hvisph.output import atomic_write, file_names
 
-from .analysis import following, undecided, verdict
+from .analysis import following, undecided_shots, verdict
 from .calibration import material_document
 from .correlation_comparison import beside_limit
 from .folder import ENDED, RESULTS, STEPPING, SweepFolder
@@ -35,7 +35,7 @@ MOST_FAILURES = 5  # of workers in a row that end with an error
 
 
 class Crew(Protocol):
-    """Workers, wherever they are."""
+    """Interface of the workers of a sweep."""
 
     waits_for_first: bool  # whether the first has to come to a step, with its loops compiled, before there are more
 
@@ -125,7 +125,7 @@ def worker_command(folder: SweepFolder, threads: int, options: Sequence[str] = (
 
 
 class Driver:
-    """A sweep under way.
+    """Execution of a sweep.
 
     Parameters
     ----------
@@ -153,8 +153,8 @@ class Driver:
         try:
             while True:
                 yield from self._round()
-                more = self._more()
-                if not more and not self._prolonged():
+                more = self._bisection_round()
+                if not more and not self._prolong():
                     break
                 self.members += more
                 self.folder.write_members(self.members)
@@ -190,10 +190,10 @@ class Driver:
 
     def _round(self) -> Iterator[Row]:
         left = self._left()
-        failures = len(self._failed())
+        failures = len(self._failures())
         while left:
             begun = time.monotonic()
-            self.crew.keep(self._wanted(len(left)))
+            self.crew.keep(self._worker_count(len(left)))
             time.sleep(POLL)
             still = []
             for member in left:
@@ -210,32 +210,32 @@ class Driver:
             # looking at ten thousand cases takes a while: spend little of the time on it
             time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
 
-    def _wanted(self, left: int) -> int:
+    def _worker_count(self, left: int) -> int:
         """Return how many workers there should be: where none waits for another's loops, at first one alone."""
         alone = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()
         return 1 if alone else min(self.workers, left)
 
-    def _prolonged(self) -> bool:
+    def _prolong(self) -> bool:
         """Let shots of a limit that are not decided go on to twice their time; False where none may."""
-        numbers = set(undecided(self.sweep.vary, rows(self.folder, self.members)))
+        numbers = set(undecided_shots(self.sweep.vary, rows(self.folder, self.members)))
         prolonged = False
         for member in self.members:
             if member.number not in numbers:
                 continue
             first = self.plan.case(member.values).time.end
             longest = getattr(self.sweep.vary, "longest", None) or LONGEST * first
-            end = self.folder.prolonged(member) or first
+            end = self.folder.extended_end(member) or first
             if end < longest:
                 self.folder.begin_again(member, end=min(2.0 * end, longest))
                 prolonged = True
         return prolonged
 
-    def _failed(self) -> list[Member]:
+    def _failures(self) -> list[Member]:
         return [member for member in self.members if self.folder.standing(member).status in ENDED[1:]]
 
-    def _more(self) -> list[Member]:
+    def _bisection_round(self) -> list[Member]:
         """Return the next round of a bisection or a fit."""
-        if self._failed():
+        if self._failures():
             return []
         points = getattr(self.sweep.vary, "points", None) or self.workers
         more = following(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), points)

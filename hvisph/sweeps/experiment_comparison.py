@@ -1,4 +1,4 @@
-"""What was computed beside what an experiment has measured: columns `experiment.NAME` of a list of shots."""
+"""Comparison of computed and measured values in columns `experiment.NAME`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The folder of a sweep: its cases, who computes which, and how each stands. The folder is the queue.
+"""Folder of a sweep: cases, claims and states. The folder is the queue.
 
 A case of a sweep is an ordinary run's folder, which knows by itself whether it waits, was cut off or has ended.
 Beside it a claim says who took the case: a lock that its holder lets go whenever it ends, and a line
@@ -36,7 +36,7 @@ MOST_STARTS = 5  # of a case whose worker ends without a word and without a new 
 
 @dataclass(frozen=True)
 class Standing:
-    """How a case stands.
+    """State of a case.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Standing:
 
 
 class SweepFolder:
-    """A sweep on disk."""
+    """Folder of a sweep."""
 
     def __init__(self, path: str | os.PathLike[str]):
         self.path = Path(path)
@@ -142,13 +142,13 @@ class SweepFolder:
         """Return the folder of a case's run."""
         return self.path / RUNS / member.name
 
-    def failed(self, member: Member) -> bool:
-        """Tell whether the run of a case has failed."""
+    def has_failed(self, member: Member) -> bool:
+        """Whether the run of a case has failed."""
         return _summary(self.run_folder(member)).get("status") == "failed"
 
     @contextmanager
-    def claimed(self, member: Member) -> Iterator[bool]:
-        """Hold a case for this process; False where another holds it."""
+    def claim(self, member: Member) -> Iterator[bool]:
+        """Claim a case for this process; False where another process holds it."""
         try:
             lock = FileLock(self.path / CLAIMS / f"{member.number:05d}.lock")
         except BlockingIOError:
@@ -191,7 +191,7 @@ class SweepFolder:
             return Standing("error", str(last.get("message", "")))
         if summary.get("status") in ("done", "failed") and not starts:
             return Standing(summary["status"], str((summary.get("failure") or {}).get("message", "")), summary)
-        if starts and not held and self._held(member):
+        if starts and not held and self._is_claimed(member):
             return Standing("running")
         if starts >= MOST_STARTS:
             return Standing("killed", f"the process that computed it ended {starts} times without a word")
@@ -204,7 +204,7 @@ class SweepFolder:
         self._ended.pop(member.number, None)
         self.note(member, "again", **({} if end is None else {"end": end}))
 
-    def prolonged(self, member: Member) -> float | None:
+    def extended_end(self, member: Member) -> float | None:
         """Return the later end that a case was given [s]; None for its own."""
         return next((event["end"] for event in reversed(self._events(member)) if "end" in event), None)
 
@@ -225,8 +225,8 @@ class SweepFolder:
                 events.append(event)
         return events
 
-    def _held(self, member: Member) -> bool:
-        with self.claimed(member) as mine:
+    def _is_claimed(self, member: Member) -> bool:
+        with self.claim(member) as mine:
             return not mine
 
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.case.sweep import Fit, Sweep
-from hvisph.casefile.errors import located
-from hvisph.casefile.loader import materials_of, validated
+from hvisph.casefile.errors import locate_error
+from hvisph.casefile.loader import materials_of, validate
 from hvisph.casefile.overrides import overridden
 from hvisph.casefile.sweep_file import load_sweep
 from hvisph.casefile.yaml_text import Document, Place
@@ -73,14 +73,14 @@ class Plan:
         self.sweep, self.places, self.folder = sweep, places, folder
         self.base = base
         self.counts: dict[str, float] = {}  # of particles, by spacing and shapes: estimates for the order of the cases
-        vary = self._blamed(("vary",), lambda: _with_files(sweep.vary, folder))
+        vary = self._locate(("vary",), lambda: _with_files(sweep.vary, folder))
         self.sweep = sweep.model_copy(update={"vary": vary})
         for path, value in sweep.set.items():
-            self.base = self._blamed(("set", path), lambda: setting(self.base, path, value))  # noqa: B023 called at once
+            self.base = self._locate(("set", path), lambda: setting(self.base, path, value))  # noqa: B023 called at once
 
     def first(self) -> list[Member]:
         """Return the cases that are known before anything runs, each one loaded and found good."""
-        values = self._blamed(("vary",), lambda: points(self.sweep.vary, self.base.value, self.folder))
+        values = self._locate(("vary",), lambda: points(self.sweep.vary, self.base.value, self.folder))
         return self.members(values, 0)
 
     def members(self, values: Sequence[Values], start: int) -> list[Member]:
@@ -101,19 +101,19 @@ class Plan:
             for path, value in values.items():
                 if not path.startswith(EXPERIMENT):
                     document = setting(document, path, value)
-            return validated(document)
+            return validate(document)
         except CaseError as error:
             shown = ", ".join(f"{path} = {format_value(value)}" for path, value in values.items())
-            raise located(("vary",), f"case {number} ({shown}): {error}", self.places) from None
+            raise locate_error(("vary",), f"case {number} ({shown}): {error}", self.places) from None
 
-    def _blamed(self, path: tuple[str, ...], call: Any) -> Any:
+    def _locate(self, path: tuple[str, ...], call: Any) -> Any:
         """Call, and add the sweep's file and line to what goes wrong."""
         try:
             return call()
         except CaseError as error:
             keys = tuple(part for part in error.where.split(".") if part) if path == ("vary",) else ()
             known = (*path, *keys)
-            raise located(known, error.message, self.places) from None
+            raise locate_error(known, error.message, self.places) from None
 
 
 def _with_files(vary: Any, folder: Path) -> Any:

@@ -12,7 +12,7 @@ from hvisph.case import sweep as models
 from .parameters import Scale, Values
 
 
-def sampled(vary: models.Sample, base: Mapping[str, object]) -> list[Values]:
+def draw_sample(vary: models.Sample, base: Mapping[str, object]) -> list[Values]:
     """Return the values of the cases of a sample; the same for the same seed.
 
     More cases with the same seed begin with the same ones for `sobol` and `random`; a Latin hypercube is

@@ -58,6 +58,6 @@ class Selection:
             raise CaseError(f"there is no case {self.first}: numbers go from 0 to {last}", where="--only")
 
     @staticmethod
-    def ordered(members: Sequence[Member]) -> list[Member]:
+    def by_cost(members: Sequence[Member]) -> list[Member]:
         """Return the members, the costliest first, so that no long one is left for the end."""
         return sorted(members, key=lambda member: (-member.cost, member.number))

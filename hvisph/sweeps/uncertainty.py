@@ -58,8 +58,10 @@ def perturbations(fit: Any, base: Mapping[str, Any]) -> list[Values]:
     ]
 
 
-def combined(spacings: Sequence[float], values: Sequence[float], time: float, perturbed: Sequence[float | None],
-             correlation: Sequence[Sequence[float]]) -> dict[str, Any] | None:  # fmt: skip
+def combine_uncertainties(
+    spacings: Sequence[float], values: Sequence[float], time: float, perturbed: Sequence[float | None],
+    correlation: Sequence[Sequence[float]],
+) -> dict[str, Any] | None:  # fmt: skip
     """Return half-width and shares; None where a perturbed value is missing.
 
     Parameters

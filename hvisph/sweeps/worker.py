@@ -78,15 +78,15 @@ class Worker:
         while True:
             members = self.folder.members()
             left = busy = 0
-            for member in self.selection.ordered(members):
+            for member in self.selection.by_cost(members):
                 if self._enough_failures(members):
                     return 0
-                if not self._wanted():
+                if not self._is_active():
                     return INTERRUPTED
                 if not self.selection.takes(member, self.folder.standing(member)):
                     continue
                 left += 1
-                with self.folder.claimed(member) as mine:
+                with self.folder.claim(member) as mine:
                     standing = self.folder.standing(member, held=mine)
                     if not mine:
                         busy += 1
@@ -98,7 +98,7 @@ class Worker:
             if busy == left:
                 time.sleep(POLL)
 
-    def _wanted(self) -> bool:
+    def _is_active(self) -> bool:
         return self.file is None or self.file.exists()
 
     def _enough_failures(self, members: Sequence[Member]) -> bool:
@@ -112,7 +112,7 @@ class Worker:
         """Run a case to its end, its limit or a signal; False after a signal."""
         newest = next(iter(list_checkpoints(self.folder.run_folder(member) / file_names.CHECKPOINT)), None)
         self.folder.note(member, "start", checkpoint=newest.name if newest else None)
-        listener = _Limited(self.sweep.time_limit, lambda: self._tell(member), self._wanted)
+        listener = _Limited(self.sweep.time_limit, lambda: self._tell(member), self._is_active)
         try:
             outcome = self._run(member, listener)
         except KeyboardInterrupt:
@@ -135,9 +135,9 @@ class Worker:
     def _run(self, member: Member, listener: Listener) -> Outcome:
         path = self.folder.run_folder(member)
         begun = (path / file_names.CASE).is_file()
-        if begun and not self.folder.failed(member):
+        if begun and not self.folder.has_failed(member):
             try:
-                return resume(path, self.folder.prolonged(member), threads=self.threads, listener=listener)
+                return resume(path, self.folder.extended_end(member), threads=self.threads, listener=listener)
             except (CaseError, OutputError):
                 pass  # what is there cannot be gone on with: begin again, or fail for the same reason
         case = self.plan.case(member.values, member.number)

@@ -1,4 +1,4 @@
-"""Pictures of what was computed beside what is exact: one a trial, all formulations in it."""
+"""Pictures of computed and exact results, one for each trial."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def draw(verdicts: Sequence[Verdict], folder: Path) -> list[Path]:
     """Draw ``PROBLEM.TRIAL.png`` for every trial that has curves, and return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     trials = dict.fromkeys((one.problem, one.trial) for one in verdicts if one.curves)
-    return [_drawn([one for one in verdicts if (one.problem, one.trial) == trial], folder) for trial in trials]
+    return [_draw([one for one in verdicts if (one.problem, one.trial) == trial], folder) for trial in trials]
 
 
 def file_name(problem: str, trial: str) -> str:
@@ -26,7 +26,7 @@ def file_name(problem: str, trial: str) -> str:
     return f"{problem}.{'_'.join(plain.split())}.png"
 
 
-def _drawn(verdicts: Sequence[Verdict], folder: Path) -> Path:
+def _draw(verdicts: Sequence[Verdict], folder: Path) -> Path:
     panels: dict[str, list[Curve]] = {}
     for verdict in verdicts:
         for column, curves in verdict.curves.items():

@@ -21,7 +21,7 @@ from hvisph.visualization.curves import Curve
 
 @dataclass(frozen=True)
 class Figure:
-    """One number of a run beside the exact one.
+    """Computed and exact value of one quantity.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Figure:
 
     @property
     def passed(self) -> bool:
-        """Whether the figure is as asked; a value that is not finite never is."""
+        """Whether the difference is within the tolerance; never for a non-finite value."""
         return isfinite(self.found) and (self.off if self.at_most else abs(self.off)) <= self.tolerance
 
     def as_dict(self) -> dict[str, Any]:
@@ -149,7 +149,7 @@ ALL = (*SOLIDS, "projection")
 
 @dataclass(frozen=True)
 class Options:
-    """What a user may ask of a problem.
+    """Options of a problem.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Trial:
-    """One line-up of a problem: its runs and its figures.
+    """Variant of a problem: its runs and figures.
 
     Parameters
     ----------

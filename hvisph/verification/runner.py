@@ -1,4 +1,4 @@
-"""Runs trials and judges them."""
+"""Execution and evaluation of trials."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LIMITS = {"energy_drift": None, "speed_over_initial": None}
 
 @dataclass
 class Verdict:
-    """How a formulation did in a trial.
+    """Result of a formulation in a trial.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Verdict:
 
     @property
     def passed(self) -> bool | None:
-        """Whether all is as asked; None where it was refused, which is neither right nor wrong."""
+        """Whether all figures passed; None for a refused case."""
         return None if self.status == "refused" else self.status == "done" and all(f.passed for f in self.figures)
 
     def as_dict(self) -> dict[str, Any]:
@@ -118,14 +118,14 @@ def verdicts(
             continue
         made = []
         for name in able:
-            made.append(judged(problem, trial, name, settings, keep, threads, listener))
+            made.append(run_trial(problem, trial, name, settings, keep, threads, listener))
             yield made[-1]
         if problem.agree is not None:
             yield from _agreement(problem, trial, made)
 
 
 def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Iterator[Verdict]:
-    """Judge whether formulations agree with one another in the figure that the problem names."""
+    """Evaluate the agreement of formulations in the figure that the problem names."""
     name, tolerance = problem.agree or ("", 0.0)
     values = [figure.found for one in made for figure in one.figures if figure.name == name]
     if len(values) > 1:
@@ -134,7 +134,7 @@ def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Itera
         yield Verdict(problem.name, trial.name, "all", "done", [together])
 
 
-def judged(
+def run_trial(
     problem: Problem,
     trial: Trial,
     formulation: str,
@@ -153,7 +153,7 @@ def judged(
         try:
             cases = [with_formulation(start, formulation, settings) for start in trial.starts]
             ran = [
-                _computed(start, case, where / str(number), threads, listener)
+                _compute(start, case, where / str(number), threads, listener)
                 for number, (start, case) in enumerate(zip(trial.starts, cases, strict=True))
             ]
         except CaseError as error:
@@ -195,7 +195,7 @@ def _can_fail(case: dict[str, Any]) -> bool:
     return any(one.get("damage", {}).get("type") == "johnson_cook" for one in values)
 
 
-def _computed(start: Start, case: Case, folder: Path, threads: int | None, listener: Listener | None) -> Ran:
+def _compute(start: Start, case: Case, folder: Path, threads: int | None, listener: Listener | None) -> Ran:
     placed = placed_bodies(case)
     if start.place is not None:
         placed = start.place(placed)

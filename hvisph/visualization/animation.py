@@ -1,4 +1,4 @@
-"""A run as a moving picture: GIF, or MP4 where ffmpeg is installed."""
+"""Animations of a run as GIF, or as MP4 with ffmpeg."""
 
 from __future__ import annotations
 

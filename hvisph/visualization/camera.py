@@ -1,4 +1,4 @@
-"""Particles as shaded discs in a picture: where each falls, what hides what, copies beyond mirrors.
+"""Projection of particles as shaded discs: visibility and mirror images.
 
 The camera looks along z at the shot from the side (x to the right, y up), from the front along the shot, or turned
 by two angles. Each disc is as wide as its particle's share of the lattice; the nearest wins, pixel by pixel, so that
@@ -23,7 +23,7 @@ STANDS, FLAT, OBLIQUE = 0.1, 0.7, np.cos(np.radians(5.0))
 
 @dataclass(frozen=True)
 class Picture:
-    """What a camera saw.
+    """Visible particles of a picture.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.
 
 
 def revolve(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return rings (x, r) as particles of the solid that they stand for, and the ring that each is of.
+    """Revolve axisymmetric particles (x, r) into particles of the solid, with the index of each origin.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def revolve(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple
 
 
 def visible_discs(place: np.ndarray, radius: float, extent: tuple[float, float, float, float], width: int) -> Picture:
-    """Return what a camera sees of discs.
+    """Return the visible discs.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Pictures of curves: gauges over time and profiles, beside the exact solution where there is one."""
+"""Pictures of curves: gauge histories and profiles with exact solutions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of experiments beside runs: outlines over outlines, verdict maps, residual velocities, all lengths."""
+"""Pictures of experiments and runs: outlines, perforation maps, residual velocities and lengths."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Off:
-    """How far off a computed number is: quantity, group, measured value, difference and scatter [%]."""
+    """Difference of a computed from a measured value: quantity, group, value, difference and scatter [%]."""
 
     quantity: str
     group: str
@@ -88,7 +88,7 @@ def outlines_picture(panels: Sequence[Panel], path: str | os.PathLike[str]) -> P
 
 
 def offs_picture(offs: Sequence[Off], names: Mapping[str, str], path: str | os.PathLike[str]) -> Path:
-    """Draw how far off every number is over the measured one, a panel a quantity, and store the picture.
+    """Draw the differences over the measured values, one panel for each quantity, and store the picture.
 
     Parameters
     ----------

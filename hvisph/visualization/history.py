@@ -138,7 +138,7 @@ def draw_particles(
         axes.set_xlim(start[0] - margin, end[0] + margin)
         axes.set_ylim(start[1] - margin, end[1] + margin)
     axes.set_xlabel(f"x{unit}")
-    axes.set_ylabel(f"{'r' if snapshot.revolved else 'y'}{unit}")
+    axes.set_ylabel(f"{'r' if snapshot.is_axisymmetric else 'y'}{unit}")
     return discs
 
 

@@ -1,4 +1,4 @@
-"""Pictures that a page holds within itself: charts as vector elements, colour maps as tables."""
+"""Pictures embedded in a page: charts as SVG, colour maps as tables."""
 
 from __future__ import annotations
 

@@ -192,7 +192,7 @@ def _project(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
     """Return places (m, 3) of all discs, and the particle that each is of."""
     position = moment.snapshot.fields["position"].reshape(moment.snapshot.count, -1)
     yaw, pitch = VIEWS[look.view] if isinstance(look.view, str) else look.view
-    rings = moment.snapshot.revolved
+    rings = moment.snapshot.is_axisymmetric
     if rings and look.view != "side":
         place, owner = revolve(position, _spacing(moment.snapshot), 270.0 if look.mirrored else 180.0)
     else:
@@ -207,7 +207,7 @@ def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, loo
     unit, factor = lengths(moment.snapshot, extent)
     left, right, bottom, top = (end * factor for end in extent)
     axes.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
-    side = "r" if moment.snapshot.revolved else "y"
+    side = "r" if moment.snapshot.is_axisymmetric else "y"
     across, up = ("x", side) if look.view == "side" else ("across", "up")
     axes.set_xlabel(f"{across}{unit}")
     axes.set_ylabel(f"{up}{unit}")

@@ -58,7 +58,7 @@ def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]],
     if "limits" in said:
         return _limits(said["limits"])
     if said.get("fit"):
-        return _fitted(said["fit"]["data"])
+        return _fit_figure(said["fit"]["data"])
     if "experiment" in said:
         return _panels(said["experiment"], _against)
     for kind, draw in (("converge", _convergence), ("sample", _tornado)):
@@ -137,7 +137,7 @@ def _tornado(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
     axes.set_title(f"{display.label}: {spread}", fontsize=9)
 
 
-def _fitted(data: Sequence[Mapping[str, Any]]) -> Figure:
+def _fit_figure(data: Sequence[Mapping[str, Any]]) -> Figure:
     """Measured beside computed: by shot where there is one number each, over time or distance for curves."""
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for one in data:

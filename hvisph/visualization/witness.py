@@ -1,4 +1,4 @@
-"""Picture of what a witness plane receives: areal momentum as a map, and with the mean pressure over the radius."""
+"""Pictures of a witness plane: map of areal momentum, and mean pressure over the radius."""
 
 from __future__ import annotations
 

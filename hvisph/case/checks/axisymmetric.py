@@ -1,4 +1,4 @@
-"""Axisymmetric cases: what of a case in 3D is taken for the half-plane (x, r), and what such a case must fulfil."""
+"""Axisymmetric cases: conversion from 3D input and consistency checks."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _VECTORS = ("velocity", "position")
 
 
 def about_axis(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the plain form of an axisymmetric case without what it has as one in 3D.
+    """Convert the plain form of an axisymmetric case from 3D to the half-plane (x, r).
 
     Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis
     say nothing about a solid of revolution.
     """
     filled = dict(data)
     if isinstance(filled.get("bodies"), dict):
-        filled["bodies"] = {name: _flattened(body) for name, body in filled["bodies"].items()}
+        filled["bodies"] = {name: _flatten(body) for name, body in filled["bodies"].items()}
     planes = filled.get("symmetry")
     if isinstance(planes, list | tuple):
         filled["symmetry"] = [plane for plane in planes if not _through_axis(plane)]
@@ -41,7 +41,7 @@ def about_axis(data: dict[str, Any]) -> dict[str, Any]:
     return filled
 
 
-def _flattened(body: object) -> Any:
+def _flatten(body: object) -> Any:
     if not isinstance(body, dict):
         return body
     short = dict(body)
@@ -73,13 +73,13 @@ def _in_space(shape: object) -> Any:
         if isinstance(whole.get(key), list | tuple):
             whole[key] = [_in_space(part) for part in whole[key]]
     if isinstance(whole.get("vectors"), list | tuple):
-        whole["vectors"] = [_lifted(vector) for vector in whole["vectors"]]
+        whole["vectors"] = [_extend_vector(vector) for vector in whole["vectors"]]
     if "position" in whole:
-        whole["position"] = _lifted(whole["position"])
+        whole["position"] = _extend_vector(whole["position"])
     return whole
 
 
-def _lifted(vector: object) -> Any:
+def _extend_vector(vector: object) -> Any:
     return [*vector, 0] if isinstance(vector, list | tuple) and len(vector) == 2 else vector
 
 
@@ -90,7 +90,7 @@ def _through_axis(plane: object) -> bool:
 
 
 def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
-    """Yield what an axisymmetric `case` has that has no meaning about the axis, or is not there yet."""
+    """Yield the settings of an axisymmetric `case` that are undefined or not available about the axis."""
     if not KINEMATICS[case.kinematics].revolved:
         return
     formulation = case.formulation
@@ -100,10 +100,12 @@ def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
     elif formulation.contact.type == "penalty":
         yield Problem(("formulation", "contact", "type"), "'penalty' has no axisymmetric form; use frictional")
     if formulation.type == "eulerian":
-        yield from _without(formulation, "correction", "type", "none", "gradients are renormalised as it is")
-        yield from _without(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
+        yield from _require_none(formulation, "correction", "type", "none", "gradients are renormalised as it is")
+        yield from _require_none(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
     if formulation.mixes_kernels:
-        yield from _without(formulation, "spatial_correction", "type", "none", "gradients are renormalised as it is")
+        yield from _require_none(
+            formulation, "spatial_correction", "type", "none", "gradients are renormalised as it is"
+        )
     for index, plane in enumerate(case.symmetry):
         if plane.axis != "x":
             yield Problem(("symmetry", index), "a plane along the axis, but not through it; only planes across x")
@@ -111,7 +113,7 @@ def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
         yield from _body(name, body)
 
 
-def _without(formulation: object, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
+def _require_none(formulation: object, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
     model = getattr(formulation, key)
     given = getattr(model, part) if part else model
     if given != allowed:
@@ -138,7 +140,7 @@ def _body(name: str, body: Body) -> Iterator[Problem]:
 
 
 def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
-    """Yield what a user should know about an axisymmetric `case` before it runs."""
+    """Yield warnings about an axisymmetric `case`."""
     if not KINEMATICS[case.kinematics].revolved:
         return
     formulation = case.formulation

@@ -1,4 +1,4 @@
-"""What the bodies of a case must fulfil: shapes that fit the dimensions, arrangements, sizes, places, velocities."""
+"""Consistency checks of bodies: shapes, arrangements, sizes, positions, velocities."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNLIKE, MOST_UNEQUAL = 1.1, 3.0
 
 
 def body_problems(case: Surroundings) -> Iterator[Problem]:
-    """Yield what is wrong with the bodies of `case`."""
+    """Yield the errors of the bodies of `case`."""
     for index, (name, body) in enumerate(case.bodies.items()):
         path: Path = ("bodies", name)
         wrong = shape_problems(body.shape, case.drawing_dimensions, (*path, "shape"))
@@ -39,7 +39,7 @@ def body_problems(case: Surroundings) -> Iterator[Problem]:
 
 
 def spacing_warnings(case: Surroundings) -> Iterator[str]:
-    """Yield what is doubtful where neighbours in the file have unlike spacings or masses of particles."""
+    """Yield warnings about adjacent bodies with different spacings or particle masses."""
     bodies = list(case.bodies.items())
     for (one, first), (other, second) in pairwise(bodies):
         spacings = [body.spacing(case) for body in (first, second)]

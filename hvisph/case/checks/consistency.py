@@ -1,4 +1,4 @@
-"""What the parts of a case must fulfil together. Each check says where, what is wrong and the remedy."""
+"""Consistency checks of a case. Each error names the path, the fault and the remedy."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ AXES = ("x", "y", "z")
 
 
 class Case(Surroundings, Protocol):
-    """A whole case: what its parts see of it, and the rest."""
+    """Complete case, as the checks use it."""
 
     @property
     def smoothing_length(self) -> float:
@@ -33,7 +33,7 @@ class Case(Surroundings, Protocol):
 
     @property
     def clamped(self) -> Sequence[Clamp]:
-        """Regions that are held."""
+        """Clamped regions."""
 
     @property
     def formulation(self) -> KernelOptions:
@@ -49,7 +49,7 @@ class Case(Surroundings, Protocol):
 
     @property
     def measures(self) -> Sequence[str] | None:
-        """What to measure."""
+        """Names of the requested measures."""
 
     @property
     def expected(self) -> Expectations:
@@ -57,7 +57,7 @@ class Case(Surroundings, Protocol):
 
 
 def problems_of(case: Case) -> list[Problem]:
-    """Return all that is wrong with `case` beyond its single fields."""
+    """Return the errors of `case` beyond its single fields."""
     return [
         *body_problems(case),
         *axisymmetric_problems(case),
@@ -71,13 +71,18 @@ def problems_of(case: Case) -> list[Problem]:
 
 
 def warnings_of(case: Case) -> list[str]:
-    """Return what a user should know about a valid `case` before it runs."""
-    warnings = [*spacing_warnings(case), *case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
+    """Return the warnings about a valid `case`."""
+    warnings = [
+        *spacing_warnings(case),
+        *case.formulation.warnings(case),
+        *_unused_settings(case),
+        *_mirror_conflicts(case),
+    ]
     return [*warnings, *axisymmetric_warnings(case), *implausible(case)]
 
 
-def _unused(case: Case) -> Iterator[str]:
-    """Yield what is given and has no effect."""
+def _unused_settings(case: Case) -> Iterator[str]:
+    """Yield warnings about settings without effect."""
     projection = getattr(case.formulation, "type", "") == "projection"
     for name, body in case.bodies.items():
         eos = body.material.eos.type
@@ -89,15 +94,15 @@ def _unused(case: Case) -> Iterator[str]:
         yield f"time.cfl: {case.time.cfl:g} is not used, because time.step = {case.time.step:g} fixes the step"
 
 
-def _mirrored(case: Case) -> Iterator[str]:
-    """Yield which bodies that a plane of symmetry may cut fly at, or away from, their own image.
+def _mirror_conflicts(case: Case) -> Iterator[str]:
+    """Yield warnings about bodies at a symmetry plane that move normal to it.
 
     Beside the plane a body meets its image as it would a rigid wall, which is what such a plane is given for.
     """
     for plane in case.symmetry:
         axis = AXES.index(plane.axis)
         for name, body in case.bodies.items():
-            if axis < len(body.velocity) and body.velocity[axis] != 0.0 and not _beside(body, axis, plane.at):
+            if axis < len(body.velocity) and body.velocity[axis] != 0.0 and not _is_on_one_side(body, axis, plane.at):
                 yield (
                     f"bodies.{name}.velocity: {body.velocity[axis]:g} along {plane.axis} is across the symmetry plane "
                     f"{plane.axis} = {plane.at:g}, so the body's image moves the other way; for a body that crosses "
@@ -105,8 +110,8 @@ def _mirrored(case: Case) -> Iterator[str]:
                 )
 
 
-def _beside(body: Body, axis: int, at: float) -> bool:
-    """Whether a body stands wholly on one side of a plane, as far as its shape knows its size."""
+def _is_on_one_side(body: Body, axis: int, at: float) -> bool:
+    """Whether a body of known size lies on one side of a plane."""
     size = body.shape.extent()
     if body.position is None or axis >= len(size) or axis >= len(body.position) or body.rotation is not None:
         return False

@@ -1,4 +1,4 @@
-"""Numbers that are allowed but hardly meant: slips of units, of digits, of signs.
+"""Plausibility of numbers: errors of units, digits and signs.
 
 Each warning says the number, the usual range, and what was probably meant. The ranges hold every material of
 the library; they are about solids and liquids under impact, and gases have none.
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Range:
-    """Where a number usually lies.
+    """Usual range of a number.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ _SLIPS = (1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9, 1e-1, 1e1)
 
 
 def implausible(case: Surroundings) -> list[str]:
-    """Return what is doubtful about the numbers of `case`; nothing for a case without units."""
+    """Return warnings about implausible numbers of `case`; none for a case without units."""
     if case.units != "si":
         return []
     doubts: list[str] = []
@@ -71,19 +71,19 @@ def implausible(case: Surroundings) -> list[str]:
 
 
 def of_material(material: Material) -> Iterator[str]:
-    """Yield what is doubtful about the numbers of a material."""
+    """Yield warnings about implausible numbers of a material."""
     eos, strength = material.eos, material.strength
     if eos.type != "ideal_gas":
-        yield from _one("density", material.density, DENSITY, "kg/m^3")
+        yield from _check_range("density", material.density, DENSITY, "kg/m^3")
     speed = bulk_speed(material)
     if speed is not None:
         given = hasattr(eos, "sound_speed")
         what = "" if given else "the sound speed sqrt(K/rho0) that follows"
-        yield from _one("eos.sound_speed" if given else "eos", speed, SPEED, "m/s", what)
+        yield from _check_range("eos.sound_speed" if given else "eos", speed, SPEED, "m/s", what)
     if eos.type == "mie_gruneisen":
         _, s1, s2, s3 = eos.hugoniot
         if s2 == 0.0 and s3 == 0.0:
-            yield from _one("eos.s1", s1, SLOPE)
+            yield from _check_range("eos.s1", s1, SLOPE)
         off = [
             (abs(left) / us, up, us)
             for left, (up, us) in zip(eos.residuals if eos.us_up else (), eos.us_up, strict=True)
@@ -95,7 +95,7 @@ def of_material(material: Material) -> Iterator[str]:
                 f"scatter by a few; was a unit left out?"
             )
         if eos.gamma:
-            yield from _one("eos.gamma", eos.gamma, GAMMA)
+            yield from _check_range("eos.gamma", eos.gamma, GAMMA)
     stiffness = material.density * speed**2 if speed else 0.0
     if stiffness and SPEED.low <= (speed or 0.0) <= SPEED.high and DENSITY.low <= material.density <= DENSITY.high:
         if material.shear_modulus:
@@ -108,7 +108,7 @@ def of_material(material: Material) -> Iterator[str]:
     for key, usual in (("n", HARDENING), ("m", SOFTENING), ("melt_temperature", MELTING), ("heat_capacity", HEAT)):
         value = getattr(strength, key, None)
         if value is not None:
-            yield from _one(f"strength.{key}", value, usual)
+            yield from _check_range(f"strength.{key}", value, usual)
     points = getattr(material.temperature, "heat_capacities", ())
     if points and value is not None and not 0.9 <= value / points[0][1] <= 1.1:  # the heat capacity came last
         yield (f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities, which begins "
@@ -116,7 +116,7 @@ def of_material(material: Material) -> Iterator[str]:
 
 
 def _ceramic(material: Material) -> Iterator[str]:
-    """Yield a warning where a JH-2 set fails its own check: the pressure at the Hugoniot elastic limit."""
+    """Yield a warning for a JH-2 set that is inconsistent with its Hugoniot elastic limit."""
     strength, eos = material.strength, material.eos
     if strength.type != "johnson_holmquist" or eos.type != "polynomial":
         return
@@ -134,7 +134,7 @@ def _ceramic(material: Material) -> Iterator[str]:
 
 
 def bulk_speed(material: Material) -> float | None:
-    """Return the bulk sound speed at rest [m/s] as far as the material says it."""
+    """Return the bulk sound speed at rest [m/s] where the material defines it."""
     eos: Any = material.eos
     if eos.type == "mie_gruneisen":
         return float(eos.hugoniot[0])
@@ -148,12 +148,12 @@ def bulk_speed(material: Material) -> float | None:
     return None if modulus is None else math.sqrt(modulus() / material.density)
 
 
-def _one(key: str, value: float, usual: Range, unit: str = "", what: str = "") -> Iterator[str]:
+def _check_range(key: str, value: float, usual: Range, unit: str = "", what: str = "") -> Iterator[str]:
     if usual.low <= value <= usual.high:
         return
     unit = unit or usual.unit
     spaced = f" {unit}" if unit else ""
-    meant = _meant(value, usual)
+    meant = _guess_intended(value, usual)
     remedy = f"; was {meant:g}{spaced} meant?" if meant is not None else ""
     subject = f"{what}, {value:g}{spaced}," if what else f"{value:g}{spaced}"
     yield f"{key}: {subject} is outside the usual {usual.low:g} to {usual.high:g}{spaced}{remedy}"
@@ -163,7 +163,7 @@ def _share(key: str, value: float, stiffness: float, usual: Range) -> Iterator[s
     share = value / stiffness
     if usual.low <= share <= usual.high:
         return
-    meant = _meant(share, usual)
+    meant = _guess_intended(share, usual)
     remedy = f"; was {_pressure_text(meant * stiffness)} meant?" if meant is not None else ""
     yield (
         f"{key}: {_pressure_text(value)} is {share:.2g} of rho0 c0^2 = {_pressure_text(stiffness)}, outside the usual "
@@ -171,7 +171,7 @@ def _share(key: str, value: float, stiffness: float, usual: Range) -> Iterator[s
     )
 
 
-def _meant(value: float, usual: Range) -> float | None:
+def _guess_intended(value: float, usual: Range) -> float | None:
     return next((value * slip for slip in _SLIPS if usual.low <= value * slip <= usual.high), None)
 
 
@@ -196,7 +196,7 @@ def _end(case: Surroundings) -> Iterator[str]:
     share = case.time.end / longest
     if END.low <= share <= END.high:
         return
-    meant = _meant(share, _LIKELY)
+    meant = _guess_intended(share, _LIKELY)
     remedy = ""
     if meant is not None:
         unit, size = next(((u, f) for u, f in _TIMES if meant * longest >= f), _TIMES[-1])
@@ -217,7 +217,7 @@ def _output(case: Surroundings) -> Iterator[str]:
 
 
 def _pressure(case: Surroundings) -> Iterator[str]:
-    """Yield a warning where the first impact leaves what an equation of state is good for."""
+    """Yield a warning where the first impact exceeds the range of an equation of state."""
     bodies = list(case.bodies.values())[:2]
     if len(bodies) < 2:
         return

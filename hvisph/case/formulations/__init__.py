@@ -1,4 +1,4 @@
-"""Formulations: which published scheme computes the run. One file each, with its options, rules and warnings."""
+"""Formulations: options, consistency checks and warnings, one file each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Corrections of the kernel and its gradient, and the numbers that follow from having one."""
+"""Corrections of the kernel and its gradient."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Eulerian SPH in its standard form, and what its options ask of one another and of the rest of a case."""
+"""Standard Eulerian SPH: options and consistency checks."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class EulerianFormulation(KernelOptions):
         return isinstance(self.contact, PenaltyContact)
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
-        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from frictional_problems(self.contact, self.type)
         if not self.contact_algorithm:

@@ -1,4 +1,4 @@
-"""What every formulation has: kernel, smoothing length, and what it asks of the rest of a case."""
+"""Options of every formulation: kernel and smoothing length."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SmoothingLength = Annotated[FixedSmoothingLength | VariableSmoothingLength, Fiel
 
 
 class KernelOptions(StrictModel):
-    """What every kernel-based formulation shares."""
+    """Options of every kernel-based formulation."""
 
     kernel: Kernel = Field(
         default="cubic_spline",
@@ -57,7 +57,7 @@ class KernelOptions(StrictModel):
 
     @property
     def support_over_h(self) -> float:
-        """Reach of the kernel in smoothing lengths [-]."""
+        """Kernel support in smoothing lengths [-]."""
         return REACH[self.kernel]
 
     @property
@@ -71,7 +71,7 @@ class KernelOptions(StrictModel):
     retires: ClassVar[bool] = False
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
-        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        """Yield the errors of this formulation in `case`, with paths from the root."""
         kind = getattr(self, "type")  # noqa: B009 - every formulation has one, of a literal of its own
         if not self.mixes_kernels:
             yield from _kernels_of_another_kind(kind, case)
@@ -83,7 +83,7 @@ class KernelOptions(StrictModel):
             )
 
     def warnings(self, case: Surroundings) -> Iterator[str]:
-        """Yield what a user should know about this formulation in a valid `case` before it runs."""
+        """Yield warnings about this formulation in a valid `case`."""
         yield from ()
 
 

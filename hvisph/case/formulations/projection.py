@@ -1,4 +1,4 @@
-"""SPH-projection, and what it asks of the rest of a case: its own time step, and no choice that it cannot follow."""
+"""SPH-projection: options, time step and consistency checks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STEP_OVER_DX = 1e-6
 
 
 def default_step(data: dict[str, Any]) -> float | None:
-    """Return the step [s] of a raw case that leaves it to SPH-projection, None for any other case."""
+    """Return the default time step [s] of SPH-projection, None for any other case."""
     formulation, time, resolution = (data.get(key) for key in ("formulation", "time", "resolution"))
     if not isinstance(formulation, dict) or formulation.get("type") != "projection":
         return None
@@ -73,7 +73,7 @@ class ProjectionFormulation(KernelOptions):
     )
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
-        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         if case.kinematics == "plane_stress":
             reason = "plane_stress has no meaning with projection, which keeps density in the plane"
@@ -94,7 +94,7 @@ class ProjectionFormulation(KernelOptions):
                 )
 
     def warnings(self, case: Surroundings) -> Iterator[str]:
-        """Yield what a user should know about this formulation in a valid `case` before it runs."""
+        """Yield warnings about this formulation in a valid `case`."""
         if case.time.integrator != "leapfrog":
             name = case.time.integrator
             yield f"time.integrator: '{name}' is not used by projection, which has a step of its own"

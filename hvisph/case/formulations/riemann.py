@@ -84,7 +84,7 @@ def is_gas(body: Any, kinds: tuple[str, ...] = GASES) -> bool:
 
 
 def bears_any_tension(body: Any) -> bool:
-    """Whether nothing limits the tension of what a body is made of but its equation of state."""
+    """Whether only the equation of state limits the tension of a body."""
     material = body.material
     return bool(material.damage.type == "none" and material.strength.type != "elastic") and not is_gas(body)
 
@@ -158,7 +158,7 @@ class RiemannFormulation(KernelOptions):
         return self
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
-        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from frictional_problems(self.contact, self.type)
         if isinstance(self.contact, PenaltyContact):

@@ -1,4 +1,4 @@
-"""Total Lagrangian SPH, and AdapTLE, which turns its particles Eulerian as they need it (Young 2021)."""
+"""Total Lagrangian SPH, and AdapTLE with conversion to Eulerian particles (Young 2021)."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class TotalLagrangianFormulation(KernelOptions):
         return isinstance(self.contact, PenaltyContact | FrictionalContact)
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
-        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         if self.reference_update_strain is not None and self.viscosity_gradient == "reference":
             yield Problem(

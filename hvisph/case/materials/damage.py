@@ -1,4 +1,4 @@
-"""Damage and spall models that a material can name."""
+"""Damage and spall models of a material."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class NoDamage(StrictModel):
 
 
 class _Failing(StrictModel):
-    """What all models have in common that let a material fail."""
+    """Options of all models with failure."""
 
     failed_strength: Literal["fluid", "rubble", "unchanged"] = Field(
         default="fluid",
@@ -43,7 +43,7 @@ class _Failing(StrictModel):
 
 
 class _Rated(_Failing):
-    """What lets a spall strength grow with the rate of expansion."""
+    """Rate dependence of the spall strength."""
 
     spall_exponent: Annotated[float, Quantity(NUMBER, minimum=0, maximum=0.5)] = Field(
         default=0.0,
@@ -56,7 +56,7 @@ class _Rated(_Failing):
 
 
 class _Spalling(_Failing):
-    """What models of another cause have in common: tension alone may fail the material, too."""
+    """Additional spall strength of damage models."""
 
     spall_strength: PositivePressure | None = Field(
         default=None,
@@ -66,7 +66,7 @@ class _Spalling(_Failing):
 
 
 class _RatedSpalling(_Spalling, _Rated):
-    """The same, where that tension may grow with the rate."""
+    """Additional rate-dependent spall strength of damage models."""
 
     @model_validator(mode="after")
     def _rated_strength(self) -> Self:
@@ -159,7 +159,7 @@ class GradySpallDamage(_Failing):
 
 
 class PrincipalStressDamage(_RatedSpalling):
-    """Fails for good where the greatest principal stress reaches a limit."""
+    """Permanent failure at a limit of the greatest principal stress."""
 
     type: Literal["principal_stress"] = "principal_stress"
     tensile_strength: PositivePressure = Field(description="sigma_f, limit of the greatest principal stress [Pa]")

@@ -1,4 +1,4 @@
-"""Equations of state that a material can name."""
+"""Equations of state of a material."""
 
 from __future__ import annotations
 
@@ -243,7 +243,7 @@ class MurnaghanEos(StrictModel):
 
 
 class Detonation(StrictModel):
-    """A detonation front that runs from given points at the explosive's speed."""
+    """Detonation front from given points at the detonation velocity."""
 
     points: tuple[tuple[Length, ...], ...] = Field(
         description="Where it starts, a list of points [m]", min_length=1, max_length=1000

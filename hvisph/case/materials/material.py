@@ -1,4 +1,4 @@
-"""A material: density, equation of state, strength and damage, each with its numbers."""
+"""Material: density, equation of state, strength, damage and thermal properties."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .thermal import IsentropeTemperature, Melting, Porosity, Temperature
 
 
 class Material(StrictModel):
-    """Everything the stress update needs to know of a body's substance."""
+    """Material of a body."""
 
     name: str = Field(
         default="",
@@ -89,7 +89,7 @@ class Material(StrictModel):
         yield from self._thermal()
 
     def _ceramic(self) -> Iterator[Problem]:
-        """Yield what is wrong with a JH-2 set: its parts belong together, and it checks itself."""
+        """Yield the errors of an incomplete or inconsistent JH-2 set."""
         strength = self.strength if isinstance(self.strength, JohnsonHolmquistStrength) else None
         if isinstance(self.damage, JohnsonHolmquistDamage) and (
             strength is None or not isinstance(self.eos, PolynomialEos)
@@ -107,7 +107,7 @@ class Material(StrictModel):
             yield Problem(("strength", "limit"), "must be above the cohesion")
         needs = strength.type in ("steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
         needs |= isinstance(strength, RockStrength) and strength.melt_temperature is not None
-        if needs and not self.temperature.known:
+        if needs and not self.temperature.is_known:
             message = f"missing: `{strength.type}` strength depends on the temperature; give c_v, such as 885 J/(kg K)"
             yield Problem(("temperature", "heat_capacity"), message)
         if self.porosity is not None and self.porosity.solid_pressure <= self.porosity.elastic_pressure:
@@ -127,7 +127,7 @@ class Material(StrictModel):
 
 
 def _by_name(value: object, info: ValidationInfo) -> Any:
-    """Fetch a material that is given by name from the library."""
+    """Replace the name of a material by the material of the library."""
     if not isinstance(value, str):
         return value
     if info.context and info.context.get("units") == "none":

@@ -1,4 +1,4 @@
-"""Strength models that a material can name."""
+"""Strength models of a material."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SHEAR = "Shear modulus G [Pa]; left out where the equation of state is `elastic
 
 
 class RateDependent(StrictModel):
-    """What models have that depend on the strain rate."""
+    """Options of rate-dependent models."""
 
     rate_smoothing: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(
         default=0,

@@ -1,4 +1,4 @@
-"""Temperature, melting and pores of a material."""
+"""Temperature, melting and porosity of a material."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class IsentropeTemperature(_Temperature):
         return self
 
     @property
-    def known(self) -> bool:
+    def is_known(self) -> bool:
         """Whether a heat capacity is given here."""
         return self.heat_capacity is not None or bool(self.heat_capacities)
 
@@ -71,7 +71,7 @@ class TotalEnergyTemperature(_Temperature):
     type: Literal["total_energy"] = "total_energy"
 
     @property
-    def known(self) -> bool:
+    def is_known(self) -> bool:
         """Whether a heat capacity is given here."""
         return self.heat_capacity is not None
 

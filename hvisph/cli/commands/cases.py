@@ -1,4 +1,4 @@
-"""`hvisph cases`: the bundled cases, to list, to read and to copy."""
+"""`hvisph cases`: list, print and copy the bundled cases."""
 
 from __future__ import annotations
 

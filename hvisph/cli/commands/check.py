@@ -1,14 +1,14 @@
-"""`hvisph check`: a case in plain words, and what it will take, without running or compiling anything."""
+"""`hvisph check`: description, cost and warnings of a case without a run."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from hvisph.cli.loading import load, placed
+from hvisph.cli.loading import load, locate_errors
 from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.cli.text.echo import say
-from hvisph.cli.text.formatting import duration, echo_json, paragraph, quantity, rounded, size, table
+from hvisph.cli.text.formatting import duration, echo_json, paragraph, quantity, round_two_figures, size, table
 from hvisph.core.errors import computable
 from hvisph.core.kinematics import KINEMATICS
 
@@ -35,7 +35,7 @@ def check(
     loaded = load(case, settings, resolution)
     with computable():
         warnings = [*warnings_of(loaded), *contact_warnings(loaded), *advice(loaded)]
-    with placed(case), computable():
+    with locate_errors(case), computable():
         taken = estimate(loaded, threads)
         if picture is not None:
             from hvisph.cli.text.setup_picture import draw_setup
@@ -128,7 +128,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
 
     threads = of_cores(taken.threads, available_threads())
     facts += [
-        ("steps", f"about {rounded(taken.steps)} to t = {number(case.time.end, 's')}"),
+        ("steps", f"about {round_two_figures(taken.steps)} to t = {number(case.time.end, 's')}"),
         (
             "time",
             f"about {duration(taken.seconds)} on {threads}, after up to 15 s of compilation the first time",
@@ -139,14 +139,14 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
             f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})",
         ),
     ]
-    facts += _fitted(case, number, " m/s" if si else "")
+    facts += _fit_residuals(case, number, " m/s" if si else "")
     names = [name for name, _ in case.expected.items()]
     if names:
         facts.append(("expected", ", ".join(names)))
     return "\n".join([*lines, table(facts)])
 
 
-def _fitted(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
+def _fit_residuals(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
     """Return the lines through measured points of Hugoniots, and what they leave of each point."""
     facts = []
     for name, body in case.bodies.items():

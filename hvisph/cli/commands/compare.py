@@ -1,4 +1,4 @@
-"""`hvisph compare`: runs side by side, and in one picture."""
+"""`hvisph compare`: tables and pictures of several runs."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bo
     todo = [entry for entry in asked if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
-    from hvisph.cli.loading import placed
+    from hvisph.cli.loading import locate_errors
     from hvisph.cli.text.run_report import listener_for
     from hvisph.postprocessing.comparison import complete
 
@@ -152,7 +152,7 @@ def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bo
         listener = listener_for(entry.case, silent)
         listener.opening()
         try:
-            with placed(str(entry.file)), noted_interrupts():
+            with locate_errors(str(entry.file)), noted_interrupts():
                 outcome = complete(entry, threads=threads, force=force, listener=listener)
         finally:
             listener.close()

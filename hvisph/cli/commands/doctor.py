@@ -1,4 +1,4 @@
-"""`hvisph doctor`: whether this machine can run cases, and with what."""
+"""`hvisph doctor`: test of the installation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hvisph exact`: the exact solution of a one-dimensional impact, at the case's gauges and moments of output."""
+"""`hvisph exact`: exact solution of a one-dimensional impact."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hvisph.cli.loading import load, placed
+from hvisph.cli.loading import load, locate_errors
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption
 from hvisph.cli.text.echo import say
 from hvisph.cli.text.formatting import echo_json
@@ -28,7 +28,7 @@ def exact(
     from hvisph.postprocessing.exact_files import write_exact
     from hvisph.postprocessing.exact_solution import exact_solution
 
-    with placed(case):
+    with locate_errors(case):
         solution = exact_solution(loaded)
     folder = out or Path("exact") / run_name(case)
     files = write_exact(solution, loaded, folder)

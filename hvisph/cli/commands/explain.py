@@ -1,4 +1,4 @@
-"""`hvisph help`: a place of the case file, or every place where a word occurs."""
+"""`hvisph help`: description of a key, or search of a word."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hvisph gauges`: a picture of what the gauges of a run recorded, beside the exact solution if wanted."""
+"""`hvisph gauges`: gauge histories with the optional exact solution."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def materials(
         shown = [model.model_dump(mode="json") for model in models]
         echo_json(shown[0] if len(shown) == 1 else shown)
     elif compare:
-        say(_beside(models))
+        say(_comparison(models))
     else:
         say(_sheet(known, names[0], models[0]))
     if plot is not None:
@@ -89,13 +89,14 @@ def _sheet(known: Any, name: str, model: Any) -> str:
             kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
             shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
         lines.append(table(shown))
-    for points, whose in notes.measured:
+    for points, whose in notes.hugoniot_points:
         beside = compare_hugoniot(model, points)
         if beside:
-            words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s the speed of its last wave is "
-                     f"{_apart(beside)}")  # fmt: skip
+            words = (f"{whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the speed of its last wave is "
+                     f"{_format_deviation(beside)}")  # fmt: skip
             if model.strength.type != "none":
-                words += f"; without what its strength bears {_apart(compare_hugoniot(model, points, strength=False))}"
+                fluid = compare_hugoniot(model, points, strength=False)
+                words += f"; without its strength {_format_deviation(fluid)}"
             bins = worst_bin(beside) if points == notes.hugoniot else None
             if bins is not None:
                 off, where, scatter = bins
@@ -114,7 +115,7 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     return "\n".join(lines)
 
 
-def _apart(beside: Sequence[tuple[float, float, float]]) -> str:
+def _format_deviation(beside: Sequence[tuple[float, float, float]]) -> str:
     """Return how far shock speeds are off measured ones, in words."""
     apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
     if not apart:
@@ -124,7 +125,7 @@ def _apart(beside: Sequence[tuple[float, float, float]]) -> str:
     return f"{mean:+.1f} % off in the mean, {spread:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"
 
 
-def _beside(models: list[Any]) -> str:
+def _comparison(models: list[Any]) -> str:
     """Return materials in columns: models, then what follows from their numbers."""
     from hvisph.postprocessing.material_sheet import derive_properties
 

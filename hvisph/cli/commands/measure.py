@@ -1,4 +1,4 @@
-"""`hvisph measure`: lengths, peaks, voids and fragments of a run or a snapshot, from its files alone."""
+"""`hvisph measure`: measures of a run or a snapshot from its files."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def measure(
                               units=_units(units), witness=_plane(plane))  # fmt: skip
     if isinstance(moment, float) and abs(measured.time - moment) > FAR * max(abs(moment), measured.time):
         say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
-    _written(measured, csv, plot, fragments)
+    _write_files(measured, csv, plot, fragments)
     if witness is not None:
         from hvisph.visualization.witness import witness_picture
 
@@ -172,8 +172,8 @@ def _units(text: str) -> tuple[float, float, float] | None:
     return length, mass, time
 
 
-def _written(measured: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:
-    """Write the files that were asked for."""
+def _write_files(measured: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:
+    """Write the requested files."""
     if csv is None and plot is None:
         return
     from hvisph.measures.series import write_fragments, write_series
@@ -206,7 +206,7 @@ def _measures(source: str, measured: Any, at: str | None) -> str:
     if measured.series:
         return _series(measured.series, measured.unitless)
     case = _case_of(Path(source))
-    expected = _expected(case, measured) if at is None else []
+    expected = _compare_expected(case, measured) if at is None else []
     time = quantity(measured.time, "" if measured.unitless else "s")
     plain = measured.as_dict()
     unitless = measured.unitless
@@ -229,7 +229,7 @@ def _case_of(folder: Path) -> Case | None:
     return None
 
 
-def _expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
+def _compare_expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
     """Return the comparison with what the case expects at its end; none before that."""
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []

@@ -1,4 +1,4 @@
-"""`hvisph point`: a material point driven along a path of strain, the stress update alone."""
+"""`hvisph point`: stress update of a material point along a strain path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hvisph report`: one page that shows runs."""
+"""`hvisph report`: HTML report of runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hvisph resume`: go on with a run that was stopped, killed or has ended."""
+"""`hvisph resume`: continuation of a run from its checkpoint."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 
 from hvisph.cli.guard import noted_interrupts
 from hvisph.cli.options import AllOption, JsonOption, QuietOption, ReportOption, ThreadsOption
-from hvisph.cli.text.run_report import conclude, kept, listener_for
+from hvisph.cli.text.run_report import conclude, interrupt_notice, listener_for
 from hvisph.parallel.mpi_launch import is_first
 
 
@@ -37,7 +37,7 @@ def resume(
     listener = listener_for(case, quiet or as_json)
     listener.opening()
     try:
-        with kept(folder), noted_interrupts():
+        with interrupt_notice(folder), noted_interrupts():
             outcome = resume_run(folder, case, threads=threads, listener=listener)
     finally:
         listener.close()

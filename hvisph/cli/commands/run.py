@@ -1,4 +1,4 @@
-"""`hvisph run`: compute a case, live on the terminal."""
+"""`hvisph run`: computation of a case with progress on the terminal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.guard import noted_interrupts
-from hvisph.cli.loading import load, placed, run_folder
+from hvisph.cli.loading import load, locate_errors, run_folder
 from hvisph.cli.options import (
     AllOption,
     CaseArgument,
@@ -19,7 +19,7 @@ from hvisph.cli.options import (
     SetOption,
     ThreadsOption,
 )
-from hvisph.cli.text.run_report import conclude, kept, listener_for
+from hvisph.cli.text.run_report import conclude, interrupt_notice, listener_for
 
 
 def run(
@@ -45,7 +45,7 @@ def run(
 
     folder = out or run_folder(case)
     try:
-        with placed(case), kept(folder), noted_interrupts():
+        with locate_errors(case), interrupt_notice(folder), noted_interrupts():
             outcome = run_case(loaded, folder, force=force, threads=threads, listener=listener)
     finally:
         listener.close()

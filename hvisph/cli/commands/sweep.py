@@ -219,7 +219,7 @@ def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None
     try:
         with ends_like_ctrl_c(), teller:
             for row in under_way.go():
-                teller.ended(row)
+                teller.report_end(row)
     except KeyboardInterrupt:
         say(f"interrupted; go on with: hvisph sweep {folder.path}", err=True)
         raise typer.Exit(INTERRUPTED) from None

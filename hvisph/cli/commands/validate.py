@@ -1,4 +1,4 @@
-"""`hvisph validate`: sets of experiments, computed as sweeps, measured beside computed."""
+"""`hvisph validate`: comparison of computed and measured results of experiments."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ def validate(
     form: Form = "coarse" if coarse else "second" if second else "full"
     sets_done = []
     if table and every:
-        sets = list(_begun(sets, form, across, out))
+        sets = list(_sets_with_results(sets, form, across, out))
     for one in sets:
-        sets_done.append(_computed(one, form, across, only, table, out, how))
+        sets_done.append(_compute_set(one, form, across, only, table, out, how))
         if not how.silent:
             from hvisph_validation.terminal import result_text
 
@@ -89,8 +89,10 @@ def validate(
     _end(sets, sets_done, how.as_json)
 
 
-def _begun(sets: list[Experiments], form: Form, across: float | None, out: Path | None) -> Iterator[Experiments]:
-    """Yield the sets of which something was begun, and tell of the others."""
+def _sets_with_results(
+    sets: list[Experiments], form: Form, across: float | None, out: Path | None
+) -> Iterator[Experiments]:
+    """Yield the sets with results, and report the others."""
     from hvisph_validation.evaluation import folders
 
     for one in sets:
@@ -102,9 +104,9 @@ def _begun(sets: list[Experiments], form: Form, across: float | None, out: Path 
             yield one
 
 
-def _computed(experiments: Experiments, form: Form, across: float | None, only: str | None, table: bool,
+def _compute_set(experiments: Experiments, form: Form, across: float | None, only: str | None, table: bool,
               out: Path | None, how: Running) -> SetResult:  # fmt: skip
-    """Compute what is left of a set, and return what all of it says."""
+    """Compute the remaining experiments of a set and return its results."""
     from hvisph_validation.evaluation import folders, result
 
     from hvisph.sweeps.selection import Selection

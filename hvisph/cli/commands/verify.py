@@ -1,4 +1,4 @@
-"""`hvisph verify`: problems with an exact solution, run by every formulation that can, computed beside exact."""
+"""`hvisph verify`: comparison of computed and exact results."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def verify(
     chosen = list(PROBLEMS) if every else list(names or ())
     wanted = _formulations(formulations)
     for name in chosen:
-        _known(name, list(PROBLEMS), "problem", "NAME")
+        _require_known(name, list(PROBLEMS), "problem", "NAME")
     from hvisph.verification.problem import Options
     from hvisph.verification.runner import verdicts
 
@@ -96,7 +96,7 @@ def verify(
     raise typer.Exit(0 if judged and good == len(judged) else 1)
 
 
-def _known(name: str, known: list[str], what: str, where: str) -> None:
+def _require_known(name: str, known: list[str], what: str, where: str) -> None:
     from hvisph.verification.checkout import FOLDER
 
     if name not in known:
@@ -113,7 +113,7 @@ def _formulations(asked: list[str] | None) -> list[str]:
     from hvisph.verification.runner import default_formulation
 
     for name in asked or ():
-        _known(name, [*ALL, "default"], "formulation", "--formulation")
+        _require_known(name, [*ALL, "default"], "formulation", "--formulation")
     return [default_formulation() if name == "default" else name for name in asked or ALL]
 
 

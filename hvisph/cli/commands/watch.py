@@ -1,4 +1,4 @@
-"""`hvisph watch`: a run that goes on elsewhere, seen from here."""
+"""`hvisph watch`: progress of a run in another process."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ def comparison_tables(rows: Sequence[Row], unitless: bool = False, every: bool =
     if any(row.published for row in rows):
         parts += ["", "In brackets: less the published value; * beyond its tolerance."]
     parts += [f"{row.name}: {row.failure['message']}" for row in rows if row.failure]
-    return _coloured("\n".join(parts))
+    return _colour("\n".join(parts))
 
 
 def _measures(rows: Sequence[Row], unitless: bool, every: bool) -> str:
@@ -130,7 +130,7 @@ def gauge_table(overlay: Overlay) -> str:
     return "\n".join([*parts, *(f"{name}: no exact solution: {why}" for name, why in overlay.without.items())])
 
 
-def _coloured(text: str) -> str:
+def _colour(text: str) -> str:
     if not sys.stdout.isatty():
         return text
     return re.sub(r"\S+( \([^)]*\))? \*", lambda cell: typer.style(cell[0], fg=typer.colors.RED), text)

@@ -65,7 +65,7 @@ def size(count: float) -> str:
     return f"{count / factor:.3g} {prefix}B"
 
 
-def rounded(count: float) -> str:
+def round_two_figures(count: float) -> str:
     """Return a number to two figures, written out: ``2700``."""
     return f"{float(f'{count:.2g}'):.0f}"
 
@@ -80,11 +80,11 @@ def table(rows: Sequence[Sequence[str]], indent: int = 2, *, cut: bool = False) 
     widths = _widths(rows)
     room = SCREEN - indent - sum(width + GAP for width in widths[:-1])
     if widths and widths[-1] > room >= NARROWEST:
-        rows = [line for row in rows for line in _wrapped(row, len(widths), room, cut)]
+        rows = [line for row in rows for line in _wrap(row, len(widths), room, cut)]
         widths = _widths(rows)
     if len(widths) > 2 and indent + sum(widths) + GAP * (len(widths) - 1) > SCREEN:
         return tables(rows, indent=indent)
-    return _aligned(rows, indent)
+    return _align(rows, indent)
 
 
 def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str:
@@ -101,7 +101,7 @@ def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str
         blocks, room = narrower, room - 1  # about as wide as each other
     chosen = [[*range(kept), *block] for block in blocks]
     if len(chosen) == 1:  # or the one column is wider than a screen by itself
-        return _aligned(rows, indent)
+        return _align(rows, indent)
     return "\n\n".join(table([[row[k] for k in columns if k < len(row)] for row in rows], indent) for columns in chosen)
 
 
@@ -118,7 +118,7 @@ def _blocks(widths: Sequence[int], kept: int, room: int) -> list[list[int]]:
     return blocks
 
 
-def _aligned(rows: Sequence[Sequence[str]], indent: int) -> str:
+def _align(rows: Sequence[Sequence[str]], indent: int) -> str:
     widths = _widths(rows)
     lines = ((" " * GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
     return "\n".join(" " * indent + line.rstrip() for line in lines)
@@ -135,7 +135,7 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
     return [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
 
 
-def _wrapped(row: Sequence[str], columns: int, room: int, cut: bool) -> list[list[str]]:
+def _wrap(row: Sequence[str], columns: int, room: int, cut: bool) -> list[list[str]]:
     """Return a row as several, whose last cells hold the words of its last one; a shorter row as it is."""
     if len(row) < columns or len(row[-1]) <= room:
         return [list(row)]

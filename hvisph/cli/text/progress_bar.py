@@ -1,4 +1,4 @@
-"""A run live on the terminal: a bar, and a line that says where it is and what limits it."""
+"""Progress bar of a run on the terminal."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Live(Lines):
         self._display.update(Spinner("dots", f"compiling kernels ({loop}); they are kept for later runs"), refresh=True)
 
     def start(self, folder: Path, particles: int, end: float) -> None:
-        """Say how much there is to do."""
+        """Print the number of particles and the end time."""
         self._end = end
         words = f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}"
         self._console.print(Text(harmless(words)))

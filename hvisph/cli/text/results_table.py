@@ -1,4 +1,4 @@
-"""Measures against what was expected of them, as a table for people."""
+"""Tables of measures and expected values."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def results_table(
         lines += [(row.label, row.value, row.expected, _verdict(row.passed), row.note) for row in shown]
     else:
         lines = [("measure", ONE_RESOLUTION), *((row.label, row.value, row.note) for row in shown)]
-    return _coloured(table(lines))
+    return _colour(table(lines))
 
 
 def sections_table(plain: Mapping[str, Any], unitless: bool = False, variants: bool = False) -> str:
@@ -78,7 +78,7 @@ def sections_table(plain: Mapping[str, Any], unitless: bool = False, variants: b
         if names:
             heads = [column["body"] if name == "layer" else "" for column in columns]
             lines = [(name, *heads)]
-            lines += [(format_of(one).label, *(_noted(column.get(one)) for column in cells)) for one in names]
+            lines += [(format_of(one).label, *(_note(column.get(one)) for column in cells)) for one in names]
             blocks.append(table(lines))
     return "\n\n".join(blocks)
 
@@ -91,7 +91,7 @@ def bodies_table(plain: Mapping[str, Any], unitless: bool = False) -> str:
     return table([("body", "mass", "velocity", "kinetic energy"), *rows]) if rows else ""
 
 
-def _noted(row: Any) -> str:
+def _note(row: Any) -> str:
     if row is None:
         return "-"
     return f"{row.value} (not settled)" if "not settled" in row.note else str(row.value)
@@ -112,7 +112,7 @@ def _verdict(passed: bool | None) -> str:
     return "" if passed is None else "ok" if passed else "MISSED"
 
 
-def _coloured(text: str) -> str:
+def _colour(text: str) -> str:
     # after alignment: escape codes have no width
     if not sys.stdout.isatty():
         return text

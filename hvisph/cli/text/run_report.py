@@ -1,4 +1,4 @@
-"""How a run ends on the terminal: its results, its cost, and the exit code of the command."""
+"""Final report of a run on the terminal, and the exit code."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def listener_for(case: Case, silent: bool) -> Silence:
-    """Return what tells people how the run goes: a live display on a terminal, lines elsewhere."""
+    """Return the listener: a progress bar on a terminal, lines elsewhere."""
     from .text_log import Lines, Silence
 
     if silent or not is_first():
@@ -61,8 +61,8 @@ def conclude(
 
 
 @contextmanager
-def kept(folder: Path | str) -> Iterator[None]:
-    """Say of a run that a second Ctrl-C ends in this block, its summary unwritten, where it can be taken up."""
+def interrupt_notice(folder: Path | str) -> Iterator[None]:
+    """Print how to resume a run that a second Ctrl-C ends in this block."""
     try:
         yield
     except KeyboardInterrupt:

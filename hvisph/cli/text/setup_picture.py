@@ -1,4 +1,4 @@
-"""From a case and its placed bodies to the picture of its set-up."""
+"""Picture of the set-up of a case."""
 
 from __future__ import annotations
 

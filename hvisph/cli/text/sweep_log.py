@@ -1,4 +1,4 @@
-"""A sweep on the terminal: a line for each case that ends, how many are left, and what all say together."""
+"""Progress and results of a sweep on the terminal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHOWN_ROWS = 60  # of the table on the terminal
 
 
 class Teller:
-    """Tells of cases as they end."""
+    """Progress report of a sweep."""
 
     def __init__(self, driver: Any, silent: bool):
         self.driver, self.silent = driver, silent
@@ -40,8 +40,8 @@ class Teller:
                  trace: TracebackType | None) -> None:  # fmt: skip
         sys.stdout.flush()
 
-    def ended(self, row: dict[str, Any]) -> None:
-        """Hear that a case has ended."""
+    def report_end(self, row: dict[str, Any]) -> None:
+        """Report the end of a case."""
         self.done += 1
         if self.silent:
             return
@@ -49,7 +49,7 @@ class Teller:
         values = row["values"].get(SHOT) or ", ".join(
             f"{path} {format_value(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
         )
-        said = row["message"] or _measured(row, _main(self.driver.sweep.record, [row])[:3])
+        said = row["message"] or _format_measures(row, _main(self.driver.sweep.record, [row])[:3])
         left = self._left()
         say(f"{row['number']:5d}  {values}  {row['status']}  {said}{left}")
         sys.stdout.flush()
@@ -73,7 +73,7 @@ def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[
     return main_measures([*there])
 
 
-def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
+def _format_measures(row: dict[str, Any], names: Sequence[str]) -> str:
     parts = []
     for name in names:
         one = row["measures"].get(name, {})

@@ -1,4 +1,4 @@
-"""A run in plain lines, for files, pipes and batch systems; and the silence of `--quiet`."""
+"""Progress of a run as lines of text, and no output for `--quiet`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EVERY_SECONDS = 60.0
 
 
 class Silence(Listener):
-    """Hears and says nothing, but passes on an interrupt that got lost on its way."""
+    """Listener without output that re-raises interrupts."""
 
     def opening(self) -> None:
         """Before anything slow is imported."""
@@ -53,22 +53,22 @@ class Lines(Silence):
         self._compiling = False
 
     def opening(self) -> None:
-        """Say what is going to run."""
+        """Print the title of the case."""
         say(self._title or "untitled case")
 
     def compiling(self, name: str) -> None:
-        """Say once that loops are being compiled."""
+        """Print once that loops are being compiled."""
         raise_noted()
         if not self._compiling:
             self._compiling = True
             say("compiling kernels (once; they are kept for later runs)")
 
     def start(self, folder: Path, particles: int, end: float) -> None:
-        """Say how much there is to do."""
+        """Print the number of particles and the end time."""
         say(f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}")
 
     def progress(self, progress: Progress) -> None:
-        """Say where the run is, now and then."""
+        """Print the progress at intervals."""
         raise_noted()
         share, now = progress.time / progress.end, wall.monotonic()
         if share < self._share and now - self._said < EVERY_SECONDS:

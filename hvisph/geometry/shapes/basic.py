@@ -56,7 +56,7 @@ class Rectangular(Centred):
 
 @dataclass(frozen=True)
 class Interval(Rectangular):
-    """A stretch of the line (1D).
+    """Interval of the x axis (1D).
 
     Parameters
     ----------

@@ -211,7 +211,7 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
 
 
 def _symmetry(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
-    if source.revolved:
+    if source.is_axisymmetric:
         return Whole((Mirror(1, 0.0),), revolution=True)
     return whole_of(source, projectile, spacing, planes)
 

@@ -1,4 +1,4 @@
-"""Equal elastic bars that meet: the first hands its motion to the second, and they part.
+"""Impact of equal elastic bars: the first transfers its momentum to the second, and they separate.
 
 In one dimension the exact answer is 0 and all of the velocity. Stubby bars keep some of the motion in lateral
 vibration: what, finite elements say (`hvisph.exact.striking_bar`). Bodies that touch at rest stay at rest.

@@ -1,4 +1,4 @@
-"""Noh's implosion: cold gas runs at unit speed into a plane, an axis or a point, and a shock runs out.
+"""Noh's implosion: cold gas converges at unit speed on a plane, an axis or a point.
 
 The shocked gas is at rest and uniform; some particles at the wall are too hot and too thin in every scheme with a
 finite shock, and are left out of the means. W. F. Noh, J. Comput. Phys. 72 (1987) 78.

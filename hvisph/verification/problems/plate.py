@@ -1,4 +1,4 @@
-"""Aluminium plates at 600 m/s: precursor, plateau, release, free surface, and how the plates part after the echo.
+"""Aluminium plates at 600 m/s: precursor, plateau, release, free surface and separation.
 
 The material is elastic and perfectly plastic, so that an elastic precursor runs ahead of the plastic shock. All figures
 but the last stand beside the exact waves of the welded plates, which hold until the interface would bear tension; the
@@ -71,7 +71,7 @@ def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         at = GAUGES[gauge]
         # the later part of the step between both fronts, clear of the plastic front's foot
         begin, end = at / elastic.speed, at / plastic.speed
-        inside = _between(time, begin + 0.5 * (end - begin), begin + 0.75 * (end - begin))
+        inside = _in_interval(time, begin + 0.5 * (end - begin), begin + 0.75 * (end - begin))
         computed = -ran.history[f"gauge.{gauge}.stress_xx"][inside].mean()
         yield Figure(f"precursor (HEL) at {1e3 * at:g} mm", float(computed), plastic.ahead.stress, 0.03, "Pa",
                      why="a front of some particles must settle within the step")  # fmt: skip
@@ -81,7 +81,7 @@ def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
 
 def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
     """Yield the plateau and the release at the middle gauge, and the free surface, beside the exact waves."""
-    time, at = ran.history["time"], _started(ran, GAUGES["middle"])
+    time, at = ran.history["time"], _start_position(ran, GAUGES["middle"])
     stress, velocity = waves.sample(at, time, "stress"), waves.sample(at, time, "velocity")
     high = np.flatnonzero(np.abs(stress / plateau - 1.0) < 0.01)
     inside = _middle(time, time[high[0]], time[high[-1]])
@@ -95,7 +95,7 @@ def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
                  float(velocity[inside].mean()), 0.01, "m/s")  # fmt: skip
     times, values = waves.surface()
     arrival = times[1:][np.abs(np.diff(values)).argmax()]
-    inside = _between(time, arrival + 0.2e-6, arrival + 0.8e-6)
+    inside = _in_interval(time, arrival + 0.2e-6, arrival + 0.8e-6)
     exact = values[np.searchsorted(times, time[inside], side="right") - 1]
     yield Figure("velocity of the free surface", float(ran.history["gauge.surface.velocity_x"][inside].mean()),
                  float(exact.mean()), 0.01, "m/s")  # fmt: skip
@@ -103,7 +103,7 @@ def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
 
 def _parting(ran: Ran, waves: Tracked) -> Iterator[Figure]:
     """Yield the plates' velocities after they have parted: each keeps what it had at the first tension between them."""
-    left = SPEED - pushed(waves)
+    left = SPEED - interface_slowdown(waves)
     why = "of the slower plate: the momentum that stays with it"
     yield Figure("flyer velocity after separation", float(ran.mean_velocity(0)[0]), left, 0.03, "m/s", why=why)
     right = SPEED - left
@@ -111,12 +111,12 @@ def _parting(ran: Ran, waves: Tracked) -> Iterator[Figure]:
 
 
 def parting_time(waves: Tracked) -> float:
-    """Return when the interface of two welded plates first bears tension after impact [s]."""
+    """Return the time of the first tension at the interface of two bonded plates [s]."""
     times, states = waves.gauge(0.0)
     return next(float(t) for t, state in zip(times, states, strict=True) if t > 1e-6 and state.stress < 0.0)
 
 
-def pushed(waves: Tracked) -> float:
+def interface_slowdown(waves: Tracked) -> float:
     """Return by how much the interface has slowed the flyer until they part [m/s].
 
     The impulse holds to 0.1 m/s where the momentum of the profile, without the weakest waves, is off by 3 m/s.
@@ -129,18 +129,18 @@ def pushed(waves: Tracked) -> float:
     return impulse / float(waves.bounds[1] - waves.bounds[0])
 
 
-def _started(ran: Ran, at: float) -> float:
+def _start_position(ran: Ran, at: float) -> float:
     """Return where the particle started that a gauge rides on [m]."""
     x = ran.first.fields["position"].ravel()
     return float(x[np.abs(x - at).argmin()])
 
 
-def _between(time: np.ndarray, begin: float, end: float) -> np.ndarray:
+def _in_interval(time: np.ndarray, begin: float, end: float) -> np.ndarray:
     return (time >= begin) & (time <= end)
 
 
 def _middle(time: np.ndarray, begin: float, end: float) -> np.ndarray:
-    return _between(time, begin + 0.3 * (end - begin), begin + 0.8 * (end - begin))
+    return _in_interval(time, begin + 0.3 * (end - begin), begin + 0.8 * (end - begin))
 
 
 def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -149,7 +149,7 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     until = parting_time(waves)
     shown = ran.history["time"] < until
     time = ran.history["time"][shown]
-    gauge, moments = waves.gauge(_started(ran, GAUGES["far"]))
+    gauge, moments = waves.gauge(_start_position(ran, GAUGES["far"]))
     surface, values = waves.surface()
     stress = np.array([-state.stress for state in moments])
     exact = {"stress_xx": (gauge, stress), "velocity_x": (surface, values)}

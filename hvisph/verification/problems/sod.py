@@ -1,4 +1,4 @@
-"""Gas that bursts: Sod's shock tube, and the stronger blast of Woodward and Colella, by the exact Riemann problem.
+"""Shock tubes of Sod and of Woodward and Colella, with the exact Riemann solution.
 
 Both gases start on one spacing. The tubes are longer than what is looked at, so that nothing comes from their ends.
 Sod: J. Comput. Phys. 27 (1978) 1. Woodward & Colella: J. Comput. Phys. 54 (1984) 115, the left half.
@@ -62,7 +62,7 @@ def _trial(states: tuple[GasState, GasState], end: float, lengths: tuple[float, 
     return Trial(f"dx {dx:g}", [Start(case)], figures, curves)
 
 
-def _of(
+def _trials(
     states: tuple[GasState, GasState], end: float, lengths: tuple[float, float], full: float, quick: float
 ) -> Callable[[Options], Iterator[Trial]]:
     def trials(options: Options) -> Iterator[Trial]:
@@ -72,9 +72,9 @@ def _of(
 
 
 SOD_PROBLEM = Problem(
-    "sod", "Sod's shock tube: L1 errors against the Riemann problem", _of(SOD, 0.2, (0.8, 0.9), 0.0025, 0.005)
+    "sod", "Sod's shock tube: L1 errors against the Riemann problem", _trials(SOD, 0.2, (0.8, 0.9), 0.0025, 0.005)
 )
 BLAST_PROBLEM = Problem(
     "blast", "blast wave, pressures 1000 : 0.01, against the Riemann problem",
-    _of(BLAST, 0.012, (1.0, 0.6), 0.00125, 0.005),
+    _trials(BLAST, 0.012, (1.0, 0.6), 0.00125, 0.005),
 )  # fmt: skip

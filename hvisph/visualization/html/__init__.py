@@ -1,1 +1,1 @@
-"""One page that shows a run, or several side by side: verdict, player, measures, health, set-up. No network needed."""
+"""HTML report of one or several runs in a single file."""

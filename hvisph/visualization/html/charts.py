@@ -1,4 +1,4 @@
-"""What a page draws of a history, and the moments worth a display."""
+"""Charts of a history, and selected times."""
 
 from __future__ import annotations
 

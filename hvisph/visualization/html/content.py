@@ -1,4 +1,4 @@
-"""What a page says of one run: verdict, tables, health, set-up, from the files of its folder alone."""
+"""Content of the report of one run, from the files of its folder."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SHARES = (
 
 
 class Told:
-    """One run as a page tells it.
+    """Report of one run.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class Told:
         return {row.name: row for row in self._rows()}
 
     def verdict(self) -> tuple[str, str]:
-        """Return what became of the run in a sentence or two, and whether that is good."""
+        """Return the outcome of the run in words, and whether it is good."""
         status = self.summary.get("status", "unfinished")
         moment = f"{self.last.time:.4g}" if self.unitless else _in_micro(format_time(self.last.time))
         begin = {"done": "ended as planned at", "interrupted": "was interrupted at", "failed": "failed at",

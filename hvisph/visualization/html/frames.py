@@ -1,4 +1,4 @@
-"""The moments of a run as a browser plays them: positions in 16 bits, fields in 8, packed and compressed.
+"""Frames of a run for the browser: positions in 16 bits, fields in 8, compressed.
 
 A particle keeps its place in all frames. One that is not there in a frame has the position NOWHERE.
 """
@@ -33,7 +33,7 @@ MARGIN = 0.15  # beyond them, of what lies between
 
 @dataclass(frozen=True)
 class Frames:
-    """A run for the player.
+    """Frames of a run.
 
     Parameters
     ----------

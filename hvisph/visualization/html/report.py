@@ -1,4 +1,4 @@
-"""The page of a run: templates and their assembly."""
+"""HTML page of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page says of how a run was set up: picture, facts, materials, how to repeat it, where the data are."""
+"""Set-up section of the report: picture, settings, materials, commands and files."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def picture(told: Run) -> str:
     planes = [(axis, 0.0) for axis in symmetry_axes(first.metadata.get("case"))]
     gauges = {} if told.case is None else {name: gauge.at for name, gauge in told.case.gauges.items()}
     title = str(first.metadata.get("title", "")) or told.name
-    setup = Setup(title, drawn, planes, gauges, (), not told.unitless, first.revolved)
+    setup = Setup(title, drawn, planes, gauges, (), not told.unitless, first.is_axisymmetric)
     return embedded_image(setup_figure(setup), PICTURE_DPI)
 
 

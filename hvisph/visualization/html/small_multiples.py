@@ -1,4 +1,4 @@
-"""Small pictures of how the runs of a sweep ended, all on one scale of colours."""
+"""Pictures of the final states of a sweep on one colour scale."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of a sweep: what its cases say together, a table to sort, and the way to each run's own page."""
+"""HTML page of a sweep: results, sortable table and links to the runs."""
 
 from __future__ import annotations
 
