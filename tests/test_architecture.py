@@ -1,10 +1,11 @@
-"""Import order of the packages, and the third-party libraries that each may use.
+"""Import order of the packages, their third-party libraries, names and sizes.
 
-Everything follows from the sources' import statements, lazy ones within functions included.
+Imports follow from the sources' import statements, lazy ones within functions included.
 """
 
 import ast
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -218,3 +219,64 @@ def test_no_module_imports_itself_by_way_of_others():
         for module in free:
             del left[module]
     assert not left, f"a circle among, or above one: {sorted(left)}"
+
+
+# Participles, prepositions and adverbs that say nothing alone of what a function returns or does.
+BARE = set("""above across after again ahead alike along apart around aside at away before begun behind below beside between
+    beyond both brought by done down drawn each either even every few found from given gone grown held here how in inside
+    into just kept laid less made many meant met more most much near nearest next no none now of off on once only onto or
+    other out outside over per said same seen shown since so some still such taken than that then there these this
+    those through till to together told toward under until up upon usual what when where which while who whose why with
+    within without yet""".split())  # fmt: skip  # noqa: SIM905
+NOUNS = {
+    "bed",
+    "embed",
+    "exceed",
+    "feed",
+    "fixed",
+    "need",
+    "next",
+    "proceed",
+    "seed",
+    "shared",
+    "shed",
+    "speed",
+    "spread",
+}
+# Names of this kind that remain in the package, public and private; the numbers may only fall.
+MOST_PUBLIC, MOST_PRIVATE = 2, 30
+MOST_MODULES, MOST_FILES, MOST_LINES = 20, 490, 57_500
+
+
+def is_bare(name):
+    words = [word for word in name.split("_") if word]
+    return bool(words) and all(word not in NOUNS and (word in BARE or word.endswith("ed")) for word in words)
+
+
+def test_functions_are_named_by_verbs_and_nouns():
+    functions = [
+        f"{module}.{node.name}"
+        for module, tree in TREES.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and is_bare(node.name)
+        and not any("property" in ast.unparse(decorator) for decorator in node.decorator_list)
+    ]  # fmt: skip
+    private = [name for name in functions if name.rpartition(".")[2].startswith("_")]
+    assert len(private) <= MOST_PRIVATE, private
+    assert len(functions) - len(private) <= MOST_PUBLIC, set(functions) - set(private)
+
+
+def test_modules_have_a_first_line_in_terms_of_the_glossary():
+    glossary = (PACKAGE.parent / "docs" / "glossary.md").read_text(encoding="utf-8").partition("## Replaced words")[2]
+    replaced = [line.split("|")[1].strip() for line in glossary.splitlines() if line.startswith("|")][2:]
+    for module, tree in TREES.items():
+        first = (ast.get_docstring(tree) or "").partition("\n")[0]
+        assert first.endswith("."), f"{module}: {first!r}"
+        assert not [word for word in replaced if word in first.lower()], f"{module}: {first!r}"
+
+
+def test_size_of_the_package():
+    folders = Counter(path.parent for path in SOURCES.values() if path.name != "__init__.py")
+    assert max(folders.values()) <= MOST_MODULES, folders.most_common(3)
+    assert len(SOURCES) <= MOST_FILES
+    assert sum(len(path.read_text(encoding="utf-8").splitlines()) for path in SOURCES.values()) <= MOST_LINES

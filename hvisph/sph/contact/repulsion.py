@@ -1,4 +1,4 @@
-"""Repulsive contact force between particles of different bodies (Vignjevic et al. 2006).
+"""Penalty contact force between particles of different bodies (Vignjevic et al. 2006).
 
     E    = sum over pairs of different bodies of V_a V_b K w^n,    w = W_ab / W(dx)
     F_ab = - V_a V_b K n w^(n-1) / W(dx) grad_a W_ab               force on a, -F_ab on b
