@@ -17,7 +17,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences, format_value
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.sweeps.analysis import following, verdict
-from hvisph.sweeps.experiment_comparison import against_experiment
+from hvisph.sweeps.comparison import against_experiment
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.plan import load_plan
 from hvisph.sweeps.start import begin, sweep
@@ -381,7 +381,7 @@ def test_what_a_begun_sweep_does_not_have_is_told(tmp_path):
 
 
 def test_correlations_stand_beside_a_limit(tmp_path):
-    from hvisph.sweeps.correlation_comparison import beside_limit
+    from hvisph.sweeps.comparison import beside_limit
 
     case = {
         "kinematics": "axisymmetric", "resolution": "0.5 mm", "time": {"end": "1 us"},

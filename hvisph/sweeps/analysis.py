@@ -11,12 +11,11 @@ import numpy as np
 from hvisph.case import sweep as models
 
 from .calibration import Calibration
-from .design import converge_cases, variants
-from .experiment_comparison import against_experiment
+from .comparison import against_experiment
+from .design import converge_cases, distribution, variants
 from .finding import finding
 from .folder import ENDED
 from .parameters import FACTORS, Scale, Values, product, split
-from .sampling import distribution
 from .statistics import convergence, spread
 from .surrogate import sensitivity
 from .table import Row

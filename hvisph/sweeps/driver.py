@@ -23,7 +23,7 @@ from hvisph.output import atomic_write, file_names
 
 from .analysis import following, undecided_shots, verdict
 from .calibration import material_document
-from .correlation_comparison import beside_limit
+from .comparison import beside_limit
 from .folder import ENDED, RESULTS, STEPPING, SweepFolder
 from .plan import Member
 from .selection import Selection

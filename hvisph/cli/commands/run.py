@@ -1,7 +1,8 @@
-"""`hvisph run`: computation of a case with progress on the terminal."""
+"""`hvisph run` and `hvisph resume`: compute a case, or continue a run."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -20,6 +21,7 @@ from hvisph.cli.options import (
     ThreadsOption,
 )
 from hvisph.cli.text.run_report import conclude, interrupt_notice, listener_for
+from hvisph.parallel.mpi_launch import is_first
 
 
 def run(
@@ -50,3 +52,34 @@ def run(
     finally:
         listener.close()
     conclude(outcome, loaded.units == "none", quiet, as_json, report or loaded.output.report, everything)
+
+
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run.")],
+    end: Annotated[
+        str | None, typer.Option("--end", metavar="TIME", help="New end time: 10us; the case's unless given.")
+    ] = None,
+    max_steps: Annotated[
+        int | None,
+        typer.Option("--max-steps", min=0, metavar="N", help="Number of steps after which to stop; 0 for no limit."),
+    ] = None,
+    threads: ThreadsOption = None,
+    report: ReportOption = False,
+    everything: AllOption = False,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Continue a run from its newest checkpoint."""
+    from hvisph.simulation.resume import has_ended, resume_case, resume_run
+
+    case = resume_case(folder, end, max_steps)
+    if end is None and max_steps is None and has_ended(folder) and not (quiet or as_json) and is_first():
+        typer.echo("the run has ended: this only sums it up anew; --end TIME goes on", err=True)
+    listener = listener_for(case, quiet or as_json)
+    listener.opening()
+    try:
+        with interrupt_notice(folder), noted_interrupts():
+            outcome = resume_run(folder, case, threads=threads, listener=listener)
+    finally:
+        listener.close()
+    conclude(outcome, case.units == "none", quiet, as_json, report or case.output.report, everything)

@@ -136,7 +136,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool, everything: 
 
 def _all_results(summary: dict[str, Any], unitless: bool) -> list[str]:
     """Return all measures, sections, bodies and correlations as text."""
-    from hvisph.cli.commands.limits import correlations_text
+    from hvisph.cli.commands.correlations import correlations_text
 
     from .results_table import bodies_table, conservation_rows, results_table, sections_table
 

@@ -10,18 +10,7 @@ from hvisph.materials import tags
 from hvisph.materials.model_flags import FURTHER_EOS
 from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 
-from . import (
-    ideal_gas,
-    jwl,
-    linear,
-    mie_gruneisen,
-    murnaghan,
-    polynomial,
-    stiffened_gas,
-    table,
-    tillotson,
-    us_up_table,
-)
+from . import ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson, us_up_table
 from .elastic import Elastic
 from .grid import Grid as Grid
 from .grid import read_grid as read_grid
