@@ -372,6 +372,8 @@ def test_arrays_have_units_and_names_of_any_language(tmp_path):
         data = h5["VTKHDF/PointData"]
         assert {name: data[name].attrs["units"] for name in ("velocity", "pressure", "damage")} == {
             "velocity": "m/s", "pressure": "Pa", "damage": ""}  # fmt: skip
+        assert all("units" in array.attrs for array in data.values())  # numbers of bodies too
+        assert h5["VTKHDF/Points"].attrs["units"] == "m"
         assert data["displacement"].attrs["meaning"] == "displacement since the start"
         assert [text.decode() for text in h5["VTKHDF/FieldData/body_names"]] == snapshot.bodies
 

@@ -1,15 +1,23 @@
 """What is installed, and what the front door says: the wheel's content, README's commands and links."""
 
+import json
 import re
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 
+import hvisph
 from hvisph.casefile.paths import data_folder
+from hvisph.core.errors import HvisphError
+from hvisph.geometry.shapes.mesh import load_mesh
+from hvisph.output.foreign import read_vtk
+from hvisph.sweeps.cluster import connect
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")] + sorted(ROOT.glob("docs/*.md"))
@@ -21,15 +29,62 @@ def wheel(tmp_path_factory):
     """The wheel of this source tree, built from a copy: the tree itself is left alone."""
     folder = tmp_path_factory.mktemp("wheel")
     shutil.copytree(ROOT, folder / "source", ignore=IGNORED)
-    try:
-        import hatchling  # noqa: F401 - at hand, it saves pip's fetching it
-
-        command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    except ImportError:
-        command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", str(folder), "."]
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
     subprocess.run(command, cwd=folder / "source", check=True, capture_output=True)
     (built,) = folder.glob("*.whl")
     return built
+
+
+def test_an_sdist_builds_the_same_wheel(wheel, tmp_path):
+    """An archive of the sources, unpacked elsewhere, installs what the repository installs, and can be cited."""
+    build = [sys.executable, "-m", "hatchling", "build", "-d", str(tmp_path), "-t"]
+    subprocess.run([*build, "sdist"], cwd=wheel.parent / "source", check=True, capture_output=True)
+    shutil.unpack_archive(next(tmp_path.glob("*.tar.gz")), tmp_path / "unpacked", filter="data")
+    (unpacked,) = (tmp_path / "unpacked").iterdir()
+    subprocess.run([*build, "wheel"], cwd=unpacked, check=True, capture_output=True)
+    with zipfile.ZipFile(wheel) as one, zipfile.ZipFile(next(tmp_path.glob("*.whl"))) as other:
+        sums = [{file.filename: file.CRC for file in archive.infolist()} for archive in (one, other)]
+    assert sums[0] == sums[1]
+    assert (unpacked / "CITATION.cff").is_file()
+
+
+def test_files_of_citation_agree_with_the_package():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (author,) = (author["name"] for author in project["authors"])
+    cff = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    found = (cff["version"], cff["license"], [each["name"] for each in cff["authors"]])
+    assert found == (hvisph.__version__, project["license"], [author])
+    meta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+    assert (meta["name"], meta["version"]) == (project["name"], hvisph.__version__)
+    assert meta["license"].endswith("/" + project["license"])
+    assert [each["name"] for each in meta["author"]] == [author]
+    zenodo = json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
+    assert (zenodo["version"], zenodo["license"]) == (hvisph.__version__, project["license"])
+    assert [each["name"] for each in zenodo["creators"]] == [author]
+
+
+def test_the_conda_recipe_requires_what_the_package_requires():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = yaml.safe_load((ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8"))
+    run = [line.replace(" ", "", 1) for line in recipe["requirements"]["run"]]
+    plain = [line.replace("matplotlib-base", "matplotlib") for line in run if not line.startswith("python")]
+    assert sorted(plain) == sorted(project["dependencies"])
+    assert recipe["context"]["version"] == hvisph.__version__
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "call"),
+    [
+        ("trimesh", "mesh", lambda path: load_mesh(path)),
+        ("pyvista", "foreign", lambda path: read_vtk(path)),
+        ("distributed", "dask", lambda _: connect("tcp://127.0.0.1:1")),
+    ],
+)
+def test_a_missing_extra_is_named_with_its_command(module, extra, call, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, module, None)
+    (tmp_path / "file.vtk").write_text("# vtk DataFile Version 3.0\n", encoding="ascii")
+    with pytest.raises(HvisphError, match=rf"pip install 'hvisph\[{extra}\]'"):
+        call(tmp_path / "file.vtk")
 
 
 def test_the_wheel_holds_cases_schemas_and_library(wheel):

@@ -15,6 +15,7 @@ from hvisph.case.case import Case
 from hvisph.case.sweep import Sweep
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+IDENTIFIER = "urn:hvisph:schema:v1:"  # the version rises when a valid file becomes invalid, from release 1.0 on
 BASE = {
     "type": "string",
     "description": "Another case file, relative to this one, that this one changes: mappings merge key by "
@@ -38,6 +39,7 @@ def case_schema() -> dict[str, Any]:
     }
     return {
         "$schema": DIALECT,
+        "$id": IDENTIFIER + "case",
         "title": "hvisph case file",
         "description": Case.__doc__,
         "if": {"required": ["base"]},
@@ -49,7 +51,7 @@ def case_schema() -> dict[str, Any]:
 
 def sweep_schema() -> dict[str, Any]:
     """Return the JSON schema of a sweep's file."""
-    return {"$schema": DIALECT, "title": "hvisph sweep", **Sweep.model_json_schema()}
+    return {"$schema": DIALECT, "$id": IDENTIFIER + "sweep", "title": "hvisph sweep", **Sweep.model_json_schema()}
 
 
 def schema_text() -> str:

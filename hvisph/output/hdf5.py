@@ -231,13 +231,14 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> dict[str, int]:
             _describe(put(data, name, snapshot.fields[name], name), name, units)
     for name in field_layout.INDICES:
         if name not in left_out:
-            put(data, name, getattr(snapshot, name))
+            _describe(put(data, name, getattr(snapshot, name)), name, units)
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))
     write_labels(root, snapshot.bodies, snapshot.materials)
     return sums
 
 
 def _describe(made: Any, name: str, units: bool) -> None:
+    """Write the attributes of an array; numbers of bodies, materials and particles have the unit 1."""
+    made.attrs["units"] = CATALOGUE[name].unit if units and name in CATALOGUE else ""
     if name in CATALOGUE:
-        made.attrs["units"] = CATALOGUE[name].unit if units else ""
         made.attrs["meaning"] = CATALOGUE[name].meaning

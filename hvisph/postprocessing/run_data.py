@@ -204,4 +204,4 @@ def _pandas() -> Any:
     try:
         return import_module("pandas")
     except ImportError:
-        raise CaseError("needs pandas, which is not installed") from None
+        raise CaseError("needs pandas: pip install pandas") from None

@@ -171,4 +171,4 @@ def _import(name: str) -> Any:
     try:
         return import_module(name)
     except ImportError:
-        raise CaseError(f"needs the package {name}; install hvisph[dask]", where="--dask") from None
+        raise CaseError(f"needs the package {name}: pip install 'hvisph[dask]'", where="--dask") from None
