@@ -16,7 +16,7 @@ from hvisph.core.measure_catalogue import measures_of
 from hvisph.core.shapes import SHAPES, arrangements_of
 
 from .bodies import Body
-from .expected import Expectations, MeasureName
+from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
 from .gauges import Gauge
 from .limits import RunLimits, Witness

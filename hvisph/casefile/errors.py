@@ -16,7 +16,7 @@ from hvisph.core.measure_catalogue import RENAMED
 from hvisph.core.text import format_value
 
 from .model_fields import Spot, keys_of, places, walk
-from .renamed import renamed_field, renamed_key, renamed_value
+from .renamed_keys import renamed_field, renamed_key, renamed_value
 from .yaml_text import Place
 
 MOST_SHOWN = 20

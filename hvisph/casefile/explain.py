@@ -10,7 +10,7 @@ from hvisph.core.measure_catalogue import CATALOGUE
 
 from .field_text import default_text, value_text
 from .model_fields import Spot, keys_of, spot_of, walk
-from .renamed import renamed_key
+from .renamed_keys import renamed_key
 
 
 def explain(path: str) -> str:

@@ -21,7 +21,7 @@ from .mapping import plain_document
 from .material_library import Library, library, library_of, load_material, material_names
 from .overrides import merge, overridden, with_bases
 from .paths import bundled_cases
-from .renamed import renamed_key
+from .renamed_keys import renamed_key
 from .yaml_reader import read_yaml
 from .yaml_text import Document, Place, dump
 

@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from hvisph.casefile.renamed import COMMANDS, OPTIONS
+from hvisph.casefile.renamed_keys import COMMANDS, OPTIONS
 from hvisph.core.errors import suggest_nearest
 
 # What people try, and what it is called here.

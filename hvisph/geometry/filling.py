@@ -12,7 +12,7 @@ from hvisph.core.shapes import arrangements_of
 from hvisph.geometry.lattices.cubic import fill_lattice
 from hvisph.geometry.lattices.hcp import fill_hcp
 from hvisph.geometry.lattices.hexagonal import fill_hexagonal
-from hvisph.geometry.lattices.relaxed import fill_relaxed
+from hvisph.geometry.lattices.relaxation import fill_relaxed
 from hvisph.geometry.lattices.rings import fill_lattice_two_rings, fill_rings
 
 from .lattice_count import Filling

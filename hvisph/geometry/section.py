@@ -13,10 +13,10 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.shapes import SECTION_ARRANGEMENTS
-from hvisph.geometry.shapes.combined import Measured
+from hvisph.geometry.shapes.combinations import Measured
 
 from .filling import fill
-from .graded import Grading, fill_graded
+from .graded_spacing import Grading, fill_graded
 from .lattice_count import Filling
 from .shapes import Cylinder, Ring, Shape, Tube
 

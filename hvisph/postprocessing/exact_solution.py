@@ -1,7 +1,7 @@
 """Exact solution of a one-dimensional case by wave tracking.
 
 Layers without strength whose pressure follows density alone are exact in closed form
-(`exact.layered`); other materials go through the jump conditions of an elastic-plastic solid
+(`exact.layers`); other materials go through the jump conditions of an elastic-plastic solid
 (`exact.plate_impact`), good to about 1e-3.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import component_names
-from hvisph.exact.layered import layered_impact
+from hvisph.exact.layers import layered_impact
 from hvisph.exact.plate_impact import with_reflections
 from hvisph.exact.wave_curves import State
 from hvisph.exact.wave_history import Tracked

@@ -11,7 +11,7 @@ from hvisph.core.errors import CaseError
 from hvisph.geometry import shapes
 from hvisph.geometry.placement import rotation_matrix
 from hvisph.geometry.shapes import Shape
-from hvisph.geometry.shapes.nosed import Profile
+from hvisph.geometry.shapes.axial_bodies import Profile
 
 # Classes of simple shapes and of profiles, with the keys of the case that are their arguments.
 SIMPLE = {

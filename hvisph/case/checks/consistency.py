@@ -7,7 +7,7 @@ from typing import Protocol
 
 from hvisph.case.bodies import Body
 from hvisph.case.context import Surroundings
-from hvisph.case.expected import Expectations
+from hvisph.case.expectations import Expectations
 from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.gauges import Gauge, gauge_problems
 from hvisph.case.model import Path, Problem

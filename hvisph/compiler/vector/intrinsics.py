@@ -71,7 +71,7 @@ def neighbours(typing_context, rows, near, k, width):
     def generate(context, builder, signature, arguments):
         rows, near, k, _ = arguments
 
-        def joined(a, b, order):
+        def join_vectors(a, b, order):
             return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, len(order)), order))
 
         address = _address(context, builder, signature.args[1], near, [k], ir.VectorType(_i32, LANES))
@@ -88,7 +88,7 @@ def neighbours(typing_context, rows, near, k, width):
             parts = [builder.load(address, align=8) for address in addresses]
             while len(parts) > 1:
                 order = list(range(2 * parts[0].type.count))
-                parts = [joined(a, b, order) for a, b in zip(parts[::2], parts[1::2], strict=True)]
+                parts = [join_vectors(a, b, order) for a, b in zip(parts[::2], parts[1::2], strict=True)]
             return parts[0]
 
         columns = []
@@ -101,14 +101,14 @@ def neighbours(typing_context, rows, near, k, width):
                 for part in (0, 1):
                     order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
                     place = [lane + side for lane in lanes_of_pairs for side in (0, 1) if lane % 4 == pair]
-                    ab, cd = joined(a, b, order), joined(c, d, order)
-                    columns.append(joined(ab, cd, place + [LANES + lane for lane in place]))
+                    ab, cd = join_vectors(a, b, order), join_vectors(c, d, order)
+                    columns.append(join_vectors(ab, cd, place + [LANES + lane for lane in place]))
         for slot in range(len(columns), slots, 2):
             # Even and odd rows separately: one exchange of lanes remains, the rest are loads.
             even, odd = (side_by_side(range(parity, LANES, 2), slot, 2) for parity in (0, 1))
             for part in (0, 1):
                 order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
-                columns.append(joined(even, odd, order))
+                columns.append(join_vectors(even, odd, order))
         return context.make_tuple(builder, signature.return_type, columns[:slots])
 
     return signature, generate

@@ -182,7 +182,7 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
             value = value if value.type == element else builder.fptrunc(value, element)
             return splat(builder, value, SIXTEEN)
 
-        def tested(kind, array, at, element, flags):
+        def test_distances(kind, array, at, element, flags):
             """Return the squared distances and the squared limits."""
             wide, r2 = ir.VectorType(element, SIXTEEN), None
             for f in range(dimensions):
@@ -198,7 +198,7 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
             place = [ir.Constant(_i64, f), ir.Constant(_i64, 0)]
             origin = builder.load(_address(context, builder, signature.args[7], box, place, _f64), align=8)
             relative.append(builder.fsub(own[f], origin))
-        r2, limit = tested(signature.args[0], rough, relative, _f32, _FAST)
+        r2, limit = test_distances(signature.args[0], rough, relative, _f32, _FAST)
         room = builder.fsub(limit, r2)
         slack = spread(slack, _f32)
         inside = builder.fcmp_ordered(">", room, slack)
@@ -206,7 +206,7 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
         doubtful = builder.icmp_unsigned("!=", _bits(builder, inside), _bits(builder, perhaps))
         before = builder.basic_block
         with builder.if_then(doubtful, likely=False):
-            r2, limit = tested(signature.args[1], exact, own, _f64, ())
+            r2, limit = test_distances(signature.args[1], exact, own, _f64, ())
             certain = builder.fcmp_ordered("<", r2, limit)
             last = builder.basic_block
         mask = builder.phi(inside.type)

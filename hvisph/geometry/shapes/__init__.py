@@ -1,9 +1,9 @@
 """Shapes of bodies as frozen dataclasses."""
 
+from .axial_bodies import Dome, Frustum, Nosed, Ogive, RoundedCylinder
 from .basic import Box, Cylinder, Disc, Interval, Sphere
-from .combined import Difference, Intersection, Placed, Repeat, Union
+from .combinations import Difference, Intersection, Placed, Repeat, Union
 from .hollow import Annulus, HollowSphere, Tube
-from .nosed import Dome, Frustum, Nosed, Ogive, RoundedCylinder
 from .polygon import Polygon, Prism, Ring
 from .shape import Shape
 

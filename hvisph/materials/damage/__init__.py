@@ -7,7 +7,7 @@ from hvisph.materials.slots import Model
 from .grady_kipp import GradyKipp
 from .johnson_cook import JohnsonCookDamage
 from .johnson_holmquist import JohnsonHolmquistDamage
-from .none import NoDamage
+from .no_damage import NoDamage
 from .pressure_cutoff import PressureCutoff
 from .tensile import CockcroftLatham, GradySpall, PrincipalStress
 

@@ -32,7 +32,7 @@ from .elastic import ElasticStrength
 from .johnson_cook import JohnsonCook
 from .johnson_holmquist import JohnsonHolmquist
 from .linear_hardening import LinearHardening
-from .none import NoStrength
+from .no_strength import NoStrength
 from .rock import Rock
 from .steinberg import SteinbergGuinan, SteinbergLund
 from .von_mises import VonMises
