@@ -312,7 +312,7 @@ class Porous:
         self.solid = Material("al", 2700.0, solid, porosity=Porosity(1.3, 0.05e9, 0.7e9))
         self.density = 2700.0 / 1.3
         self.values = slots.values(self.solid.whole_row)
-        self.crushed = python_twin(porosity.crushed)
+        self.crushed = python_twin(porosity.crush)
         self.tag = solid.tag
 
     def crush(self, rho, e):

@@ -33,7 +33,7 @@ def done(tmp_path_factory):
 def test_moments_inside_steps_are_the_same_in_any_room(formulation, tmp_path, monkeypatch):
     case = row_of([METAL, METAL], output={"every": 2e-9}, time={"end": 4e-8}, formulation={"type": formulation})
     run(case, tmp_path / "own", threads=1)
-    monkeypatch.setattr(Stepper, "room", None)
+    monkeypatch.setattr(Stepper, "workspace", None)
     run(case, tmp_path / "new", threads=1)
     pairs = [[read_snapshot(path) for path in list_snapshots(tmp_path / name)] for name in ("own", "new")]
     assert len(pairs[0]) == 21

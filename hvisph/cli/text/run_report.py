@@ -14,7 +14,6 @@ from hvisph.cli.guard import FAILED
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import harmless
-from hvisph.measures.table import headline
 from hvisph.parallel.mpi_launch import is_first
 
 from .echo import say, show
@@ -108,6 +107,8 @@ def _unsettled(summary: dict[str, Any]) -> str:
 
 
 def _results(summary: dict[str, Any], folder: Path, unitless: bool, everything: bool) -> str:
+    from hvisph.measures.table import headline
+
     from .results_table import bodies_table, results_table
 
     pace = summary["microseconds_per_particle_step"]
