@@ -14,7 +14,7 @@ from hvisph.output import hdf5
 from hvisph.output.checkpoint_file import Ordered
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.schemes.stepper import Stepper
-from hvisph.simulation.interpolate_state import let_go
+from hvisph.simulation.interpolate_state import release_arrays
 from hvisph.simulation.run import run
 from hvisph.simulation.run_files import RunFiles
 from hvisph.sph.neighbours.cells import Grid
@@ -118,7 +118,7 @@ def test_arrays_change_now_or_when_asked_for():
         transform_arrays({"a": np.ones(1)}, lambda _, values: values, ["c"])
 
 
-def test_what_is_let_go_is_empty_and_settings_stay():
+def test_what_is_released_is_empty_and_settings_stay():
     grid = Grid.from_positions(np.random.default_rng(0).random((50, 2)), 0.1)
 
     @dataclasses.dataclass(frozen=True)
@@ -131,7 +131,7 @@ def test_what_is_let_go_is_empty_and_settings_stay():
     Fixed.__module__ = Holder.__module__ = "hvisph.made_up"
     holder = Holder()
     holder.grid, holder.own, holder.fixed, holder.itself = [grid], np.ones((3, 2)), Fixed(np.ones(2)), holder
-    let_go(holder)
+    release_arrays(holder)
     assert len(grid.starts) == 0
     assert holder.own.shape == (0, 2)
     assert len(holder.fixed.values) == 2

@@ -31,7 +31,7 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
     return at
 
 
-def let_go(holder: Any, _seen: set[int] | None = None) -> None:
+def release_arrays(holder: Any, _seen: set[int] | None = None) -> None:
     """Release the arrays of an object and of the objects it contains; it cannot be used afterwards."""
     seen = set() if _seen is None else _seen
     if id(holder) in seen or not hasattr(holder, "__dict__") or not type(holder).__module__.startswith("hvisph."):
@@ -45,6 +45,6 @@ def let_go(holder: Any, _seen: set[int] | None = None) -> None:
             vars(holder)[name] = np.empty((0, *value.shape[1:]), value.dtype)
         elif isinstance(value, list | tuple):
             for one in value:
-                let_go(one, seen)
+                release_arrays(one, seen)
         else:
-            let_go(value, seen)
+            release_arrays(value, seen)

@@ -36,7 +36,7 @@ from .clock import Clock, TimeStep
 from .domain_box import Domain
 from .finalize import Outcome, exit_code_of, sum_up
 from .fragmentation import tell_pieces
-from .interpolate_state import interpolate_state, let_go
+from .interpolate_state import interpolate_state, release_arrays
 from .listener import Listener, Reporter
 from .run_files import RunFiles
 from .signals import StopRequests
@@ -262,7 +262,7 @@ class Run:
             "energies": self.budget.energies(sums), "highest_pressure": self.budget.highest(),
         }  # fmt: skip
         for one in (self.setup, self.writer):
-            let_go(one)
+            release_arrays(one)
 
         def summary_of() -> dict[str, Any]:
             assert last is not None

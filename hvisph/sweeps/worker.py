@@ -1,4 +1,4 @@
-"""A worker of a sweep: takes a case that nobody holds, runs it or goes on with it, and looks again.
+"""A worker of a sweep: claims a free case, runs or continues it, and looks for the next one.
 
 No scheduler: any number of workers, on any machines that share the folder. Kill some, start more.
 """

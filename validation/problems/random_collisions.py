@@ -1,4 +1,4 @@
-"""Random lumps of a metal that fails fly at one another: no particle holds less than no energy, and spin stays."""
+"""Random collisions of bodies that fail: no particle energy is negative, and angular momentum is conserved."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ BRITTLE: dict[str, Any] = {
     "damage": {"type": "johnson_cook", "d1": 0.13, "d2": 0.13, "d3": -1.5, "d4": 0.011},
 }  # fmt: skip
 END = 24e-6
-# What is caught between lumps rebounds; what comes back is 0.12 at 1, 0.5 and 0.25 mm alike, at 1 mm by every scheme at
-# most that. Made energy adds to it.
+# What is caught between colliding bodies rebounds; what comes back is 0.12 at 1, 0.5 and 0.25 mm alike, at 1 mm by
+# every scheme at most that. Made energy adds to it.
 REBOUND = 0.15
 _REBOUNDS = "rebound of what is caught in the middle: 0.12 at 1, 0.5 and 0.25 mm"
 
@@ -44,7 +44,7 @@ def _trials(options: Options) -> Iterator[Trial]:
 
 
 def _case(seed: int, dx: float) -> dict[str, Any]:
-    """Two to four lumps on their way to the middle, which they miss by up to a radius."""
+    """Two to four bodies on their way to the middle, which they miss by up to a radius."""
     rng = np.random.default_rng(seed)
     count, bodies = int(rng.integers(2, 5)), {}
     for k in range(count):

@@ -40,7 +40,7 @@ stress the antisymmetric one, w_a x g, that takes it back in the next step dt: w
 any time is one step's worth. The work of w_a is no strain's: in turn, the turning W of the neighbourhood (by least
 squares) is given to L as it is, L + W (1 - B), and strains nothing.
 
-Beside Total Lagrangian particles pairs have shares (`sph.contact.coupling`). Rings of solids of revolution
+Beside Total Lagrangian particles pairs have shares (`sph.contact.coupling`). Axisymmetric particles
 (AXISYMMETRIC) add what `sph.terms.axisymmetric` says, and their velocity gradient in the plane is renormalised.
 """
 

@@ -9,7 +9,7 @@ eq. 13); density and velocity gradient are their own. Row i is written by i alon
 chi is 1 until neighbours leave a list. What is left is fitted by another linear map: chi takes the ratio of both
 determinants, so that volume, density and pressure go on without a jump (P, power and strain follow F as it is).
 
-Rings of solids of revolution (AXISYMMETRIC, `sph.terms.axisymmetric`) have F_tt = r/r0 beside F, and are held round the
+Axisymmetric particles (AXISYMMETRIC, `sph.terms.axisymmetric`) have F_tt = r/r0 beside F, and are held round the
 axis:
 
     J = chi det F F_tt,   P_tt = J sigma_tt / F_tt,   a_r += [F0_rr P_rR - P_tt] / (rho0 r0),   de -= the power of it

@@ -14,7 +14,7 @@ or the printed form of Young 2021 eqs. 2 and 9 in reference gradients. Hourglass
 Ganzenmueller 2015: f_ab = - alpha V0_a V0_b W0 / (2 R^2) (E_a delta_a + E_b delta_b) x_ab / r with
 delta_a = (F_a X_ab - x_ab) . x_ab / r, in his sign convention x_ab = x_b - x_a.
 
-Rings of solids of revolution (AXISYMMETRIC) have the weights of `sph.terms.axisymmetric`: at the radii of the reference
+Axisymmetric particles (AXISYMMETRIC) have the weights of `sph.terms.axisymmetric`: at the radii of the reference
 for what is
 summed in its gradients, at the present ones for the viscosity, which presses over the axis as across a mirror. The work
 of a particle's own stress is summed by pairs, as its force is, so that energy is kept to round-off.

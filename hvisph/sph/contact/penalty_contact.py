@@ -23,7 +23,7 @@ A bound of the second derivatives of E, row by row, gives the frequency omega^2 
 
     omega^2 = 2 V_a/m_a (K_a g_a^2 + sum_b V_b K_b |W'_ab| g_b + sum_b V_b (K_a p_a + K_b p_b) 3 W(0)/h^2)
 
-with g = sum V_b |W'_ab|, of those that press. Rings of solids of revolution (AXISYMMETRIC) meet all round: of the
+with g = sum V_b |W'_ab|, of those that press. Axisymmetric particles (AXISYMMETRIC) meet all round: of the
 volume V
 of a whole ring its section A = V/(2 pi r) fills the plane, and E = sum V_a K_a p_a^2/2 has what radii change in A, too,
 

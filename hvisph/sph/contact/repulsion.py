@@ -14,7 +14,7 @@ of a pair against approach,
 
 gives the frequency omega^2 = 2 sum_b k_ab / m_a and the limit 2/omega of the step.
 
-Rings of solids of revolution (AXISYMMETRIC) meet all round: V are areas of their sections, and
+Axisymmetric particles (AXISYMMETRIC) meet all round: V are areas of their sections, and
 
     E    = 2 pi sum over pairs V_a V_b K w^n (r_a + r_b)/2
 

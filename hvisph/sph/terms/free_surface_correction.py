@@ -4,7 +4,8 @@
     L <- L (1 + w (K - 1)),             div <- (1 - w) div + w tr L
 
 Inside, where B is the identity up to the lattice's own error, the plain sums stay: they keep density to the
-particles' spacing. What bears no tension, a gas or failed material, parts where it expands: its density is that of the
+particles' spacing. A material without tensile strength, a gas or a failed solid, separates where it expands: its
+density is that of the
 spacing everywhere. In a shock front, where particles close at mu, a neighbourhood is uneven rather than open.
 """
 
