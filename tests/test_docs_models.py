@@ -71,11 +71,8 @@ def check(found, tmp_path):
 
 
 def test_the_cases_of_the_pages_run(tmp_path, monkeypatch):
-    for room in (
-        stepper,
-        derived_fields,
-    ):  # one loop for all models: that those fitted to a case say the same has its tests
-        monkeypatch.setattr(room, "fitted", lambda function, *_: function)
+    for module in (stepper, derived_fields):  # one loop for all models; test_materials_fitted has those of one case
+        monkeypatch.setattr(module, "bind_models", lambda function, *_: function)
     check(cases(tmp_path, False), tmp_path)
 
 

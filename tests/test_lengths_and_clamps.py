@@ -13,9 +13,9 @@ from hvisph.simulation.run import run
 def gas(dim, speed, **limits):
     """Two boxes of gas that collide, with a smoothing length that follows the density."""
     formulation = {"type": "eulerian", "smoothing_length": {"type": "variable"} | limits}
-    watch = {"speed_over_initial": None, "density": False}
+    checks = {"speed_over_initial": None, "density": False}
     return row_of(
-        [GAS, GAS], dim=dim, speed=speed, formulation=formulation, time={"end": 8e-7, "cfl": 0.3}, watch=watch
+        [GAS, GAS], dim=dim, speed=speed, formulation=formulation, time={"end": 8e-7, "cfl": 0.3}, limits=checks
     )
 
 
