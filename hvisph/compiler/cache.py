@@ -24,6 +24,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from numba.core.base import BaseContext
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.environment import Environment
@@ -90,7 +91,7 @@ class LoopCache(NullCache):
         """Folder of the compiled loops."""
         return str(self._folder) if self._folder else None
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig: Any, target_context: BaseContext) -> Any:
         """Return the loop compiled for `sig`, or None if it is to be compiled now."""
         loop = None
         if self._folder:

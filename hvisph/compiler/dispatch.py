@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import numba
+from numba.core.base import BaseContext
 from numba.extending import typeof_impl
 
 from .cache import LoopCache
@@ -24,12 +25,12 @@ _listeners: list[Callable[[str], None]] = []
 
 
 @typeof_impl.register(CompiledFunction)
-def _type_of_compiled(one: CompiledFunction, context: Any) -> Any:
+def _type_of_compiled(one: CompiledFunction, context: BaseContext) -> Any:
     return numba.types.Dispatcher(one.made)
 
 
 @typeof_impl.register(LazyFunction)
-def _type_of_later(one: LazyFunction, context: Any) -> Any:
+def _type_of_later(one: LazyFunction, context: BaseContext) -> Any:
     return LoopDispatcher.targetdescr.typing_context.resolve_value_type(one.made)
 
 

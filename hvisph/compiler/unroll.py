@@ -8,6 +8,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.core.typing.templates import AbstractTemplate, signature
 
 from hvisph.compiler.vector.gather import Many, load, store
@@ -53,7 +54,7 @@ class _Number:
 class _Kind(_Number):
     """A symbolic number of type `kind`, lanes or a float, without a value."""
 
-    def __init__(self, kind: Any) -> None:
+    def __init__(self, kind: types.Type) -> None:
         self.kind = kind
 
     def _with(self, name: str, a: Any, b: Any) -> _Kind:
@@ -66,7 +67,7 @@ class _Kind(_Number):
         return _Kind(lanes)
 
 
-def _common(numbers: Any) -> Any:
+def _common(numbers: ir.Value) -> Any:
     """Return the type that holds all of `numbers`: lanes where one of them is."""
     return next((n.kind for n in numbers if isinstance(getattr(n, "kind", None), Lanes)), types.float64)
 
@@ -74,7 +75,7 @@ def _common(numbers: Any) -> Any:
 class _Value(_Number):
     """A number of the function under compilation."""
 
-    def __init__(self, builder: Any, value: Any, kind: Any) -> None:
+    def __init__(self, builder: ir.IRBuilder, value: ir.Value, kind: types.Type) -> None:
         self.builder, self.value, self.kind = builder, value, kind
 
     def _with(self, name: str, a: Any, b: Any) -> _Value:
@@ -91,14 +92,14 @@ class _Value(_Number):
         return _Value(self.builder, splat(self.builder, self.value), lanes)
 
 
-def _emitted(builder: Any, number: Any) -> Any:
+def _emitted(builder: ir.IRBuilder, number: ir.Value) -> ir.Value:
     return number.value if isinstance(number, _Value) else ir.Constant(ir.DoubleType(), float(number))
 
 
 class _KindOfRows:
     """A symbolic array of floats, or several of its rows, without values."""
 
-    def __init__(self, kind: Any) -> None:
+    def __init__(self, kind: types.Type) -> None:
         self.kind = kind
 
     def __getitem__(self, place):
@@ -111,7 +112,7 @@ class _KindOfRows:
 class _Rows:
     """An array of the function under compilation."""
 
-    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+    def __init__(self, context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value) -> None:
         self.context, self.builder, self.kind = context, builder, kind
         self.array = context.make_array(kind)(context, builder, value)
 
@@ -133,7 +134,7 @@ class _Rows:
 class _ManyRows:
     """Several rows of an array at once; the number of a single row has no meaning."""
 
-    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+    def __init__(self, context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value) -> None:
         self.context, self.builder, self.kind, self.value = context, builder, kind, value
 
     def __getitem__(self, place):
@@ -146,7 +147,7 @@ class _ManyRows:
         store(self.context, self.builder, self.kind, self.value, slot, wide)
 
 
-def _stand_in(kind: Any) -> Any:
+def _stand_in(kind: types.Type) -> Any:
     """Return the symbolic argument of type `kind` for type inference."""
     if isinstance(kind, types.Literal):
         return kind.literal_value
@@ -157,7 +158,7 @@ def _stand_in(kind: Any) -> Any:
     return _Kind(kind)
 
 
-def _argument(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+def _argument(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value) -> ir.Value:
     """Return the symbolic argument for a value of type `kind`."""
     if isinstance(kind, types.Literal):
         return kind.literal_value
@@ -168,7 +169,7 @@ def _argument(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return rows(context, builder, kind, value) if rows else _Value(builder, value, kind)
 
 
-def _passed(kind: Any) -> Any:
+def _passed(kind: types.Type) -> Any:
     """Return the type to which an argument of type `kind` is converted; plain integers are indices."""
     if isinstance(kind, types.Literal) or not isinstance(kind, types.Integer):
         return types.float64 if isinstance(kind, types.Float) else kind

@@ -13,6 +13,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.core.typing.templates import AbstractTemplate, signature
 from numba.extending import intrinsic, models, register_model
 
@@ -34,7 +35,7 @@ class Many(types.Type):
 
 @register_model(Many)
 class _ManyModel(models.StructModel):
-    def __init__(self, manager: Any, kind: Any) -> None:
+    def __init__(self, manager: Any, kind: types.Type) -> None:
         members = [("data", types.CPointer(kind.array.dtype)), *((f"row{lane}", types.intp) for lane in range(LANES))]
         super().__init__(manager, kind, members)
 
@@ -62,7 +63,7 @@ def gather(typing_context, array, near, k):
     return Many(array)(array, near, types.uint64), generate
 
 
-def _places(context: Any, builder: Any, kind: Many, value: Any, slot: Any) -> list[Any]:
+def _places(context: BaseContext, builder: ir.IRBuilder, kind: Many, value: ir.Value, slot: ir.Value) -> list[ir.Value]:
     """Return the pointers to `slot` of each row."""
     rows = cgutils.create_struct_proxy(kind)(context, builder, value=value)
     size = context.get_abi_sizeof(context.get_data_type(kind.array.dtype))
@@ -72,7 +73,7 @@ def _places(context: Any, builder: Any, kind: Many, value: Any, slot: Any) -> li
     return [builder.bitcast(place, rows.data.type) for place in places]
 
 
-def load(context: Any, builder: Any, kind: Many, value: Any, slot: Any) -> Any:
+def load(context: BaseContext, builder: ir.IRBuilder, kind: Many, value: ir.Value, slot: ir.Value) -> ir.Value:
     """Return `slot` of each row as a vector."""
     made = ir.Constant(VECTOR, ir.Undefined)
     for lane, place in enumerate(_places(context, builder, kind, value, slot)):
@@ -83,13 +84,15 @@ def load(context: Any, builder: Any, kind: Many, value: Any, slot: Any) -> Any:
     return made
 
 
-def store(context: Any, builder: Any, kind: Many, value: Any, slot: Any, lanes: Any) -> None:
+def store(
+    context: BaseContext, builder: ir.IRBuilder, kind: Many, value: ir.Value, slot: ir.Value, lanes: ir.Value
+) -> None:
     """Write a vector to `slot` of each row."""
     for lane, place in enumerate(_places(context, builder, kind, value, slot)):
         builder.store(builder.extract_element(lanes, ir.Constant(_i32, lane)), place)
 
 
-def _slot(builder: Any, index: Any, value: Any) -> Any:
+def _slot(builder: ir.IRBuilder, index: ir.Value, value: ir.Value) -> ir.Value:
     """Return the slot of an index, 0 if rows are single numbers."""
     if not isinstance(index, types.BaseTuple):
         return ir.Constant(_i64, 0)

@@ -11,6 +11,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.extending import intrinsic
 
 from .api import EIGHT, LANES
@@ -33,7 +34,14 @@ def _kept_lanes() -> ir.Constant:
     return ir.Constant(ir.ArrayType(row, 256), rows)
 
 
-def _address(context: Any, builder: Any, array_type: Any, array: Any, indices: list[Any], target: Any) -> Any:
+def _address(
+    context: BaseContext,
+    builder: ir.IRBuilder,
+    array_type: types.Type,
+    array: ir.Value,
+    indices: list[ir.Value],
+    target: Any,
+) -> ir.Value:
     """Return a pointer to `array[indices]` as a pointer to `target`."""
     view = context.make_array(array_type)(context, builder, array)
     strides = cgutils.unpack_tuple(builder, view.strides, array_type.ndim)
@@ -182,7 +190,7 @@ def restore_mode(typing_context, mode):
     return types.void(types.uint32), generate
 
 
-def _with_register(builder: Any, name: str, place: Any) -> Any:
+def _with_register(builder: ir.IRBuilder, name: str, place: ir.Value) -> ir.Value:
     """Store the control register in a place of 32 bits, or load it from there; return the place."""
     kind = ir.FunctionType(ir.VoidType(), [_i8.as_pointer()])
     function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.x86.sse.{name}")

@@ -14,6 +14,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, signature
 from numba.extending import intrinsic, models, register_model
@@ -47,7 +48,7 @@ mask = Mask()
 
 @register_model(Mask)
 class _MaskModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: Any) -> None:
+    def __init__(self, manager: Any, kind: types.Type) -> None:
         super().__init__(manager, kind, _MASK)
 
 
@@ -101,7 +102,7 @@ for _of_two in (operator.pow, operator.ipow):
     _lane_by_lane(_of_two, 2)
 
 
-def _is_truth(kind: Any) -> bool:
+def _is_truth(kind: types.Type) -> bool:
     return isinstance(kind, (types.Boolean, Mask))
 
 
@@ -123,7 +124,7 @@ def _joined(a: Any, b: Any, by_lanes: bool) -> Any:
     return strict if by_lanes or strict in (a, b) else types.float64
 
 
-def _chosen(context: Any, builder: Any, condition: Any, kind: Any, parts: Any) -> Any:
+def _chosen(context: BaseContext, builder: ir.IRBuilder, condition: Any, kind: types.Type, parts: Any) -> ir.Value:
     """Return the selection, of type `kind`, between two pairs of type and value."""
     (a_kind, a), (b_kind, b) = parts
     if isinstance(kind, types.BaseTuple):
@@ -134,7 +135,7 @@ def _chosen(context: Any, builder: Any, condition: Any, kind: Any, parts: Any) -
     return builder.select(condition, a, b)
 
 
-def _as(context: Any, builder: Any, kind: Any, value: Any, target: Any) -> Any:
+def _as(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value, target: Any) -> ir.Value:
     """Convert a number or a truth value to the type `target`."""
     if kind == target:
         return value
@@ -217,14 +218,14 @@ def first_lanes(typing_context, count):
 # Single lanes, for functions that are called once per lane.
 
 
-def _of_lane(kind: Any) -> Any:
+def _of_lane(kind: types.Type) -> Any:
     if isinstance(kind, types.BaseTuple):
         named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
         return types.BaseTuple.from_types([_of_lane(k) for k in kind], named)
     return {strict: types.float64, mask: types.boolean}.get(kind, kind)
 
 
-def _of_lanes(kind: Any) -> Any:
+def _of_lanes(kind: types.Type) -> Any:
     if isinstance(kind, types.BaseTuple):
         named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
         return types.BaseTuple.from_types([_of_lanes(k) for k in kind], named)
@@ -233,14 +234,14 @@ def _of_lanes(kind: Any) -> Any:
     return strict if isinstance(kind, (types.Float, types.Integer)) else kind
 
 
-def _lane(context: Any, builder: Any, kind: Any, value: Any, k: Any) -> Any:
+def _lane(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value, k: Any) -> ir.Value:
     if isinstance(kind, types.BaseTuple):
         parts = zip(kind, cgutils.unpack_tuple(builder, value, len(kind)), strict=True)
         return context.make_tuple(builder, _of_lane(kind), [_lane(context, builder, q, v, k) for q, v in parts])
     return builder.extract_element(value, k) if kind in (strict, mask) else value
 
 
-def _with_lane(context: Any, builder: Any, kinds: Any, values: Any, k: Any) -> Any:
+def _with_lane(context: BaseContext, builder: ir.IRBuilder, kinds: Any, values: Any, k: Any) -> ir.Value:
     """Return a value of type kinds[0] with lane `k` of that of kinds[1]."""
     kind, single = kinds
     if isinstance(kind, types.BaseTuple):

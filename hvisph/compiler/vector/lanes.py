@@ -56,7 +56,7 @@ class _LanesModel(models.PrimitiveModel):
         super().__init__(manager, kind, VECTOR)
 
 
-def splat(builder: Any, value: Any, count: int = LANES) -> Any:
+def splat(builder: ir.IRBuilder, value: ir.Value, count: int = LANES) -> ir.Value:
     """Return a vector with `value` in all lanes."""
     vector = ir.VectorType(value.type, count)
     single = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(_i32, 0))
@@ -171,7 +171,7 @@ def any_positive(typing_context, value):
     return types.boolean(lanes), generate
 
 
-def reduce_lanes(builder: Any, name: str, value: Any, start: float | None = None) -> Any:
+def reduce_lanes(builder: ir.IRBuilder, name: str, value: ir.Value, start: float | None = None) -> ir.Value:
     """Return LLVM's reduction `name` of a vector."""
     kinds = [VECTOR] if start is None else [_f64, VECTOR]
     kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.v{LANES}f64"

@@ -12,6 +12,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.extending import intrinsic
 
 from .api import EIGHT, NUMBERED, SIXTEEN
@@ -27,12 +28,12 @@ def _lane_numbers(kind: object, count: int) -> Any:
     return ir.Constant(ir.VectorType(kind, count), list(range(count)))
 
 
-def _bits(builder: Any, mask: Any) -> Any:
+def _bits(builder: ir.IRBuilder, mask: ir.Value) -> ir.Value:
     """Return a mask as an integer of 64 bits."""
     return builder.zext(builder.bitcast(mask, ir.IntType(mask.type.count)), _i64)
 
 
-def _append_lanes(builder: Any, mask: Any, first: Any, store: Any, n: Any) -> Any:
+def _append_lanes(builder: ir.IRBuilder, mask: ir.Value, first: ir.Value, store: Any, n: Any) -> ir.Value:
     """Store `first` plus the lanes that a mask of eight keeps, side by side; return the new length."""
     bits = _bits(builder, mask)
     table = cgutils.global_constant(builder, "kept_lanes", _kept_lanes())
@@ -43,7 +44,9 @@ def _append_lanes(builder: Any, mask: Any, first: Any, store: Any, n: Any) -> An
     return builder.add(n, builder.ctpop(bits))
 
 
-def _append_kept(builder: Any, mask: Any, numbers: Any, first: Any, store: Any, n: Any) -> Any:
+def _append_kept(
+    builder: ir.IRBuilder, mask: ir.Value, numbers: ir.Value, first: ir.Value, store: Any, n: Any
+) -> ir.Value:
     """Store the numbers that a mask of sixteen keeps, or their places from `first` on; return the new length."""
     if NUMBERED:
         kind = numbers.type
@@ -58,16 +61,24 @@ def _append_kept(builder: Any, mask: Any, numbers: Any, first: Any, store: Any, 
     return n
 
 
-def _storing(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+def _storing(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, array: ir.Value) -> ir.Value:
     """Return a function that stores a vector at a place of a one-dimensional array of uint32."""
 
-    def store(value: Any, place: Any) -> None:
+    def store(value: ir.Value, place: ir.Value) -> None:
         builder.store(value, _address(context, builder, kind, array, [place], value.type), align=4)
 
     return store
 
 
-def _column(context: Any, builder: Any, kind: Any, array: Any, f: int, place: Any, vector: Any) -> Any:
+def _column(
+    context: BaseContext,
+    builder: ir.IRBuilder,
+    kind: types.Type,
+    array: ir.Value,
+    f: int,
+    place: ir.Value,
+    vector: ir.Value,
+) -> ir.Value:
     """Return the numbers of column `f` from `place` on as a vector."""
     address = _address(context, builder, kind, array, [ir.Constant(_i64, f), place], vector)
     return builder.load(address, align=vector.element.get_abi_size(context.target_data))

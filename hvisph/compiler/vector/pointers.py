@@ -7,6 +7,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.base import BaseContext
 from numba.extending import intrinsic, overload
 
 from .table_access import number_at, row_address
@@ -18,7 +19,7 @@ _i8, _i32, _i64, _f64 = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.Double
 def _address(typing_context, table, m):
     """Return the address of row `m` of a two-dimensional float64 array, as a float."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate(context: BaseContext, builder: ir.IRBuilder, signature: Any, arguments: Any) -> ir.Value:
         view = context.make_array(signature.args[0])(context, builder, arguments[0])
         stride = cgutils.unpack_tuple(builder, view.strides, 2)[0]
         start = builder.ptrtoint(view.data, stride.type)
@@ -31,7 +32,7 @@ def _address(typing_context, table, m):
 def _load(typing_context, address, k):
     """Return the float64 number `k` behind `address`."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate(context: BaseContext, builder: ir.IRBuilder, signature: Any, arguments: Any) -> ir.Value:
         pointer = builder.inttoptr(builder.fptosi(arguments[0], _i64), _f64.as_pointer())
         return builder.load(builder.gep(pointer, [arguments[1]]))
 
