@@ -98,6 +98,7 @@ def test_cached_functions_of_a_user_work_before_between_and_after_runs(tmp_path)
 # Modules of numba and llvmlite beyond their public interfaces, with what is imported from each.
 INTERNAL = {
     "numba.core": "cgutils imputils typing utils",
+    "numba.core.base": "BaseContext",
     "numba.core.caching": "NullCache",
     "numba.core.codegen": "JITCPUCodegen JITCodeLibrary",
     "numba.core.compiler": "CompileResult",
