@@ -8,7 +8,7 @@ from measure_bodies import MM, ball, box, snapshot
 
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.registry import evaluate
+from hvisph.measures.result import evaluate
 
 LENGTH, WIDTH, DX = 24 * MM, 8 * MM, 0.4 * MM
 

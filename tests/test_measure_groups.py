@@ -9,7 +9,7 @@ from hvisph.measures.debris.fragments import Fragments, Groups
 from hvisph.measures.debris.groups import connected_groups, main_body
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.projectile.cavities import void_fraction
-from hvisph.measures.registry import evaluate
+from hvisph.measures.result import evaluate
 
 
 def fragments(snapshot, body, spacing):

@@ -11,7 +11,7 @@ from hvisph.geometry.graded_spacing import Grading, fill_graded
 from hvisph.geometry.shapes import Box
 from hvisph.measures.frame.measurement_frame import Scene, reference
 from hvisph.measures.projectile.lengths import length_of
-from hvisph.measures.registry import evaluate
+from hvisph.measures.result import evaluate
 
 CRATER = ("crater_diameter", "crater_diameter_min", "crater_lip_diameter")
 

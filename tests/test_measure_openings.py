@@ -6,9 +6,8 @@ from measure_bodies import MM, ball, box
 from test_measure_perforation import DX, holed, in_time, moment, rotation, same, turned
 
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.frame.target_geometry import plate_of
+from hvisph.measures.frame.target_geometry import Grid, place_of, plate_of
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.target.perforation_path import Grid, place_of
 from hvisph.measures.target.targets import layer_measures
 
 WIDE = 30 * MM

@@ -12,11 +12,9 @@ from hvisph.core.measure_catalogue import SECTIONS
 from hvisph.measures.frame.impact_geometry import roles_of
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import add_swing, measure_scene, measure_snapshot, recent_moments
-from hvisph.measures.registry import entries
-from hvisph.measures.result import Result, undefined_result
-from hvisph.measures.target.perforation_times import Moment, Timeline
+from hvisph.measures.result import Result, entries, undefined_result
 from hvisph.measures.target.target_damage import _front_surface
-from hvisph.measures.target.targets import layer_measures
+from hvisph.measures.target.targets import Moment, Timeline, layer_measures
 from hvisph.simulation.writer import _roles
 
 DX = 0.5 * MM

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.registry import evaluate
+from hvisph.measures.result import evaluate
 from hvisph.output.snapshot import Snapshot
 
 DX = 1e-3

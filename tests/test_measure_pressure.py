@@ -6,8 +6,7 @@ from measure_bodies import MM, ball, box, snapshot
 
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles, peak, plateau
-from hvisph.measures.registry import evaluate
-from hvisph.measures.result import UndefinedMeasureError
+from hvisph.measures.result import UndefinedMeasureError, evaluate
 
 
 def test_centre_particles_are_within_three_tenths_of_a_millimetre():

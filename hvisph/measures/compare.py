@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -37,7 +37,7 @@ class Row:
         files of other codes and single snapshots.
     failure
         What stopped it; None where nothing did.
-    time
+    end_time
         Time reached [s].
     measures
         As in ``summary.json``: SI.
@@ -54,7 +54,7 @@ class Row:
     title: str
     status: str
     failure: dict[str, Any] | None
-    time: float
+    end_time: float
     measures: dict[str, dict[str, Any]]
     conservation: dict[str, float | None]
     cost: dict[str, Any]
@@ -69,10 +69,11 @@ class Row:
     @property
     def differences(self) -> dict[str, float | None]:
         """Computed less published value by name of the measure; None where nothing could be measured."""
-        values = {name: self.value(name) for name in self.published}
-        return {
-            name: None if value is None else value - self.published[name]["value"] for name, value in values.items()
-        }
+        differences = {}
+        for name, entry in self.published.items():
+            value = self.value(name)
+            differences[name] = None if value is None else value - entry["value"]
+        return differences
 
     @property
     def missed(self) -> list[str]:
@@ -85,20 +86,8 @@ class Row:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON: SI throughout."""
-        return {
-            "name": self.name,
-            "source": str(self.source),
-            "title": self.title,
-            "status": self.status,
-            "failure": self.failure,
-            "end_time": self.time,
-            "measures": self.measures,
-            "conservation": self.conservation,
-            "cost": self.cost,
-            "published": self.published,
-            "differences": self.differences,
-            "missed": self.missed,
-        }
+        more = {"source": str(self.source), "differences": self.differences, "missed": self.missed}
+        return asdict(self) | more
 
 
 def row(name: str, source: str | os.PathLike[str]) -> Row:
@@ -116,18 +105,13 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
 
 
 def _finished_row(name: str, path: Path, summary: dict[str, Any]) -> Row:
+    columns = {"expected": "value", "tolerance": "tolerance", "source": "source"}
     published = {
-        entry["name"]: {
-            "value": entry["expected"],
-            "tolerance": entry["tolerance"],
-            "source": entry["source"],
-        }
-        for entry in summary["expected"]
+        entry["name"]: {column: entry[key] for key, column in columns.items()} for entry in summary["expected"]
     }
-    return Row(
-        name, path, summary["title"], summary["status"], summary["failure"], summary["end_time"],
-        summary["measures"], summary["conservation"], {key: summary[key] for key in COST}, published,
-    )  # fmt: skip
+    same = ("title", "status", "failure", "end_time", "measures", "conservation")
+    cost = {key: summary[key] for key in COST}
+    return Row(name, path, **{key: summary[key] for key in same}, cost=cost, published=published)
 
 
 def last_snapshot(source: str | os.PathLike[str]) -> Snapshot:
@@ -171,16 +155,9 @@ def compare_expected(results: Mapping[str, Result | float | None], expected: Exp
         result = results[name]
         value = result.value if isinstance(result, Result) else result
         target, tolerance = float(_value_of(entry, "value")), float(_value_of(entry, "tolerance"))
-        rows.append(
-            {
-                "name": name,
-                "value": value,
-                "expected": target,
-                "tolerance": tolerance,
-                "source": str(_value_of(entry, "source", "") or ""),
-                "passed": is_within(value, target, tolerance),
-            }
-        )
+        row = {"name": name, "value": value, "expected": target, "tolerance": tolerance}
+        row |= {"source": str(_value_of(entry, "source", "") or ""), "passed": is_within(value, target, tolerance)}
+        rows.append(row)
     return rows
 
 

@@ -18,13 +18,11 @@ from hvisph.measures.debris.fragments import FEWEST, BodyFragments, Fragments
 from hvisph.measures.frame.impact_geometry import PROJECTILE
 from hvisph.measures.frame.measurement_frame import InitialReference, Scene
 from hvisph.measures.frame.symmetry_completion import Whole
-from hvisph.measures.target.perforation_times import Moment, Timeline
-from hvisph.measures.target.plug import plug_of
-from hvisph.measures.target.targets import LayerMeasures, layer_measures, verdict
+from hvisph.measures.target.target_damage import plug_of
+from hvisph.measures.target.targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
 from hvisph.output.snapshot import Snapshot
 
-from .registry import evaluate
-from .result import MASS_UNITS, Result, undefined_result
+from .result import MASS_UNITS, Result, evaluate, undefined_result
 
 History = Mapping[str, np.ndarray]
 LATELY = 0.1  # share of the run over which a swing counts
@@ -100,11 +98,7 @@ class Measures:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON: SI units throughout."""
-        plain: dict[str, Any] = {
-            "source": self.source,
-            "title": self.title,
-            "time": self.time,
-            "step": self.step,
+        plain = self._head() | {
             "answer": self.answer,
             "measures": {name: result.as_dict() for name, result in self.results.items()},
             "bodies": self.bodies,
@@ -121,17 +115,14 @@ class Measures:
 
     def fragments_as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
         """Return the fragments of `fewest` particles or more in their plain form for JSON, others summed up; in SI."""
-        plain: dict[str, Any] = {
-            "source": self.source,
-            "title": self.title,
-            "time": self.time,
-            "step": self.step,
-            "mass_unit": self.mass_unit,
-            "bodies": [part.as_dict(fewest) for part in self.fragments],
-        }
+        plain = self._head() | {"mass_unit": self.mass_unit}
+        plain["bodies"] = [part.as_dict(fewest) for part in self.fragments]
         if self.series:
             plain["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
         return plain
+
+    def _head(self) -> dict[str, Any]:
+        return {"source": self.source, "title": self.title, "time": self.time, "step": self.step}
 
 
 def measure_snapshot(now: Snapshot, start: Snapshot | InitialReference | None = None, history: History | None = None,
@@ -200,7 +191,7 @@ def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
 
 def body_table(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
-    if not {"velocity", "mass"} <= scene.now.fields.keys():
+    if not scene.has_motion:
         return {}
     velocity = scene.shot.back(scene.now.fields["velocity"].reshape(scene.now.count, -1))
     velocity = velocity + np.array(scene.shot.drift or (0.0,))
@@ -280,7 +271,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     Measures
         ``measure(run)["plug_velocity"].value`` is a number in SI, and
         ``[piece.mass for body in measure(run).fragments for piece in body]`` are the masses of all fragments.
-        `hvisph.measures.series` writes what ``at="all"`` returns, `hvisph.visualization.measure_series` draws it.
+        `hvisph.measures.series` writes what ``at="all"`` returns, `hvisph.visualization.curves` draws it.
 
     Raises
     ------

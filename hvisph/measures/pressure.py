@@ -16,8 +16,7 @@ import numpy as np
 
 from hvisph.measures.frame.measurement_frame import Scene
 
-from .registry import Outcome, Outcomes, measures
-from .result import Result, UndefinedMeasureError, weighted_quantile
+from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, weighted_quantile
 
 CENTRE_RADIUS = 0.3e-3  # [m]
 CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"

@@ -1,12 +1,21 @@
-"""A measured number with its unit, its uncertainty and, where it is undefined, the reason."""
+"""Results of measures, and the functions that compute them by the rows of the catalogue."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import lru_cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+
+from hvisph.core.measure_catalogue import SECTIONS, Measure, reported_measures
+
+if TYPE_CHECKING:
+    from hvisph.measures.frame.measurement_frame import Scene
+    from hvisph.measures.frame.target_geometry import Plate
+
 
 SETTLED = 0.02  # relative change over the last tenth of the run below which a number is settled
 MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}  # per area in 1D and per depth in 2D
@@ -62,9 +71,9 @@ class Result:
     @property
     def uncertainty_by(self) -> dict[str, float]:
         """The uncertainty by kind, in `unit`: ``spacing``, ``discretization``, ``scatter`` and ``swing``."""
-        spacing = self.spacing if self.unit == "m" else None
-        kinds = {"spacing": spacing, "discretization": self.discretization, "scatter": self.scatter,
-                 "swing": self.swing}  # fmt: skip
+        kinds = {kind: getattr(self, kind) for kind in ("spacing", "discretization", "scatter", "swing")}
+        if self.unit != "m":
+            del kinds["spacing"]
         return {kind: size for kind, size in kinds.items() if size is not None and self.value is not None}
 
     @property
@@ -93,19 +102,18 @@ class Result:
             plain["resolution"] = {"spacing": self.spacing, "support": self.support}
         plain |= {key: getattr(self, key) for key in ("time", "reason", "note") if getattr(self, key) not in (None, "")}
         if self.variants:
-            plain["variants"] = {name: one.as_dict() for name, one in self.variants.items()}
+            plain["variants"] = {name: variant.as_dict() for name, variant in self.variants.items()}
         return plain
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Result:
         """Return the result with the plain form `plain`."""
         at, kinds = plain.get("resolution", {}), plain.get("uncertainty_by", {})
-        result = cls(
-            plain["value"], plain["unit"], kinds.get("scatter", None if kinds else plain.get("uncertainty")),
-            plain.get("time"), plain.get("reason", ""), at.get("spacing"), at.get("support"),
-            kinds.get("discretization"), kinds.get("swing"), plain.get("note", ""),
-            variants={name: cls.from_dict(one) for name, one in plain.get("variants", {}).items()},
-        )  # fmt: skip
+        scatter = kinds.get("scatter", None if kinds else plain.get("uncertainty"))
+        known = {key: plain[key] for key in ("value", "unit", "time", "reason", "note") if key in plain} | at
+        known |= {key: kinds[key] for key in ("discretization", "swing") if key in kinds}
+        variants = {name: cls.from_dict(variant) for name, variant in plain.get("variants", {}).items()}
+        result = cls(**known, scatter=scatter, variants=variants)
         return replace(result, final=plain.get("settled", True) or not result.settled)
 
 
@@ -120,3 +128,118 @@ def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> 
     cumulated = np.cumsum(weights[order])
     at = int(np.searchsorted(cumulated, share * cumulated[-1] * (1.0 - 1e-9)))
     return float(values[order[min(at, len(order) - 1)]])
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+Outcome = float | Result | str  # a number, or with what is known of it, or why there is none
+Outcomes = Mapping[str, Outcome | Mapping[str, Outcome]]  # by name of the measure; of several variants by their names
+# SI units of quantities whose discretization error is estimated by the number of particles across the projectile.
+ESTIMATED = ("m/s", "Pa", "kg", "N s", "J", "rad")
+MISSING: dict[str, tuple[Callable[[Scene], bool], str]] = {
+    "layer": (lambda scene: scene.has_target, "there is no target"),
+    "start": (lambda scene: scene.start is not None, "a single snapshot does not contain the initial state"),
+    "motion": (lambda scene: scene.has_motion, "the snapshot has no velocity or no mass"),
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A function and the measures that it returns.
+
+    Parameters
+    ----------
+    names
+        Measures of the catalogue.
+    function
+        Of a scene, and in the section of layers also of the plate; returns an `Outcome`, or `Outcomes` by name.
+    needs
+        Data without which the measures are undefined: ``layer``, ``start``, ``motion``.
+    """
+
+    names: tuple[str, ...]
+    function: Callable[..., Any]
+    needs: tuple[str, ...]
+
+    def outcomes(self, scene: Scene, *subject: Plate) -> Outcomes:
+        """Return what the function finds, or the reason for all of its measures."""
+        for need in self.needs:
+            present, reason = MISSING[need]
+            if not present(scene):
+                return dict.fromkeys(self.names, reason)
+        try:
+            found = self.function(scene, *subject)
+        except UndefinedMeasureError as reason:
+            return dict.fromkeys(self.names, str(reason))
+        return found if isinstance(found, Mapping) and self.names[0] in found else {self.names[0]: found}
+
+
+# The modules with measures, below `hvisph.measures`.
+MODULES = ("debris.cloud", "pressure", "projectile.bars", "projectile.cavities", "projectile.lengths",
+           "projectile.residual_projectile", "target.target_damage", "target.targets")  # fmt: skip
+ENTRIES: dict[str, list[Entry]] = {section: [] for section in SECTIONS}
+
+
+def measures(section: str, *names: str, needs: tuple[str, ...] = ()) -> Callable[[F], F]:
+    """Register a function as the one that computes measures of a section."""
+
+    def register(function: F) -> F:
+        ENTRIES[section].append(Entry(names, function, needs))
+        return function
+
+    return register
+
+
+@lru_cache(maxsize=1)
+def entries() -> Mapping[str, list[Entry]]:
+    """Return the functions of every section, which are registered as their modules are imported."""
+    for module in MODULES:
+        import_module(f"hvisph.measures.{module}")
+    return ENTRIES
+
+
+def evaluate(
+    section: str, scene: Scene, *subject: Plate, names: Collection[str] = (), reason: str = ""
+) -> dict[str, Result]:
+    """Return the measures of a section in the order of the catalogue.
+
+    Parameters
+    ----------
+    section, scene, subject
+        The section, and what its functions take.
+    names
+        The measures to compute; all unless given.
+    reason
+        Why all of them are undefined, where they are.
+    """
+    dim, rows = scene.now.dimensions, SECTIONS[section]
+    chosen = names or reported_measures(dim, section)
+    found: dict[str, Outcome | Mapping[str, Outcome]] = {}
+    for entry in entries()[section]:
+        if reason or not any(dim in rows[name].dims for name in entry.names):
+            found |= dict.fromkeys(entry.names, reason or f"it is undefined in {dim}D")
+        elif not set(chosen).isdisjoint(entry.names):
+            found |= entry.outcomes(scene, *subject)
+    outcomes = {
+        name: found[name] if dim in rows[name].dims else f"it is undefined in {dim}D" for name in rows if name in chosen
+    }
+    return {name: complete(rows[name], outcome, scene) for name, outcome in outcomes.items()}
+
+
+def complete(measure: Measure, outcome: Outcome | Mapping[str, Outcome], scene: Scene) -> Result:
+    """Return the result of an outcome: with its unit, its resolution and its variants."""
+    if isinstance(outcome, Mapping):
+        variants = {name: complete(measure, outcome[name], scene) for name in measure.variants}
+        return replace(next(iter(variants.values())), variants=variants)
+    unit = measure.unit_in(scene.space)
+    if isinstance(outcome, str):
+        return undefined_result(unit, outcome)
+    result = replace(outcome, unit=unit) if isinstance(outcome, Result) else Result(float(outcome), unit)
+    if result.value is None:
+        return undefined_result(unit, result.reason)
+    if not np.isfinite(result.value):
+        return undefined_result(unit, "its value is not finite")
+    if unit == "m":
+        return replace(result, spacing=scene.spacing, support=scene.support)
+    if measure.unit in ESTIMATED and result.discretization is None:
+        return replace(result, discretization=scene.discretization * abs(result.value))
+    return result

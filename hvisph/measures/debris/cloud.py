@@ -14,8 +14,7 @@ import numpy as np
 
 from hvisph.measures.frame.impact_geometry import OTHER
 from hvisph.measures.frame.measurement_frame import Scene, memoize
-from hvisph.measures.registry import Outcomes, evaluate, measures
-from hvisph.measures.result import Result, UndefinedMeasureError, weighted_quantile
+from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, weighted_quantile
 from hvisph.measures.target.perforation import YES, layer_state
 
 BINS = 40

@@ -215,20 +215,13 @@ class BodyFragments:
         Fragments of fewer than `fewest` particles are summed up under `smaller`.
         """
         single, small = self.counts == 1, self.counts < fewest
-        listed = [
-            {
-                "role": role,
-                "particles": fragment.count,
-                "mass": _plain(fragment.mass),
-                "mass_share": _plain(self.share([index])),
-                "velocity": _plain(fragment.velocity),
-                "speed": _plain(fragment.speed),
-                "centre": _plain(fragment.centre),
-                "extent": _plain(fragment.extent),
-            }
-            for index, (fragment, role) in enumerate(zip(self.fragments, self.roles, strict=True))
-            if fragment.count >= fewest
-        ]
+        listed = []
+        for index, (fragment, role) in enumerate(zip(self.fragments, self.roles, strict=True)):
+            if fragment.count >= fewest:
+                entry = {"role": role, "particles": fragment.count, "mass": _plain(fragment.mass)}
+                entry["mass_share"] = _plain(self.share([index]))
+                kinds = ("velocity", "speed", "centre", "extent")
+                listed.append(entry | {kind: _plain(getattr(fragment, kind)) for kind in kinds})
         return {
             "body": self.body,
             "number": len(self),
@@ -264,11 +257,8 @@ class MassDistribution:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
-        return {
-            "mass": self.mass.tolist(),
-            "number_at_least": self.number.tolist(),
-            "mass_share_at_least": self.share.tolist(),
-        }
+        names = {"mass": self.mass, "number_at_least": self.number, "mass_share_at_least": self.share}
+        return {name: values.tolist() for name, values in names.items()}
 
 
 def _plain(value: float | np.ndarray) -> Any:

@@ -7,7 +7,7 @@ each can be measured alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.measures.debris.groups import ALIKE
-from hvisph.measures.target.perforation_path import with_openings
+from hvisph.measures.frame.target_geometry import with_openings
 from hvisph.output.snapshot import Snapshot
 
 from .symmetry_completion import Mirror, Whole, whole_of
@@ -37,7 +37,7 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     if PROJECTILE in known or start is None or "velocity" not in start.fields:
         roles = [PROJECTILE if body == 0 and PROJECTILE not in known else LAYER for body in range(count)]
         return tuple(role or roles[body] for body, role in enumerate(known))
-    velocity = np.array([_mean(start, "velocity", body) for body in range(count)])
+    velocity = np.array([_mean(start, "velocity", start.body == body) for body in range(count)])
     speed = np.sqrt((velocity**2).sum(axis=1))
     moves = speed > STILL * speed.max(initial=0.0)
     free = [body for body in range(count) if known[body] is None]
@@ -67,9 +67,7 @@ def shot_direction(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
 
 def mean_of(snapshot: Snapshot, field: str, roles: Sequence[str], role: str) -> np.ndarray:
     """Return the mass mean of a field over all bodies of a role; zeros where there are none."""
-    chosen = members(snapshot, roles, role)
-    values = snapshot.fields[field].reshape(snapshot.count, -1)[chosen]
-    return np.average(values, axis=0, weights=_weights(snapshot, chosen)) if chosen.any() else np.zeros(values.shape[1])
+    return _mean(snapshot, field, members(snapshot, roles, role))
 
 
 def members(snapshot: Snapshot, roles: Sequence[str], role: str) -> np.ndarray:
@@ -84,15 +82,11 @@ def line_of(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
     return np.asarray(lateral[chosen].mean(axis=0)) if chosen.any() else np.zeros(lateral.shape[1])
 
 
-def _mean(snapshot: Snapshot, field: str, body: int) -> np.ndarray:
-    chosen = snapshot.body == body
-    values = snapshot.fields[field].reshape(snapshot.count, -1)[chosen]
-    return np.average(values, axis=0, weights=_weights(snapshot, chosen)) if chosen.any() else np.zeros(values.shape[1])
-
-
-def _weights(snapshot: Snapshot, chosen: np.ndarray) -> np.ndarray:
-    mass = snapshot.fields.get("mass")
-    return np.ones(int(chosen.sum())) if mass is None else mass[chosen]
+def _mean(snapshot: Snapshot, field: str, chosen: np.ndarray) -> np.ndarray:
+    """Return the mass mean of a field over the particles `chosen` (a mask); zeros where there are none."""
+    values, mass = snapshot.fields[field].reshape(snapshot.count, -1)[chosen], snapshot.fields.get("mass")
+    weights = np.ones(len(values)) if mass is None else mass[chosen]
+    return np.average(values, axis=0, weights=weights) if len(values) else np.zeros(values.shape[1])
 
 
 def _is_behind(start: Snapshot, body: int, shot: np.ndarray, along: np.ndarray) -> bool:
@@ -156,16 +150,7 @@ class Shot:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for the metadata of snapshots."""
-        return {
-            "roles": list(self.roles),
-            "whole": self.whole.as_dict(),
-            "frame": [list(row) for row in self.frame],
-            "plates": [plate.as_dict() for plate in self.plates],
-            "speed": self.speed,
-            "masses": list(self.masses),
-            "energy": self.energy,
-            "drift": list(self.drift),
-        }
+        return asdict(self) | {"whole": self.whole.as_dict()}
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Shot:
@@ -191,13 +176,14 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     if "shot" in source.metadata and "plates" in source.metadata["shot"]:
         return Shot.from_dict(source.metadata["shot"])
     given = source.metadata.get("shot", {})
-    planes = given.get("planes")
-    if planes is not None:
-        planes = [Mirror("xyz".index(plane["axis"]), float(plane["at"])) for plane in planes]
+    planes = None if given.get("planes") is None else list(map(Mirror.from_dict, given["planes"]))
     roles = roles_of(start, now, given.get("roles", ()))
     spacing = spacing_of(source)
     projectile = members(source, roles, PROJECTILE)
-    whole = _symmetry(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
+    if source.is_axisymmetric:
+        whole = Whole((Mirror(1, 0.0),), revolution=True)
+    else:
+        whole = whole_of(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
     if start is None:
         return Shot(roles, whole, _as_rows(np.eye(now.dimensions)))
     complete = whole.complete(start)
@@ -208,12 +194,6 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     masses = [] if mass is None else np.bincount(framed.body, mass, len(roles)).tolist()
     plates = _plates(framed, roles, line_of(framed, roles), spacing)
     return Shot(roles, whole, _as_rows(frame), plates, speed, tuple(masses), energy, _drift(complete, roles))
-
-
-def _symmetry(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
-    if source.is_axisymmetric:
-        return Whole((Mirror(1, 0.0),), revolution=True)
-    return whole_of(source, projectile, spacing, planes)
 
 
 def spacing_of(snapshot: Snapshot) -> float:
@@ -231,16 +211,14 @@ def spacing_of(snapshot: Snapshot) -> float:
 
 def _plates(framed: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
     position = framed.fields["position"].reshape(framed.count, -1)
-    layers = [body for body, role in enumerate(roles) if role == LAYER and (framed.body == body).any()]
-    plates = [_with_openings(plate_of(body, position[framed.body == body], axis, spacing), framed, roles, spacing)
-              for body in layers]  # fmt: skip
-    return tuple(sorted(plates, key=lambda plate: float(position[framed.body == plate.body, 0].mean())))
-
-
-def _with_openings(plate: Plate, framed: Snapshot, roles: tuple[str, ...], spacing: float) -> Plate:
-    position, own = framed.fields["position"].reshape(framed.count, -1), np.flatnonzero(framed.body == plate.body)
-    projectile = position[members(framed, roles, PROJECTILE)]
-    return with_openings(plate, position[own], projectile, own_spacings(framed, own, spacing), spacing)
+    projectile, plates = position[members(framed, roles, PROJECTILE)], []
+    for body in (body for body, role in enumerate(roles) if role == LAYER):
+        own = np.flatnonzero(framed.body == body)
+        if len(own):
+            plate = plate_of(body, position[own], axis, spacing)
+            plate = with_openings(plate, position[own], projectile, own_spacings(framed, own, spacing), spacing)
+            plates.append((float(position[own, 0].mean()), plate))
+    return tuple(plate for _, plate in sorted(plates, key=lambda pair: pair[0]))
 
 
 def own_spacings(start: Snapshot, rows: np.ndarray, spacing: float) -> float | np.ndarray:

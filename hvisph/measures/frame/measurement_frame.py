@@ -262,6 +262,11 @@ class Scene:
         return tuple(body for body in ordered if body in present)
 
     @property
+    def has_motion(self) -> bool:
+        """Whether the snapshot has velocities and masses."""
+        return {"velocity", "mass"} <= self.now.fields.keys()
+
+    @property
     def has_target(self) -> bool:
         """Whether there is a layer."""
         return bool(self.layers)

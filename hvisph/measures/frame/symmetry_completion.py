@@ -11,7 +11,7 @@ the projectile the edge of a plate; the images behind those are no matter.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,12 +21,8 @@ from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.output.snapshot import Snapshot
 
 TOUCH = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
-SKIPPED = (
-    "deviator",
-    "velocity_gradient",
-    "deformation_gradient",
-    "torque_residual",
-)  # tensors and turning: no measure of a whole model needs them
+# Tensors and torques, which no measure of a whole model needs.
+SKIPPED = ("deviator", "velocity_gradient", "deformation_gradient", "torque_residual")
 
 
 @dataclass(frozen=True)
@@ -35,6 +31,15 @@ class Mirror:
 
     axis: int
     at: float
+
+    def as_dict(self) -> dict[str, str | float]:
+        """Return the plain form for the metadata of snapshots."""
+        return {"axis": "xyz"[self.axis], "at": self.at}
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Mirror:
+        """Return the plane with the plain form `plain`."""
+        return cls("xyz".index(plain["axis"]), float(plain["at"]))
 
 
 @dataclass(frozen=True)
@@ -69,22 +74,20 @@ class Whole:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for the summary and for the metadata of snapshots."""
-        planes = [{"axis": "xyz"[mirror.axis], "at": mirror.at} for mirror in self.mirrors]
+        planes = [mirror.as_dict() for mirror in self.mirrors]
         return {"kind": self.kind, "factor": self.factor, "planes": planes}
 
     @classmethod
-    def from_dict(cls, plain: dict[str, Any]) -> Whole:
-        """Return what `as_dict` was made from."""
-        mirrors = tuple(Mirror("xyz".index(plane["axis"]), float(plane["at"])) for plane in plain["planes"])
-        return cls(mirrors, plain["kind"] == "revolution")
+    def from_dict(cls, plain: Mapping[str, Any]) -> Whole:
+        """Return the symmetry with the plain form `plain`."""
+        return cls(tuple(map(Mirror.from_dict, plain["planes"])), plain["kind"] == "revolution")
 
     def complete(self, snapshot: Snapshot) -> Snapshot:
         """Return the snapshot with all mirror images behind its own particles, one whole copy after the other."""
         if not self.mirrors:
             return snapshot
         count, images = snapshot.count, self.images
-        signs = self._signs(snapshot.dimensions)
-        offsets = self._offsets(snapshot.dimensions)
+        signs, offsets = self._signs_and_offsets(snapshot.dimensions)
 
         def mirror(name: str, values: np.ndarray) -> np.ndarray:
             if name in ("position", "velocity"):
@@ -120,17 +123,13 @@ class Whole:
         used[keys] = True
         return np.asarray((np.cumsum(used) - 1)[keys])
 
-    def _signs(self, dim: int) -> np.ndarray:
-        signs = np.ones((self.images, dim))
+    def _signs_and_offsets(self, dim: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return factors and shifts [m] of the coordinates of each image, both of shape (images, dim)."""
+        signs, offsets = np.ones((self.images, dim)), np.zeros((self.images, dim))
         for number, mirror in enumerate(self.mirrors):
-            signs[(np.arange(self.images) >> number) & 1 == 1, mirror.axis] = -1.0
-        return signs
-
-    def _offsets(self, dim: int) -> np.ndarray:
-        offsets = np.zeros((self.images, dim))
-        for number, mirror in enumerate(self.mirrors):
-            offsets[(np.arange(self.images) >> number) & 1 == 1, mirror.axis] = 2.0 * mirror.at
-        return offsets
+            mirrored = (np.arange(self.images) >> number) & 1 == 1
+            signs[mirrored, mirror.axis], offsets[mirrored, mirror.axis] = -1.0, 2.0 * mirror.at
+        return signs, offsets
 
 
 def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Whole:

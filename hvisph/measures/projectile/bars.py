@@ -16,8 +16,7 @@ import numpy as np
 
 from hvisph.measures.frame.impact_geometry import PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.registry import Outcomes, measures
-from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
 from hvisph.measures.target.target_damage import crater
 
 from .lengths import end_layers, initial_length

@@ -8,8 +8,7 @@ import numpy as np
 
 from hvisph.measures.frame.impact_geometry import PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.registry import Outcomes, measures
-from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
 
 CELLS_PER_SPACING = 3  # grid dx/3
 CLOSING_RADIUS = 5.0  # [dx]

@@ -12,8 +12,7 @@ import numpy as np
 
 from hvisph.measures.frame.impact_geometry import PROJECTILE, members, own_spacings
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.registry import Outcomes, measures
-from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
 from hvisph.measures.target.perforation import NO, NOT_YET, layer_state
 
 CRATER_BIN = 0.25e-3  # [m], along the plate's thickness

@@ -6,8 +6,7 @@ import numpy as np
 
 from hvisph.measures.frame.impact_geometry import LAYER, PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.registry import Outcomes, measures
-from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
 from hvisph.measures.target.perforation import NO, NOT_YET, is_behind, layer_state
 from hvisph.output.snapshot import Snapshot
 
@@ -23,7 +22,7 @@ def retention_reason(scene: Scene) -> str:
     """
     if scene.now.dimensions == 1:
         return "in 1D nothing is perforated"
-    if not {"velocity", "mass"} <= scene.now.fields.keys():
+    if not scene.has_motion:
         return "the snapshot has no velocity or no mass"
     if not scene.layers:
         return "there is no layer"

@@ -20,10 +20,8 @@ import numpy as np
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.measures.frame.impact_geometry import own_spacings
 from hvisph.measures.frame.measurement_frame import Perforation, Rim, Scene, memoize
-from hvisph.measures.frame.target_geometry import Plate
+from hvisph.measures.frame.target_geometry import Plate, has_opened, is_open, place_of
 from hvisph.measures.result import weighted_quantile
-
-from .perforation_path import has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
 SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come
@@ -39,7 +37,7 @@ def layer_state(scene: Scene, body: int) -> Perforation:
         return Perforation("", "a perforation is undefined in 1D")
     if plate is None:
         return Perforation("", "a single snapshot does not contain the plate before the impact")
-    if not {"velocity", "mass"} <= scene.now.fields.keys():
+    if not scene.has_motion:
         return Perforation("", "the snapshot has no velocity or no mass")
     return perforation(scene, plate)
 
