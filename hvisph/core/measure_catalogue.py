@@ -1,7 +1,7 @@
 """Catalogue of measures: name, unit, dimensions, meaning and format in tables.
 
-A new measure is a row here and a function in `hvisph.measures` that is registered under its name (`hvisph.measures.result`): the
-case file's `measures` and `expected`, its schema and manual, summaries and tables follow.
+A new measure is a row here and a function in `hvisph.measures` that is registered under its name by
+`hvisph.measures.result.measures`: the case file, its schema and manual, summaries and tables follow.
 """
 
 from __future__ import annotations
