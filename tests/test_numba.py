@@ -125,6 +125,7 @@ PRIVATE = {
     *("_defined_symbols", "_engine", "_internal_codegen", "_module_pass_manager"),  # of a code generator
     *("_toplevel_target_context", "_toplevel_typing_context"),  # of a target
     *("_cache", "_compilation_chain_init_hook", "_rebuild", "_reduce"),  # of a dispatcher and its results
+    "_getvalue",  # of a structure in generated code
     "_is_initialized",  # whether threads have been started
 }
 
