@@ -17,7 +17,7 @@ import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from hvisph.precheck.cost import available_threads
+from hvisph.precheck.estimate import available_threads
 
 
 def small_run(folder: str, number: int, settings: list[str]) -> None:

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from hvisph.casefile.loader import load_case
+from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
 from hvisph.core.errors import CaseError
-from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
 from hvisph.setup.bodies import placed_bodies
 
 ASKED = 1e-3

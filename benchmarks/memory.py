@@ -23,7 +23,7 @@ MEASURE = """
 import sys
 from hvisph.casefile.loader import load_case
 from hvisph.precheck.estimate import estimate
-from hvisph.core.available_memory import peak_memory
+from hvisph.core.memory import peak_memory
 from hvisph.simulation.run import run
 case = load_case(sys.argv[1], overrides=sys.argv[3:])
 outcome = run(case, sys.argv[2], force=True, threads=1)

@@ -28,7 +28,7 @@ import psutil
 
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
-from hvisph.parallel.partition import Parts
+from hvisph.parallel.subdomain import Parts
 from hvisph.setup.bodies import placed_bodies
 
 # Rows of others over those within one spacing of a part's box, of the model. Two layers of a lattice lie within 2.8

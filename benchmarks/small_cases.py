@@ -19,7 +19,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from hvisph.precheck.cost import available_threads
+from hvisph.precheck.estimate import available_threads
 
 
 def measure(resolution: float, formulation: str, threads: int, steps: int) -> dict[str, float]:

@@ -15,4 +15,4 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 @pytest.fixture(autouse=True)
 def threads_that_small_runs_ask_for(monkeypatch):
     """Let small runs have the threads that they ask for, so that they tell whether results hang on them."""
-    monkeypatch.setattr("hvisph.precheck.cost.FEEDS_A_THREAD", 1e-9)
+    monkeypatch.setattr("hvisph.precheck.estimate.FEEDS_A_THREAD", 1e-9)

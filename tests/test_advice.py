@@ -9,8 +9,7 @@ from small_runs import GAS, LIQUID, METAL, SPRING, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.precheck.advice import advice, sparse, tears
-from hvisph.precheck.regime import regime
-from hvisph.precheck.validation_record import KNOWN, experience
+from hvisph.precheck.regime import KNOWN, experience, regime
 
 EULERIAN = {"formulation": {"type": "eulerian"}}
 

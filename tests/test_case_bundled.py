@@ -6,15 +6,13 @@ import jsonschema
 import pytest
 
 from hvisph.case.checks.consistency import warnings_of
-from hvisph.casefile.case_folder import cases_in
-from hvisph.casefile.explain import explain
+from hvisph.casefile.document import parse
 from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
-from hvisph.casefile.manual import case_manual
-from hvisph.casefile.paths import data_folder
+from hvisph.casefile.manual import case_manual, explain
+from hvisph.casefile.paths import cases_in, data_folder
 from hvisph.casefile.schema import case_schema, generated_files
-from hvisph.casefile.yaml_text import parse
+from hvisph.core.catalogues import SHAPES, arrangements_of
 from hvisph.core.errors import CaseError
-from hvisph.core.shapes import SHAPES, arrangements_of
 from hvisph.geometry.filling import allowed_arrangements
 from hvisph.setup.shapes import shape_of
 

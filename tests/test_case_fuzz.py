@@ -6,8 +6,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hvisph.case.case import Case
+from hvisph.casefile.document import parse
 from hvisph.casefile.loader import bundled_cases, dump_case, load_case
-from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
 
 TEXTS = [path.read_text(encoding="utf-8") for path in bundled_cases().values()]

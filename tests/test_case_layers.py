@@ -2,10 +2,10 @@
 
 import pytest
 
+from hvisph.casefile.document import parse
 from hvisph.casefile.loader import bundled_cases, dump_case, load_case
-from hvisph.casefile.yaml_text import parse
+from hvisph.core.catalogues import REACH
 from hvisph.core.errors import CaseError
-from hvisph.core.kernels import REACH
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.materials import material_of
 from hvisph.sph.kernels import KERNELS

@@ -7,8 +7,8 @@ import time
 import pytest
 
 from hvisph.case.formulations.viscosity import MonaghanViscosity
+from hvisph.casefile.document import parse
 from hvisph.casefile.loader import bundled_cases, dump_case, load_case
-from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
 
 

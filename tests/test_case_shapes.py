@@ -10,8 +10,7 @@ from hvisph.casefile.loader import bundled_cases, load_case
 from hvisph.core.errors import CaseError
 from hvisph.precheck.advice import advice
 from hvisph.precheck.estimate import estimate, rough_count
-from hvisph.precheck.first_contact import first_contact
-from hvisph.precheck.impact_pair import meeting
+from hvisph.precheck.impact_pair import first_contact, meeting
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.build import build
 from hvisph.setup.velocities import initial_velocity

@@ -112,7 +112,7 @@ def test_an_unexpected_error_is_a_bug_and_no_traceback(monkeypatch):
     def broken(path):
         raise ZeroDivisionError("by nothing\nin detail")
 
-    monkeypatch.setattr("hvisph.casefile.explain.explain", broken)
+    monkeypatch.setattr("hvisph.casefile.manual.explain", broken)
     monkeypatch.delenv("HVISPH_DEBUG", raising=False)
     found = call("help", "time")
     assert found.exit_code == 3

@@ -9,7 +9,7 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.output.history import HistoryWriter
-from hvisph.precheck import cost
+from hvisph.precheck import estimate as cost
 from hvisph.precheck.estimate import estimate
 from hvisph.simulation.run import run, set_threads
 

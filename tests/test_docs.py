@@ -15,7 +15,7 @@ from hvisph.case.sweep import Sweep
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_of, material_names
 from hvisph.casefile.model_fields import spot_of
-from hvisph.core.kernels import REACH
+from hvisph.core.catalogues import REACH
 from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]

@@ -9,7 +9,7 @@ from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
 from hvisph.exact.hugoniot import impedance_match, shock
 from hvisph.exact.plate_impact import impact, with_reflections
-from hvisph.exact.roots import bracketed_root
+from hvisph.exact.wave_curves import bracketed_root
 from hvisph.materials.eos import IdealGas, MieGrueneisen, StiffenedGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import Porosity, crush_curve

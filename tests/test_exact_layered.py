@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError
-from hvisph.exact.layers import layered_impact
+from hvisph.exact.plate_impact import layered_impact
 from hvisph.materials.eos import Linear, StiffenedGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises

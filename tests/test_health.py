@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import load_case
-from hvisph.core.kinematics import unstrained_kinematics
+from hvisph.core.catalogues import unstrained_kinematics
 from hvisph.diagnostics.budgets import turning
 from hvisph.diagnostics.mass_fractions import shares
 from hvisph.diagnostics.sanity_checks import UNNOTICED, Watch

@@ -18,7 +18,7 @@ from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import read_snapshot
 from hvisph.parallel.mpi_launch import launched_rank
-from hvisph.parallel.partition import Parts
+from hvisph.parallel.subdomain import Parts
 from hvisph.simulation.run import run
 
 HERE = Path(sys.executable).parent

@@ -3,10 +3,9 @@
 import pytest
 from hvisph_validation.published_values import FARAHANI_2, YOUNG_1, published_values, tolerance
 
-from hvisph.casefile.case_folder import cases_in
+from hvisph.casefile.document import read_yaml
 from hvisph.casefile.loader import load_case
-from hvisph.casefile.paths import data_folder
-from hvisph.casefile.yaml_reader import read_yaml
+from hvisph.casefile.paths import cases_in, data_folder
 from hvisph.core.errors import CaseError
 from hvisph.measures.compare import row
 from hvisph.postprocessing.comparison import complete, entries

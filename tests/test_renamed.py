@@ -3,10 +3,9 @@
 import pytest
 from typer.testing import CliRunner
 
-from hvisph.casefile.experiments import load_set
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.renamed_keys import COMMANDS, FIELDS, KEYS, OPTIONS, VALUES
-from hvisph.casefile.sweep_file import load_sweep
+from hvisph.casefile.study_files import load_set, load_sweep
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 

@@ -20,7 +20,7 @@ import hvisph
 from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.cli.main import app
-from hvisph.core import available_memory
+from hvisph.core import memory
 from hvisph.core.errors import CaseError, HvisphError, OutputError
 from hvisph.core.text import harmless
 from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint, write_checkpoint
@@ -248,11 +248,11 @@ def groups(root, version, limits):
     ],
 )
 def test_limits_of_all_control_groups_count(version, limits, left, tmp_path):
-    assert available_memory.group_memory(tmp_path, groups(tmp_path, version, limits)) == left
+    assert memory.group_memory(tmp_path, groups(tmp_path, version, limits)) == left
     if version == 1:
         (tmp_path / "memory/a/b/c/memory.stat").write_text("cache 5\ntotal_inactive_file 1000000\n")
-        assert available_memory.group_memory(tmp_path, tmp_path / "membership") == left + 1e6
-    assert available_memory.group_memory(tmp_path / "none", tmp_path / "none") == float("inf")
+        assert memory.group_memory(tmp_path, tmp_path / "membership") == left + 1e6
+    assert memory.group_memory(tmp_path / "none", tmp_path / "none") == float("inf")
 
 
 @posix

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any, Literal
 
 from hvisph.case.experiments import ExperimentSet
-from hvisph.casefile.experiments import bundled_sets, load_set, read_table
 from hvisph.casefile.loader import case_document
+from hvisph.casefile.study_files import bundled_sets, load_set, read_table
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.sweeps.parameters import EXPERIMENT, Values, plain, split
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Protocol
 from pydantic import Field
 
 from hvisph.case.materials.material import NamedMaterial
-from hvisph.core.shapes import ARRANGEMENTS
+from hvisph.core.catalogues import ARRANGEMENTS
 
 from .dimensions import NUMBER
 from .model import StrictModel

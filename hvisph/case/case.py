@@ -10,10 +10,9 @@ from hvisph.case.checks.axisymmetric import about_axis
 from hvisph.case.checks.consistency import problems_of
 from hvisph.case.formulations.projection import default_step
 from hvisph.case.formulations.riemann import gas_formulation
+from hvisph.core.catalogues import KINEMATICS, SHAPES, Kinematics, arrangements_of
 from hvisph.core.errors import CaseError
-from hvisph.core.kinematics import KINEMATICS, Kinematics
 from hvisph.core.measure_catalogue import measures_of
-from hvisph.core.shapes import SHAPES, arrangements_of
 
 from .bodies import Body
 from .expectations import Expectations, MeasureName

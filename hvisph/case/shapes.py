@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo
 
-from hvisph.core.shapes import SHAPES
+from hvisph.core.catalogues import SHAPES
 
 from .model import SCALAR_AS_LIST, Shorthand, StrictModel
 from .simple_shapes import (

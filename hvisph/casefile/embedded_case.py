@@ -6,7 +6,7 @@ from typing import Any
 
 from hvisph.core.errors import CaseError
 
-from .yaml_text import parse
+from .document import parse
 
 
 def _case(text: object) -> dict[str, Any]:

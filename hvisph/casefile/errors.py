@@ -15,9 +15,9 @@ from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import RENAMED
 from hvisph.core.text import format_value
 
+from .document import Place
 from .model_fields import Spot, keys_of, places, walk
 from .renamed_keys import renamed_field, renamed_key, renamed_value
-from .yaml_text import Place
 
 MOST_SHOWN = 20
 # How like an allowed key a key is that is a slip of it, and in how many places one may stand that is told of.

@@ -16,14 +16,12 @@ from hvisph.case.case import Case
 from hvisph.case.model import Path
 from hvisph.core.errors import CaseError, suggest_nearest
 
+from .document import Document, Place, dump, plain_document, read_yaml
 from .errors import raise_all, translate
-from .mapping import plain_document
 from .material_library import Library, library, library_of, load_material, material_names
 from .overrides import merge, overridden, with_bases
 from .paths import bundled_cases
 from .renamed_keys import renamed_key
-from .yaml_reader import read_yaml
-from .yaml_text import Document, Place, dump
 
 __all__ = ["bundled_cases", "case_hash", "dump_case", "library", "load_case", "load_material", "material_names"]
 

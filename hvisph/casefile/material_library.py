@@ -22,10 +22,9 @@ from hvisph.case.model import StrictModel
 from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
 from hvisph.core.errors import CaseError
 
+from .document import Document, read_yaml
 from .errors import raise_all, translate
 from .overrides import override_material
-from .yaml_reader import read_yaml
-from .yaml_text import Document
 
 _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
 _ENDINGS = (".yaml", ".yml")

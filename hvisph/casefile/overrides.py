@@ -16,8 +16,8 @@ from hvisph.case.model import Path
 from hvisph.case.units import kind_of
 from hvisph.core.errors import CaseError
 
+from .document import MOST_DEEP, Document, Place, parse
 from .model_fields import walk
-from .yaml_text import MOST_DEEP, Document, Place, parse
 
 LONGEST_OVERRIDE = 10_000
 # Keys that stand for one another: giving one takes those of the other side from what it is laid over.

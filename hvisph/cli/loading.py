@@ -29,9 +29,9 @@ def locate_errors(case: str) -> Iterator[None]:
         keys = tuple(int(key) if key.isdecimal() else key for key in error.where.split("."))
         if error.file or error.where.startswith("-") or not error.where:
             raise
+        from hvisph.casefile.document import read_yaml
         from hvisph.casefile.errors import locate_error
         from hvisph.casefile.loader import find_case
-        from hvisph.casefile.yaml_reader import read_yaml
 
         raise locate_error(keys, error.message, read_yaml(find_case(case)).places) from None
 
@@ -41,8 +41,7 @@ def run_folder(case: str) -> Path:
 
     Raises `CaseError` where that makes no name for a folder.
     """
-    from hvisph.casefile.case_folder import run_name
-    from hvisph.casefile.paths import bundled_cases
+    from hvisph.casefile.paths import bundled_cases, run_name
 
     bundled = case in bundled_cases() and not Path(case).is_file()
     return Path("runs") / (case if bundled else run_name(case))

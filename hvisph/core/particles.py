@@ -7,8 +7,8 @@ from math import prod
 
 import numpy as np
 
+from .catalogues import Kinematics, unstrained_kinematics
 from .fields import CATALOGUE
-from .kinematics import Kinematics, unstrained_kinematics
 
 BASE_FIELDS = (
     "position",

@@ -7,7 +7,7 @@ from itertools import chain
 
 import numpy as np
 
-from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.measure_catalogue import format_share
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.output.snapshot import Snapshot

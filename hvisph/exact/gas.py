@@ -13,7 +13,7 @@ from math import sqrt
 
 import numpy as np
 
-from .roots import bracketed_root
+from .wave_curves import bracketed_root
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from hvisph.core.errors import RunError
 from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import crush_curve
 
-from .roots import bracketed_root
+from .wave_curves import bracketed_root
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Exact elastic-plastic plate impact in uniaxial strain.
+"""Exact plate impact in uniaxial strain: elastic-plastic plates, and layers without strength.
 
 A flyer plate hits a target plate; in each an elastic precursor runs ahead of a plastic shock,
 or one front where the impact is strong enough to overdrive it. `impact` gives the plateau
@@ -7,6 +7,10 @@ follows all later waves: release at the free surfaces, elastic first and then pl
 comes of it when waves cross.
 
 Equations of state: any. Strength: none, elastic or von Mises.
+
+Layers with p = K (rho/rho0 - 1) (Zisis 2013): shocks obey p = rho0 u U with U = (u + sqrt(u^2 + 4 c^2))/2, rarefactions
+du = c drho/rho; both are followed through all reflections by `wave_fronts.track`. Any consistent units do; Zisis's have
+rho0 = 1 for the projectile and K = rho0/Ca.
 """
 
 from __future__ import annotations
@@ -16,13 +20,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hvisph.core.errors import CaseError
+from hvisph.materials.eos import Elastic, Linear
 from hvisph.materials.material_table import Material
 
-from .elastic_plastic import SolidLaw
-from .roots import bracketed_root
-from .wave_curves import State, Wave
-from .wave_fronts import track
-from .wave_history import Layer, Tracked
+from .wave_curves import LinearLaw, SolidLaw, State, Wave, bracketed_root
+from .wave_fronts import Layer, Tracked, track
 
 
 @dataclass(frozen=True)
@@ -142,3 +145,47 @@ def with_reflections(
         law = laws.setdefault(material, SolidLaw(material))
         made.append(Layer(law, begin, finish, velocity))
     return track(made, end, strain_step, weakest=5e-4, alike=1e-2)
+
+
+def barotropic_law(material: Material) -> LinearLaw:
+    """Return the waves of a material whose pressure depends on density alone.
+
+    Raises
+    ------
+    CaseError
+        If its equation of state is not `linear` or `elastic`, or it has strength.
+    """
+    if not isinstance(material.eos, Linear | Elastic):
+        raise CaseError(
+            f"layered impact is exact for the 'linear' equation of state, not '{material.eos.name}'",
+            where=material.name,
+        )
+    if material.shear_modulus != 0.0:
+        raise CaseError("layered impact is exact for materials without strength", where=material.name)
+    return LinearLaw.from_material(material)
+
+
+def layered_impact(
+    layers: Sequence[tuple[Material, float, float, float]], end: float, strain_step: float = 0.01
+) -> Tracked:
+    """Follow the impact of barotropic layers.
+
+    Parameters
+    ----------
+    layers
+        (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
+    end
+        Time to follow [s].
+    strain_step
+        Change of ln(rho) by which rarefactions are cut into fronts.
+
+    Returns
+    -------
+    Histories by `.sample(position, times, "velocity")`, profiles by `.profile(time)`.
+    """
+    laws: dict[Material, LinearLaw] = {}
+    made = []
+    for material, begin, finish, velocity in layers:
+        law = laws.setdefault(material, barotropic_law(material))
+        made.append(Layer(law, begin, finish, velocity))
+    return track(made, end, strain_step)

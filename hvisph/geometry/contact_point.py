@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .shapes import Placed, Shape
-from .surface import on_surface
 
 TRACES = 300
 ROUNDS, POINTS = 30, 48
@@ -126,3 +125,13 @@ def _between_particles(first: Solid, second: Solid) -> float:
     apart = skins[1][other] - skins[0][one]
     beside = np.minimum((apart[:, 1:] ** 2).sum(axis=1), reach**2)
     return float((apart[:, 0] - np.sqrt(reach**2 - beside)).min())
+
+
+def on_surface(shape: Shape, points: np.ndarray) -> np.ndarray:
+    """Return `points` (n, dim) moved to the surface; those that do not reach it are left out."""
+    scale = max(shape.extent())
+    points = points.copy()
+    for _ in range(8):
+        d = shape.distance(points)
+        points -= d[:, None] * shape.outward(points, 1e-7 * scale)
+    return points[np.abs(shape.distance(points)) < 1e-6 * scale]

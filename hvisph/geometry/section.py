@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hvisph.core.catalogues import SECTION_ARRANGEMENTS
 from hvisph.core.errors import CaseError
-from hvisph.core.shapes import SECTION_ARRANGEMENTS
 from hvisph.geometry.shapes.combinations import Measured
 
 from .filling import fill

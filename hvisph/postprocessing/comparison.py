@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hvisph.case.case import Case
-from hvisph.casefile.case_folder import bundled_name, case_folder, cases_in, run_name
 from hvisph.casefile.loader import case_hash, dump_case, find_case, load_case
+from hvisph.casefile.paths import bundled_name, case_folder, cases_in, run_name
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.compare import Row, row
 from hvisph.output import file_names

@@ -1,7 +1,7 @@
 """Exact solution of a one-dimensional case by wave tracking.
 
 Layers without strength whose pressure follows density alone are exact in closed form
-(`exact.layers`); other materials go through the jump conditions of an elastic-plastic solid
+(`exact.plate_impact`); other materials go through the jump conditions of an elastic-plastic solid
 (`exact.plate_impact`), good to about 1e-3.
 """
 
@@ -14,10 +14,9 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import component_names
-from hvisph.exact.layers import layered_impact
-from hvisph.exact.plate_impact import with_reflections
+from hvisph.exact.plate_impact import layered_impact, with_reflections
 from hvisph.exact.wave_curves import State
-from hvisph.exact.wave_history import Tracked
+from hvisph.exact.wave_fronts import Tracked
 from hvisph.setup.bodies import PlacedBody, placed_bodies
 from hvisph.setup.materials import material_of
 

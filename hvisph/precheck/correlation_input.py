@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
 from hvisph.measures.correlations import Impact, Wall, alloy_of
 

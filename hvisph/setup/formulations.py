@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.schemes.formulation import Smoothing
 from hvisph.schemes.protocol import AnyFormulation
 from hvisph.schemes.riemann.scheme import Riemann

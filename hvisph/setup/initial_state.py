@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
-from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.material_table import Material

@@ -11,7 +11,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, RunError
 from hvisph.diagnostics.budgets import watched_particles
-from hvisph.parallel.partition import Parts
+from hvisph.parallel.subdomain import Parts
 from hvisph.parallel.world import Alone
 from hvisph.setup.build import set_up
 from hvisph.setup.initial_state import Beginning

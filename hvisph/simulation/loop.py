@@ -27,7 +27,7 @@ from hvisph.parallel.collectives import COLLAPSED, GlobalLimit
 from hvisph.parallel.parallel_output import Moment
 from hvisph.precheck.advice import advice
 from hvisph.precheck.contact_rules import contact_warnings
-from hvisph.precheck.cost import of_cores
+from hvisph.precheck.estimate import of_cores
 from hvisph.schemes.stepper import PERMUTE_EVERY
 from hvisph.setup.build import Setup
 

@@ -10,17 +10,16 @@ from pathlib import Path
 import numba
 
 from hvisph.case.case import Case
-from hvisph.casefile.case_folder import run_name
 from hvisph.casefile.loader import load_case
+from hvisph.casefile.paths import run_name
 from hvisph.compiler.jit import report_compilation
 from hvisph.compiler.threads.fork_guard import refuse_fork
 from hvisph.core.errors import CaseError, computable
-from hvisph.core.malloc_tuning import give_back_large
+from hvisph.core.memory import give_back_large
 from hvisph.output.run_folder import RunFolder, SilentFolder
-from hvisph.parallel.partition import Parts
+from hvisph.parallel.subdomain import Parts
 from hvisph.parallel.world import Alone, world_here
-from hvisph.precheck.cost import fed_threads, fewer_threads_reason, worthwhile_threads
-from hvisph.precheck.estimate import refuse_impossible
+from hvisph.precheck.estimate import fed_threads, fewer_threads_reason, refuse_impossible, worthwhile_threads
 from hvisph.setup.build import set_up
 from hvisph.setup.initial_state import Beginning, begin
 

@@ -23,8 +23,8 @@ import numpy as np
 
 from hvisph.case.dimensions import COMMON_UNITS
 from hvisph.case.sweep import Fit
-from hvisph.casefile.experiments import read_table
 from hvisph.casefile.paths import data_folder
+from hvisph.casefile.study_files import read_table
 from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 from hvisph.core.measure_catalogue import CATALOGUE
 from hvisph.measures.result import weighted_quantile

@@ -11,8 +11,8 @@ import numpy as np
 from hvisph.case.case import Case
 from hvisph.case.dimensions import DIMENSIONS, NUMBER
 from hvisph.case.units import parse_quantity
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
-from hvisph.core.kinematics import KINEMATICS
 from hvisph.measures.correlations import RECHT, limit_speeds, recht_ipson
 from hvisph.precheck.correlation_input import impact_of
 

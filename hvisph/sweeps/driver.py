@@ -17,7 +17,7 @@ from datetime import date
 from typing import Any, Protocol
 
 from hvisph import __version__
-from hvisph.casefile.yaml_text import dump
+from hvisph.casefile.document import dump
 from hvisph.core.errors import INTERRUPTED, OutputError
 from hvisph.output import atomic_write, file_names
 

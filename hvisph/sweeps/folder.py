@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.case.sweep import Sweep
-from hvisph.casefile.yaml_text import dump
+from hvisph.casefile.document import dump
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import atomic_write, file_names
 from hvisph.output.run_folder import FileLock

@@ -12,11 +12,11 @@ from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.case.sweep import Fit, Sweep
+from hvisph.casefile.document import Document, Place
 from hvisph.casefile.errors import locate_error
 from hvisph.casefile.loader import materials_of, validate
 from hvisph.casefile.overrides import overridden
-from hvisph.casefile.sweep_file import load_sweep
-from hvisph.casefile.yaml_text import Document, Place
+from hvisph.casefile.study_files import load_sweep
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_value
 from hvisph.precheck.estimate import estimated_steps, rough_count

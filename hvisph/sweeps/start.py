@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.core.errors import CaseError
-from hvisph.precheck.cost import available_threads
+from hvisph.precheck.estimate import available_threads
 
 from .driver import Crew, Driver, LocalCrew
 from .folder import SweepFolder

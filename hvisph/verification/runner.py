@@ -15,7 +15,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_values
 from hvisph.core.errors import CaseError, HvisphError
 from hvisph.output.run_folder import RunFolder
-from hvisph.precheck.cost import worthwhile_threads
+from hvisph.precheck.estimate import worthwhile_threads
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.build import build
 from hvisph.simulation.listener import Listener

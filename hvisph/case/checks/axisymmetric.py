@@ -10,7 +10,7 @@ from hvisph.case.context import Surroundings
 from hvisph.case.formulations.riemann import bears_any_tension, is_gas
 from hvisph.case.model import Problem
 from hvisph.case.regions import SymmetryPlane
-from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.catalogues import KINEMATICS
 
 # Fields of velocity that have a meaning about the axis.
 FIELDS = ("uniform", "radial", "linear", "table")

@@ -12,7 +12,7 @@ from hvisph.case.model import Path, Problem
 from hvisph.case.shapes import RingShape, Shape, shape_problems
 from hvisph.case.simple_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
 from hvisph.case.velocities import LinearField, UniformField
-from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
+from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
 
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide

@@ -11,7 +11,7 @@ from hvisph.case.context import Surroundings
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel
 from hvisph.case.units import Quantity
-from hvisph.core.kernels import REACH
+from hvisph.core.catalogues import REACH
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
     Kernel = str

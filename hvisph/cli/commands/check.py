@@ -9,8 +9,8 @@ from hvisph.cli.loading import load, locate_errors
 from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.cli.text.echo import say
 from hvisph.cli.text.formatting import duration, echo_json, paragraph, quantity, round_two_figures, size, table
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import computable
-from hvisph.core.kinematics import KINEMATICS
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -74,8 +74,7 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     from hvisph.precheck.advice import tears
     from hvisph.precheck.impact_pair import meeting
-    from hvisph.precheck.regime import regime
-    from hvisph.precheck.validation_record import experience
+    from hvisph.precheck.regime import experience, regime
 
     si = case.units == "si"
 
@@ -124,7 +123,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
                 f"{number(shock.target.shock_speed, 'm/s')} into the bodies at rest",
             )
         )
-    from hvisph.precheck.cost import available_threads, of_cores
+    from hvisph.precheck.estimate import available_threads, of_cores
 
     threads = of_cores(taken.threads, available_threads())
     facts += [

@@ -62,8 +62,8 @@ def _facts() -> dict[str, Any]:
 
     from hvisph.compiler.cache import cache_folder
     from hvisph.compiler.self_test import self_test
-    from hvisph.core.available_memory import free_memory
-    from hvisph.precheck.cost import available_threads
+    from hvisph.core.memory import free_memory
+    from hvisph.precheck.estimate import available_threads
 
     versions = {}
     for package in PACKAGES:

@@ -24,7 +24,7 @@ def exact(
 ) -> None:
     """Solve a 1D case exactly: histories at its gauges, profiles at its output times, pictures."""
     loaded = load(case, settings, resolution)
-    from hvisph.casefile.case_folder import run_name
+    from hvisph.casefile.paths import run_name
     from hvisph.postprocessing.exact_files import write_exact
     from hvisph.postprocessing.exact_solution import exact_solution
 

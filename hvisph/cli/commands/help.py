@@ -26,7 +26,7 @@ def help(
     if not word or context.parent is None:
         say((context.parent or context).get_help())
         return
-    from hvisph.casefile.explain import explain
+    from hvisph.casefile.manual import explain
     from hvisph.casefile.search import nearest_names
 
     commands, texts = _commands(context), []

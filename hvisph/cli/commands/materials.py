@@ -62,8 +62,8 @@ def materials(
 
 def _sheet(known: Any, name: str, model: Any) -> str:
     """Return numbers, sources and what follows, as text."""
+    from hvisph.casefile.document import dump
     from hvisph.casefile.material_library import CONFIDENCE
-    from hvisph.casefile.yaml_text import dump
     from hvisph.postprocessing.material_sheet import compare_hugoniot, derive_properties, hugoniot, worst_bin
 
     notes = known.notes(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.measure_catalogue import format_time
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
-    from hvisph.precheck.first_contact import first_contact
+    from hvisph.precheck.impact_pair import first_contact
     from hvisph.setup.bodies import placed_bodies
     from hvisph.setup.initial_state import held_particles
     from hvisph.visualization.setup import DrawnBody, Setup, setup_picture

@@ -1,9 +1,8 @@
 """Shapes of bodies as frozen dataclasses."""
 
 from .axial_bodies import Dome, Frustum, Nosed, Ogive, RoundedCylinder
-from .basic import Box, Cylinder, Disc, Interval, Sphere
+from .basic import Annulus, Box, Cylinder, Disc, HollowSphere, Interval, Sphere, Tube
 from .combinations import Difference, Intersection, Placed, Repeat, Union
-from .hollow import Annulus, HollowSphere, Tube
 from .polygon import Polygon, Prism, Ring
 from .shape import Shape
 

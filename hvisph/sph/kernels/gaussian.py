@@ -12,11 +12,11 @@ from __future__ import annotations
 from math import pi
 
 from hvisph.compiler.jit import inline
-from hvisph.core import kernels
+from hvisph.core import catalogues
 
 from .kernel import Kernel
 
-REACH = kernels.REACH["gaussian"]
+REACH = catalogues.REACH["gaussian"]
 
 
 @inline

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.kernels import REACH
+from hvisph.core.catalogues import REACH
 
 
 def scale(inverse_h):

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.particles import Particles
 from hvisph.exact.gas import Noh
 from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors

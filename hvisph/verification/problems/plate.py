@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.exact.plate_impact import PlateImpact, impact, with_reflections
-from hvisph.exact.wave_history import Tracked
+from hvisph.exact.wave_fronts import Tracked
 from hvisph.materials.material_table import Material
 from hvisph.verification.materials import body_material
 from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hvisph.casefile.yaml_reader import read_yaml
+from hvisph.casefile.document import read_yaml
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import format_of
 from hvisph.output.atomic_write import write_text

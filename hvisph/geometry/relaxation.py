@@ -15,13 +15,10 @@ from contextlib import suppress
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.lattice_count import Filling, make_filling
-from hvisph.geometry.shapes import Intersection, Shape
 
-from .hcp import NODE_DISTANCE as CLOSE_3D
-from .hcp import fill_hcp
-from .hexagonal import NODE_DISTANCE as CLOSE_2D
-from .hexagonal import fill_hexagonal
+from .lattice_count import Filling, make_filling
+from .lattices import CLOSE_PACKED, TRIANGULAR, fill_hcp, fill_hexagonal
+from .shapes import Intersection, Shape
 
 REACH = 1.5  # of the pair force, in close-packed distances
 ROUNDS = 80
@@ -88,7 +85,7 @@ def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
     """Return `points` moved apart until they are evenly spread."""
     from scipy.spatial import cKDTree
 
-    a = dx * (CLOSE_2D if shape.dim == 2 else CLOSE_3D)
+    a = dx * (TRIANGULAR if shape.dim == 2 else CLOSE_PACKED)
     reach = REACH * a
     # a lattice is in balance wherever it stands: shaken, so that it finds the shape
     points = points + 0.05 * a * np.random.default_rng(0).uniform(-1, 1, points.shape)

@@ -1,7 +1,8 @@
-"""Available memory of the system, control groups and process limits."""
+"""Available memory of the system, control groups and process limits; release of large arrays."""
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
 import sys
@@ -118,3 +119,20 @@ def _number(file: Path) -> float:
         return math.inf if text == "max" else float(text)
     except (OSError, ValueError):
         return math.inf if file.name in ("memory.max", "memory.limit_in_bytes") else 0.0
+
+
+_MMAP_THRESHOLD = -3  # M_MMAP_THRESHOLD of glibc's malloc.h
+LARGE = 1 << 20  # [bytes]
+
+
+def give_back_large() -> None:
+    """Have arrays of more than `LARGE` bytes come from the system one by one, where glibc allocates.
+
+    Left to itself glibc raises its limit to the largest array that was freed, up to 32 MiB; what is below lies
+    side by side, and a hole goes back to the system only when all behind it is free, too.
+    """
+    if not sys.platform.startswith("linux"):
+        return
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:  # musl has none
+        mallopt(_MMAP_THRESHOLD, LARGE)

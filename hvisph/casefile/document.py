@@ -1,4 +1,4 @@
-"""Conversion between YAML and plain values with the line of every key.
+"""Documents: plain values with the line of every key, read from YAML or from Python mappings, and their text.
 
 Only what a case needs is read: mappings with text keys, lists, text, numbers, true,
 false and null, in one document. Tags are refused, so no code can run from a file. Numbers
@@ -8,15 +8,19 @@ The text is read event by event, so that depth and size can be bounded.
 
 from __future__ import annotations
 
+import os
+import pathlib
 import re
+import stat
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import yaml
+from pydantic import BaseModel
 
 from hvisph.case.model import Path
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import FEW, CaseError
 
 MOST_DEEP = 32
 MOST_NODES = 100_000
@@ -203,3 +207,86 @@ def _scalar(text: str) -> Any:
     if not _FLOAT.fullmatch(text):
         return text
     return float(text.replace(".", "", 1) if text[-1].isalpha() else text)
+
+
+LARGEST = 1_000_000  # [bytes]; a thousand times a usual case
+
+
+def read_yaml(path: pathlib.Path) -> Document:
+    """Return what the YAML file at `path` holds.
+
+    Raises
+    ------
+    CaseError
+        If it is missing, not a regular file, unreadable, larger than `LARGEST`, not UTF-8, no
+        YAML, or not a mapping.
+    """
+    name = str(path)
+    try:
+        status = os.stat(path)
+        if stat.S_ISDIR(status.st_mode):
+            held = sorted(one.name for one in path.glob("*.yaml"))[:FEW]
+            inside = f"; it holds {', '.join(held)}" if held else ""
+            raise CaseError(f"is a folder, not a case file{inside}", file=name)
+        if not stat.S_ISREG(status.st_mode):
+            raise CaseError("is not a regular file", file=name)
+        # what pretends to be a regular file and then waits, as /proc/kmsg does, is not waited for
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with open(handle, "rb") as stream:
+            raw = stream.read(LARGEST + 1)
+    except FileNotFoundError:
+        raise CaseError("there is no such file", file=name) from None
+    except (OSError, ValueError) as error:  # ValueError: a path with a null byte
+        raise CaseError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=name) from None
+    if raw is None:
+        raise CaseError("cannot be read: it has nothing to give now", file=name)
+    if len(raw) > LARGEST:
+        raise CaseError(f"is larger than {LARGEST / 1e6:g} MB, too large for a case file", file=name)
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise CaseError("is not UTF-8 text; save it in that encoding", file=name, line=line) from None
+    document = parse(text, name)
+    if not isinstance(document.value, dict):
+        raise CaseError("holds no mapping of keys", file=name)
+    return document
+
+
+_SCALARS = str | int | float | bool | None
+
+
+def plain_document(source: Mapping[str, object]) -> Document:
+    """Return `source` as a document without lines; models within it stay as they are.
+
+    Raises
+    ------
+    CaseError
+        For keys that are not text, values that a case file could not hold, excessive depth or size.
+    """
+    return Document(_Copy().plain(source, ()), {(): Place("")})
+
+
+class _Copy:
+    def __init__(self) -> None:
+        self.nodes = 0
+
+    def plain(self, value: object, path: tuple[str, ...]) -> Any:
+        self.nodes += 1
+        where = ".".join(path)
+        if len(path) > MOST_DEEP:
+            raise CaseError(f"is nested more than {MOST_DEEP} levels deep", where=where[:200])
+        if self.nodes > MOST_NODES:
+            raise CaseError(f"holds more than {MOST_NODES} values")
+        if isinstance(value, BaseModel | _SCALARS):
+            return value
+        if isinstance(value, Mapping):
+            for key in value:
+                if not isinstance(key, str):
+                    raise CaseError(f"a key must be text, not {key!r:.80}", where=where)
+            return {key: self.plain(item, (*path, key)) for key, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [self.plain(item, (*path, str(index))) for index, item in enumerate(value)]
+        if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
+            return value.item()
+        raise CaseError(f"a case cannot hold a {type(value).__name__}", where=where)

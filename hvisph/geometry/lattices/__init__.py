@@ -1,1 +1,0 @@
-"""Particle lattices inside shapes; `hvisph.geometry.filling` selects among them."""
