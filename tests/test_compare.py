@@ -12,11 +12,12 @@ from typer.testing import CliRunner
 from hvisph.cli.main import app
 from hvisph.cli.text.comparison_table import comparison_tables
 from hvisph.core.errors import CaseError
-from hvisph.measures.compare import Row, last_snapshot, shown_measures
+from hvisph.measures.compare import Row, shown_measures
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.reader import list_snapshots
 from hvisph.postprocessing.comparison import entries, is_run
-from hvisph.visualization.run_gallery import gallery
+from hvisph.postprocessing.snapshot_selection import draw_last_states
+from hvisph.visualization.particles import Look, Moment, draw
 
 BASE = """
 title: Plates
@@ -206,34 +207,35 @@ def test_tables_show_what_rows_are_held_against():
     assert "2.00 (-0.10) *" not in text
 
 
-def test_the_picture_of_all_has_one_scale(tmp_path, monkeypatch):
+def test_the_picture_of_all_has_one_scale():
     one, other = impact_end(0.4 * MM), impact_end(0.4 * MM, crater=12 * MM)
     one.fields["pressure"] = np.linspace(-2e9, 1e9, one.count)
     other.fields["pressure"] = np.linspace(-1e9, 4e9, other.count)
-    seen = []
-    monkeypatch.setattr("hvisph.visualization.run_gallery.store", lambda figure, path: seen.append(figure))
-    gallery({"one": one, "other": other}, tmp_path / "a.png")
-    first, second = (axes for axes in seen[0].axes if axes.get_title())
+    figure = draw([Moment(one, name="one"), Moment(other, name="other")], Look("pressure"))
+    first, second = (axes for axes in figure.axes if axes.get_title())
     assert (first.get_xlim(), first.get_ylim()) == (second.get_xlim(), second.get_ylim())
-    limits = [axes.collections[-1].get_clim() for axes in (first, second)]
-    assert limits[0] == limits[1]
-    assert limits[0][1] == pytest.approx(-limits[0][0])
-    assert 3.0 < limits[0][1] < 4.0  # [GPa]; of both, less the outermost
+    (low, high), *_ = (axes.get_ylim() for axes in figure.axes if axes.get_label() == "<colorbar>")
+    assert high == pytest.approx(-low)
+    assert 3.0 < high < 4.0  # [GPa]; of both, less the outermost
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_pictures_of_any_number(tmp_path, count):
-    moments = {f"run {k}": impact_end(0.8 * MM) for k in range(count)}
-    image = imread(gallery(moments, tmp_path / "all.png", field="body"))[..., :3]
+    write_hdf5(tmp_path / "impact.h5", impact_end(0.8 * MM))
+    sources = {f"run {k}": tmp_path / "impact.h5" for k in range(count)}
+    image = imread(draw_last_states(sources, tmp_path / "all.png", "body"))[..., :3]
     assert (image.min(axis=2) < 0.9).mean() > 0.02
     line = snapshot(box([-2 * MM], [0], 0.2 * MM), box([0], [2 * MM], 0.2 * MM), dx=0.2 * MM)
-    gallery(dict.fromkeys(moments, line), tmp_path / "lines.svg", field="velocity")
+    write_hdf5(tmp_path / "line.h5", line)
+    draw_last_states(dict.fromkeys(sources, tmp_path / "line.h5"), tmp_path / "lines.svg", "velocity")
     with pytest.raises(CaseError, match="different dimensions"):
-        gallery({**moments, "line": line}, tmp_path / "none.png")
+        draw_last_states(sources | {"line": tmp_path / "line.h5"}, tmp_path / "none.png", "velocity")
+    with pytest.raises(CaseError, match="40 panels"):
+        draw([Moment(line)] * 41, Look("velocity"))
 
 
 def test_the_last_snapshot_is_drawn(tmp_path):
     for number in (0, 1):
         write_hdf5(tmp_path / f"{number:06d}.h5", impact_end(0.8 * MM))
     assert len(list_snapshots(tmp_path)) == 2
-    assert last_snapshot(tmp_path).time == last_snapshot(tmp_path / "000001.h5").time
+    assert draw_last_states({"last": tmp_path}, tmp_path / "last.png", "body").is_file()

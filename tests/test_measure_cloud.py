@@ -13,7 +13,7 @@ from hvisph.measures.debris.cloud import cloud
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure_snapshot
 from hvisph.measures.result import weighted_quantile
-from hvisph.visualization.witness import witness_picture
+from hvisph.visualization.curves import witness_picture
 
 RATE = 1e5  # [1/s]
 

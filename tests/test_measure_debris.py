@@ -16,7 +16,7 @@ from hvisph.measures.measure import debris, measure_snapshot
 from hvisph.measures.series import columns, write_fragments, write_series
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
-from hvisph.visualization.measure_series import KINDS, series_picture
+from hvisph.visualization.curves import KINDS, series_picture
 
 DX = 1 * MM
 # what the projectile breaks into: particles along x and their velocity

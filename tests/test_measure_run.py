@@ -321,7 +321,7 @@ def test_schema_takes_later_measures(run):
 def test_measure_is_light_to_import():
     modules = "measure, pressure, compare, table"
     heavy = "{'numba', 'scipy', 'matplotlib', 'yaml', 'h5py'}"
-    code = f"import sys; from hvisph.measures import {modules}; from hvisph.visualization import history; print(*{heavy} & sys.modules.keys())"
+    code = f"import sys; from hvisph.measures import {modules}; from hvisph.visualization import style; print(*{heavy} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
 

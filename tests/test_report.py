@@ -104,9 +104,9 @@ def test_the_page_is_whole_small_and_calls_nobody(plane, solid):
 
 
 def test_debris_of_a_quarter_is_that_of_the_whole(solid):
-    from hvisph.visualization.html.content import Told
+    from hvisph.visualization.html.report import RunReport
 
-    told = Told(solid)
+    told = RunReport(solid)
     bodies = {row["name"].partition(":")[0] for row in told.content()["debris"]}
     assert bodies == set(told.last.bodies)
     assert max(row["particles"] for row in told.content()["debris"]) > 0.5 * 4 * told.last.count

@@ -13,7 +13,7 @@ from hvisph.materials.slots import values
 from hvisph.postprocessing.material_sheet import flow_stress_curves, hugoniot
 from hvisph.setup.material_point import drive, flow_at, knows_heat
 from hvisph.setup.materials import material_of
-from hvisph.visualization.panels import Panel, panels_picture
+from hvisph.visualization.curves import Panel, panels_picture
 
 RATES = (1.0, 1e3, 1e5)
 

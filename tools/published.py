@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from hvisph import __version__
-from hvisph.measures.compare import Row, last_snapshot, row
+from hvisph.measures.compare import Row, row
 from hvisph.postprocessing.comparison import complete, entries, is_run
+from hvisph.postprocessing.snapshot_selection import draw_last_states
 from hvisph.verification.checkout import checkout_module
-from hvisph.visualization.run_gallery import gallery
 
 checkout_module("problems")  # the folder `validation`
 
@@ -72,8 +72,8 @@ def write(out: Path, runs: Path, resolution: str | None, threads: int | None) ->
     lines = _head(resolution)
     for impact, title in IMPACTS.items():
         rows = _computed(f"published/{impact}", runs, resolution, threads)
-        picture = gallery({LABEL[name]: last_snapshot(found.source) for name, found in rows.items()},
-                          out / f"published_{impact}.png", "pressure")  # fmt: skip
+        sources = {LABEL[name]: found.source for name, found in rows.items()}
+        picture = draw_last_states(sources, out / f"published_{impact}.png", "pressure")
         lines += ["", f"## {title}", "", f"![Final states of all rows, coloured by pressure]({picture.name})"]
         for source, struck in TABLES:
             if struck == impact:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from hvisph.visualization.experiments import Off, Panel, offs_picture, outlines_picture, residual_picture, verdict_map
-
+from .picture_kinds import Off, Panel, offs_picture, outlines_picture, residual_picture, verdict_map
 from .results import SetResult
 
 FEWEST = 5  # numbers that are worth a picture of their own

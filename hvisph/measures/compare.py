@@ -12,7 +12,6 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.output import file_names, reader
-from hvisph.output.snapshot import Snapshot
 
 from .measure import measure
 from .result import Result
@@ -112,11 +111,6 @@ def _finished_row(name: str, path: Path, summary: dict[str, Any]) -> Row:
     same = ("title", "status", "failure", "end_time", "measures", "conservation")
     cost = {key: summary[key] for key in COST}
     return Row(name, path, **{key: summary[key] for key in same}, cost=cost, published=published)
-
-
-def last_snapshot(source: str | os.PathLike[str]) -> Snapshot:
-    """Return the last moment of a run, or the snapshot that stands for it; raises as `reader.snapshots_at`."""
-    return next(reader.snapshots_at(Path(source), None))
 
 
 def shown_measures(rows: Iterable[Row]) -> list[str]:

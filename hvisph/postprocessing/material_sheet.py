@@ -20,7 +20,7 @@ from hvisph.materials.thermodynamics import flow_stress
 from hvisph.materials.validity_limits import range_of
 from hvisph.setup.material_point import drive, flow_at, knows_heat
 from hvisph.setup.materials import material_of
-from hvisph.visualization.panels import Panel, panels_picture
+from hvisph.visualization.curves import Panel, panels_picture
 
 SHOCKS = (250.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0)  # particle velocities [m/s]
 RATES = (1.0, 1e3, 1e6)  # [1/s]

@@ -1,8 +1,8 @@
-"""Selection of snapshots for pictures, and their titles."""
+"""Selection of snapshots for pictures, their titles, and pictures of final states."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hvisph.casefile.embedded_case import formulation, symmetry_axes
@@ -10,7 +10,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import axis_unit, format_time
 from hvisph.output.reader import snapshots_at
 from hvisph.output.snapshot import Snapshot
-from hvisph.visualization.particles import Moment
+from hvisph.visualization.particles import Look, Moment, usual_view, view_picture
 
 
 def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> list[Moment]:
@@ -35,6 +35,12 @@ def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> 
     if not path.exists():
         raise CaseError(f"there is no run at {path}")
     return [moment_of(snapshot, path.name if named else "") for snapshot in snapshots_at(path, at)]
+
+
+def draw_last_states(runs: Mapping[str, Path], path: Path, field: str) -> Path:
+    """Draw the last states of runs (folders, or snapshots, by name) side by side, coloured by a field, and store it."""
+    moments = [moment_of(next(snapshots_at(source, None)), name) for name, source in runs.items()]
+    return view_picture(moments, path, Look(field, view=usual_view(moments[0])))
 
 
 def moment_of(snapshot: Snapshot, name: str = "") -> Moment:

@@ -1,10 +1,10 @@
-"""Pictures of curves: gauge histories and profiles with exact solutions."""
+"""Pictures of curves: gauges and profiles, panels of a material, measures over time, loads on a witness plane."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,10 +12,14 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE, field_of
-from hvisph.core.measure_catalogue import axis_unit
+from hvisph.core.measure_catalogue import axis_unit, format_of
+from hvisph.measures.debris.cloud import Cloud
+from hvisph.measures.debris.fragments import FEWEST
+from hvisph.measures.measure import Measures
+from hvisph.measures.series import columns, moments
 from hvisph.output.reader import read_history
 
-from .history import store
+from .style import store
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
@@ -199,3 +203,161 @@ def label_and_scale(column: str, unitless: bool, given: str | None = None,
     if kind in SIZED and any(ends):
         unit, scale = axis_unit(unit, ends)
     return f"{name} [{unit}]", scale
+
+
+PER_ROW = 2
+
+
+@dataclass
+class Panel:
+    """Curves over one axis.
+
+    Parameters
+    ----------
+    across, up
+        Labels of the axes, with units.
+    curves
+        Label, x and y of each.
+    points
+        Measured points (n, 2).
+    """
+
+    across: str
+    up: str
+    curves: list[tuple[str, np.ndarray, np.ndarray]] = field(default_factory=list)
+    points: np.ndarray | None = None
+
+
+def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title: str = "") -> Path:
+    """Draw panels beside and below one another and store them.
+
+    Raises
+    ------
+    CaseError
+        Where there is nothing to draw.
+    """
+    from matplotlib.figure import Figure
+
+    shown = [panel for panel in panels if panel.curves]
+    if not shown:
+        raise CaseError("there is nothing to draw")
+    down = -(-len(shown) // PER_ROW)
+    figure = Figure(figsize=(10.0, 0.6 + 3.4 * down), dpi=110, layout="constrained")
+    axes = figure.subplots(down, min(PER_ROW, len(shown)), squeeze=False).ravel()
+    for axis, panel in zip(axes, shown, strict=False):
+        for number, (label, x, y) in enumerate(panel.curves):
+            style = STYLES[number // len(COLOURS) % len(STYLES)]
+            axis.plot(x, y, color=COLOURS[number % len(COLOURS)], ls=style, lw=1.4, label=label)
+        if panel.points is not None:
+            axis.plot(panel.points[:, 0], panel.points[:, 1], "ko", ms=3, label="measured")
+        axis.set_xlabel(panel.across)
+        axis.set_ylabel(panel.up)
+        axis.grid(alpha=0.25, lw=0.5)
+        axis.legend(fontsize=7, frameon=False)
+    for axis in axes[len(shown) :]:
+        axis.set_visible(False)
+    figure.suptitle(title, fontsize=9)
+    return store(figure, path)
+
+
+# Panels of the picture in their order, and their SI units.
+KINDS = {"length": "m", "length, plug and lip": "m", "velocity": "m/s", "pressure": "Pa", "temperature": "K",
+         "ratio": "", "number": ""}  # fmt: skip
+PLUG_AND_LIP = ("plug_width", "plug_thickness", "impact_diameter", "lip_height", "lip_height_max")
+
+
+def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
+    """Draw the measures over time and store the picture: a panel each kind of quantity.
+
+    Of the fragments it shows how many there are, the largest one's share of the mass, and its axial velocity.
+
+    Raises
+    ------
+    CaseError
+        Where there is one moment only.
+    """
+    shown = moments(measured)
+    if len(shown) < 2:
+        raise CaseError("one moment makes no history; give the folder of a run with two snapshots or more")
+    time = np.array([moment.time for moment in shown])
+    panels: dict[str, list[Curve]] = {kind: [] for kind in KINDS}
+    for name, column in columns(measured).items():
+        if np.isfinite(column.values).any() and _is_drawn(name):
+            panels[_panel_kind(name, column.unit)].append(Curve(_column_label(name), time, column.values, marked=True))
+    panels = {kind: curves for kind, curves in panels.items() if curves}
+    return curves_picture(panels, path, title=measured.title, unitless=measured.unitless, units=KINDS, legends="beside")
+
+
+def _is_drawn(name: str) -> bool:
+    """Whether a column is drawn: not what another column shows, or what few look for."""
+    if not name.startswith("fragments."):
+        return "." not in name  # variants are in the CSV file
+    return name.rpartition(".")[2] in ("number", "largest_mass_share", "largest_velocity_x")
+
+
+def _panel_kind(name: str, unit: str) -> str:
+    """Return the panel that a column belongs to."""
+    if name == "target_fragments" or name.endswith(".number"):
+        return "number"
+    if unit == "m" and name in PLUG_AND_LIP:
+        return "length, plug and lip"
+    return next(kind for kind, own in KINDS.items() if own == unit)
+
+
+def _column_label(name: str) -> str:
+    if not name.startswith("fragments."):
+        return format_of(name).label
+    body, _, what = name.removeprefix("fragments.").rpartition(".")
+    words = {
+        "number": f"fragments of {FEWEST} particles or more",
+        "largest_mass_share": "mass share of the largest",
+        "largest_velocity_x": "largest, axial velocity",
+    }
+    return f"{body}: {words[what]}"
+
+
+CELLS = 60  # of the map, each way
+WIDE = 0.99  # share of the mass that the map shows
+
+
+def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "") -> Path:
+    """Draw what the witness plane of a cloud receives, and store it.
+
+    Raises
+    ------
+    CaseError
+        Without a plane, or where nothing arrives there.
+    """
+    from matplotlib.figure import Figure
+
+    came = cloud.arrivals
+    if came is None or len(came.when) == 0:
+        reason = next((result.reason for result in cloud.results.values() if result.reason), "no particle flies there")
+        raise CaseError(f"no witness plane receives anything: {reason}")
+    flat = came.where.shape[1] == 1
+    figure = Figure(figsize=(5.2 if flat else 10.0, 4.2), dpi=110, layout="constrained")
+    axes = figure.subplots(1, 1 if flat else 2, squeeze=False)[0]
+    if not flat:
+        reach = float(np.sort(came.radius)[int(WIDE * (len(came.radius) - 1))])
+        edges = np.linspace(-reach, reach, CELLS + 1)
+        sums = np.histogram2d(came.where[:, 0], came.where[:, 1], edges, weights=came.momentum)[0]
+        area = float(edges[1] - edges[0]) ** 2
+        shown = np.ma.masked_less_equal(sums.T / area, 0.0)
+        drawn = axes[0].pcolormesh(edges * 1e3, edges * 1e3, shown, cmap="viridis")
+        figure.colorbar(drawn, ax=axes[0], label="areal momentum [Pa s]")
+        axes[0].set_aspect("equal")
+        axes[0].set_xlabel("y from the shot line [mm]")
+        axes[0].set_ylabel("z from the shot line [mm]")
+    told = cloud.witness
+    radius = np.array([0.0, *told["radius"]]) * 1e3
+    over = axes[-1]
+    over.stairs(told["areal_momentum"], radius, color=COLOURS[0], lw=1.4, label="areal momentum")
+    over.set_xlabel("radius [mm]" if not flat else "distance from the shot line [mm]")
+    over.set_ylabel("areal momentum [Pa s]", color=COLOURS[0])
+    other = over.twinx()
+    other.stairs(np.array(told["pressure"]) * 1e-6, radius, color=COLOURS[1], lw=1.2, label="mean pressure")
+    other.set_ylabel("mean pressure while it arrives [MPa]", color=COLOURS[1])
+    over.grid(alpha=0.25, lw=0.5)
+    arrives = f"x = {came.x * 1e3:g} mm, {told['first'] * 1e6:.3g} to {told['last'] * 1e6:.3g} us"
+    figure.suptitle(f"{title}: {arrives}" if title else arrives, fontsize=9)
+    return store(figure, path)

@@ -1,33 +1,41 @@
-"""Pictures of all particles of a run: several moments or runs side by side, from the side, the front or turned."""
+"""Pictures and animations of all particles: moments or runs side by side, from the side, the front or turned."""
 
 from __future__ import annotations
 
 import math
 import os
+import shutil
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.core.fields import CATALOGUE, component_names
+from hvisph.measures.frame.impact_geometry import spacing_of
+from hvisph.output.atomic_write import replacing
 from hvisph.output.snapshot import Snapshot
 
 from .camera import RADIUS, SHADES, VIEWS, copies, facing_the_struck_side, revolve, rotate_view, visible_discs
-from .history import BODY_COLOURS, appearance, field_range, lengths, store
+from .style import BODY_COLOURS, OUTSIDE, SHARES, appearance, field_of, field_range, lengths, store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from PIL.Image import Image
 
+
+Ends = tuple[float, float]  # of a scale of colours, in the unit of pictures
+Extent = tuple[float, float, float, float]  # left, right, bottom, top of a picture [m]
+Projected = tuple[np.ndarray, np.ndarray]  # places (m, 3) of discs, and the particle that each is of
 PIXELS = 900  # across a picture
+MOST = 40  # panels
 WIDTH, TALLEST = 12.0, 8.0  # of a figure, of a panel [in]
 STRAY = 0.0005  # share of particles that may lie outside of the picture: single ones fly far
 LEAST = 0.96  # of the extent of all that is nevertheless shown
-SHARES = ("body", "material")
 
 
 @dataclass(frozen=True)
@@ -91,24 +99,29 @@ def usual_view(moment: Moment) -> str | tuple[float, float]:
 def view_picture(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look) -> Path:
     """Draw moments side by side, on one scale of colours and one of lengths, and store the picture.
 
+    In 1D a picture shows the field over x.
+
     Raises
     ------
     CaseError
-        When a snapshot has no such field, or the file's ending is unknown.
+        When a snapshot has no such field, their dimensions differ, there are too many, or the file's ending is unknown.
     """
     return store(draw(moments, look), path)
 
 
-def draw(moments: Sequence[Moment], look: Look, ends: tuple[float, float] | None = None,
-         extent: tuple[float, float, float, float] | None = None) -> Figure:  # fmt: skip
+def draw(moments: Sequence[Moment], look: Look, ends: Ends | None = None, extent: Extent | None = None) -> Figure:
     """Return the figure of moments; `ends` and `extent` keep scales of other figures."""
     from matplotlib.figure import Figure
 
+    count, dimensions = len(moments), {moment.snapshot.dimensions for moment in moments}
+    if len(dimensions) > 1 or count > MOST:
+        reason = "runs of different dimensions have no axes in common" if count <= MOST else f"more than {MOST} panels"
+        raise CaseError(f"these cannot be drawn in one picture: {reason}")
     projected = [_project(moment, look) for moment in moments]
     ends = ends or scale_of(moments, look)
     extent = extent or extent_of(projected, moments, look)
-    width, height = extent[1] - extent[0], extent[3] - extent[2]
-    count = len(moments)
+    curves = dimensions == {1} and look.field not in SHARES
+    width, height = (3.0, 1.0) if curves else (extent[1] - extent[0], extent[3] - extent[2])
     across = max(1, min(count, round(math.sqrt(count * 1.4 * height / width)) or 1))
     down = -(-count // across)
     panel = min(WIDTH / across, TALLEST * width / height)
@@ -118,29 +131,34 @@ def draw(moments: Sequence[Moment], look: Look, ends: tuple[float, float] | None
     for one in axes[count:]:
         one.remove()
     for one, moment, (place, owner) in zip(axes, moments, projected, strict=False):
-        _panel(one, moment, place, owner, look, ends, extent)
-    _legend(figure, axes[:count], moments, look, ends)
+        if curves:
+            _profile(one, moment, look, ends, extent)
+        else:
+            _panel(one, moment, place, owner, look, ends, extent)
+    if not curves:
+        _legend(figure, axes[:count], moments, look, ends)
     titles = dict.fromkeys(str(moment.snapshot.metadata.get("title", "")) for moment in moments)
     if len(titles) == 1:
         figure.suptitle(textwrap.fill(next(iter(titles)), max(int(11 * figure.get_figwidth()), 30)), fontsize=10)
     return figure
 
 
-def thumbnail(moment: Moment, look: Look, ends: tuple[float, float], width: int) -> np.ndarray:
+def thumbnail(moment: Moment, look: Look, ends: Ends, width: int) -> np.ndarray:
     """Return a small picture of a moment without axes: RGB from 0 to 1, shape (height, width, 3), the top row first."""
     projected = _project(moment, look)
     return _image(moment.snapshot, *projected, look, ends, extent_of([projected], [moment], look), width)[::-1]
 
 
-def scale_of(moments: Sequence[Moment], look: Look) -> tuple[float, float]:
+def scale_of(moments: Sequence[Moment], look: Look) -> Ends:
     """Return the ends of the colour scale in the unit of pictures."""
     if look.field in SHARES:
         return 0.0, 1.0
-    label, factor, _, symmetric = _appearance(moments[0].snapshot, look.field)
+    label, factor, _, symmetric = appearance(moments[0].snapshot, look.field)
     if look.ends is not None:
         return look.ends[0] * factor, look.ends[1] * factor
     values = np.concatenate([field_of(moment.snapshot, look.field) * factor for moment in moments])
-    low, high = field_range(values, symmetric and not look.log)
+    curve = moments[0].snapshot.dimensions == 1  # which is shown whole
+    low, high = field_range(values, symmetric and not look.log and not curve, 0.0 if curve else OUTSIDE)
     if look.log:
         positive = values[values > 0.0]
         if not len(positive):
@@ -149,11 +167,11 @@ def scale_of(moments: Sequence[Moment], look: Look) -> tuple[float, float]:
     return low, high
 
 
-def extent_of(projected: Any, moments: Sequence[Moment], look: Look) -> tuple[float, float, float, float]:
+def extent_of(projected: Sequence[Projected], moments: Sequence[Moment], look: Look) -> Extent:
     """Return left, right, bottom and top of pictures that show all moments, or what is zoomed to [m]."""
     if isinstance(look.zoom, tuple):
         return look.zoom
-    margin = 2.0 * _spacing(moments[0].snapshot)
+    margin = 2.0 * spacing_of(moments[0].snapshot)
     everything = np.concatenate([place[:, :2] for place, _ in projected])
     low = np.min([np.quantile(place[:, :2], STRAY, axis=0) for place, _ in projected], axis=0)
     high = np.max([np.quantile(place[:, :2], 1.0 - STRAY, axis=0) for place, _ in projected], axis=0)
@@ -161,48 +179,26 @@ def extent_of(projected: Any, moments: Sequence[Moment], look: Look) -> tuple[fl
     small = high - low < LEAST * (last - first)
     low, high = np.where(small, first, low) - margin, np.where(small, last, high) + margin
     middle, half = 0.5 * (low + high), 0.5 * (high - low) / (look.zoom or 1.0)
-    return (float(middle[0] - half[0]), float(middle[0] + half[0]),
-            float(middle[1] - half[1]), float(middle[1] + half[1]))  # fmt: skip
+    (left, bottom), (right, top) = (middle - half).tolist(), (middle + half).tolist()
+    return left, right, bottom, top
 
 
-def field_of(snapshot: Snapshot, field: str) -> np.ndarray:
-    """Return a field, a component of one, or the speed, in SI, shape (n,)."""
-    name = "velocity" if field == "speed" else field
-    if name in snapshot.fields:
-        values = snapshot.fields[name].reshape(snapshot.count, -1)
-        return values[:, 0] if values.shape[1] == 1 else np.sqrt((values**2).sum(axis=1))
-    for whole in snapshot.fields:
-        if whole in CATALOGUE and name in (columns := component_names(whole, snapshot.dimensions)):
-            return snapshot.fields[whole].reshape(snapshot.count, -1)[:, columns.index(name)]
-    allowed = ["speed", *SHARES, *snapshot.fields]
-    raise CaseError(f"the snapshot has no field '{field}'{suggest_nearest(field, allowed)}", where="--field")
-
-
-def _appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
-    if field == "speed":
-        return appearance(snapshot, "velocity")
-    for whole in snapshot.fields:
-        if field != whole and whole in CATALOGUE and field in component_names(whole, snapshot.dimensions):
-            label, factor, _, _ = appearance(snapshot, whole)
-            return f"{field} {label[label.find('[') :]}" if "[" in label else field, factor, "RdBu_r", True
-    return appearance(snapshot, field)
-
-
-def _project(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
+def _project(moment: Moment, look: Look) -> Projected:
     """Return places (m, 3) of all discs, and the particle that each is of."""
     position = moment.snapshot.fields["position"].reshape(moment.snapshot.count, -1)
     yaw, pitch = VIEWS[look.view] if isinstance(look.view, str) else look.view
     rings = moment.snapshot.is_axisymmetric
     if rings and look.view != "side":
-        place, owner = revolve(position, _spacing(moment.snapshot), 270.0 if look.mirrored else 180.0)
+        place, owner = revolve(position, spacing_of(moment.snapshot), 270.0 if look.mirrored else 180.0)
     else:
         planes = (1,) if rings else moment.planes
         place, owner = copies(position, planes if look.mirrored else ())
     return rotate_view(place, yaw, pitch), owner
 
 
-def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, look: Look,
-           ends: tuple[float, float], extent: tuple[float, float, float, float]) -> None:  # fmt: skip
+def _panel(
+    axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, look: Look, ends: Ends, extent: Extent
+) -> None:
     image = _image(moment.snapshot, place, owner, look, ends, extent, PIXELS)
     unit, factor = lengths(moment.snapshot, extent)
     left, right, bottom, top = (end * factor for end in extent)
@@ -214,10 +210,31 @@ def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, loo
     axes.set_title(moment.name, fontsize=9)
 
 
-def _image(snapshot: Snapshot, place: np.ndarray, owner: np.ndarray, look: Look, ends: tuple[float, float],
-           extent: tuple[float, float, float, float], width: int) -> np.ndarray:  # fmt: skip
+def _profile(axes: Axes, moment: Moment, look: Look, ends: tuple[float, float], extent: Extent) -> None:
+    """Draw a field of a 1D moment over x, a line for each body."""
+    snapshot = moment.snapshot
+    unit, metres = lengths(snapshot, extent[:2])
+    label, factor, *_ = appearance(snapshot, look.field)
+    x, values = snapshot.fields["position"].ravel() * metres, field_of(snapshot, look.field) * factor
+    for number, name in enumerate(snapshot.bodies):
+        own = np.flatnonzero(snapshot.body == number)
+        own = own[np.argsort(x[own])]
+        colour = BODY_COLOURS[number % len(BODY_COLOURS)]
+        axes.plot(x[own], values[own], ".-", ms=2, lw=0.9, color=colour, label=name)
+    margin = 0.05 * (ends[1] - ends[0])
+    axes.set(xlim=(extent[0] * metres, extent[1] * metres), xlabel=f"x{unit}", ylabel=label)
+    axes.set_ylim(ends[0] if look.log else ends[0] - margin, ends[1] + margin)
+    axes.set_yscale("log" if look.log else "linear")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    axes.set_title(moment.name, fontsize=9)
+
+
+def _image(
+    snapshot: Snapshot, place: np.ndarray, owner: np.ndarray, look: Look, ends: Ends, extent: Extent, width: int
+) -> np.ndarray:
     """Return what is seen, RGB from 0 to 1, `width` pixels across, the lowest row first."""
-    sight = visible_discs(place, RADIUS * _spacing(snapshot), extent, width)
+    sight = visible_discs(place, RADIUS * spacing_of(snapshot), extent, width)
     colours = _colours(snapshot, look, ends)[owner]
     image = np.ones((*sight.index.shape, 3))
     there = sight.index >= 0
@@ -226,7 +243,7 @@ def _image(snapshot: Snapshot, place: np.ndarray, owner: np.ndarray, look: Look,
     return image
 
 
-def _colours(snapshot: Snapshot, look: Look, ends: tuple[float, float]) -> np.ndarray:
+def _colours(snapshot: Snapshot, look: Look, ends: Ends) -> np.ndarray:
     """Return the colour of each particle, RGB from 0 to 1, shape (n, 3)."""
     from matplotlib import colormaps
     from matplotlib.colors import LogNorm, Normalize, to_rgb
@@ -235,13 +252,13 @@ def _colours(snapshot: Snapshot, look: Look, ends: tuple[float, float]) -> np.nd
         number = snapshot.body if look.field == "body" else snapshot.material
         table = np.array([to_rgb(colour) for colour in BODY_COLOURS])
         return table[number % len(table)]
-    _, factor, colours, _ = _appearance(snapshot, look.field)
+    _, factor, colours, _ = appearance(snapshot, look.field)
     norm = (LogNorm if look.log else Normalize)(*ends, clip=True)
     values = np.ma.filled(norm(field_of(snapshot, look.field) * factor), 0.0)
     return colormaps[colours](values)[:, :3]
 
 
-def _legend(figure: Figure, axes: Any, moments: Sequence[Moment], look: Look, ends: tuple[float, float]) -> None:
+def _legend(figure: Figure, axes: np.ndarray, moments: Sequence[Moment], look: Look, ends: Ends) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
     from matplotlib.lines import Line2D
@@ -253,13 +270,75 @@ def _legend(figure: Figure, axes: Any, moments: Sequence[Moment], look: Look, en
                  for k, name in enumerate(names)]  # fmt: skip
         axes[0].legend(handles=marks, fontsize=8, loc="upper left")
         return
-    label, _, colours, _ = _appearance(first, look.field)
+    label, _, colours, _ = appearance(first, look.field)
     norm = (LogNorm if look.log else Normalize)(*ends)
     figure.colorbar(ScalarMappable(norm, colours), ax=list(axes), label=label, shrink=0.8, extend="both")
 
 
-def _spacing(snapshot: Snapshot) -> float:
-    if "spacing" in snapshot.metadata:
-        return float(snapshot.metadata["spacing"])
-    volume = np.median(snapshot.fields["mass"] / snapshot.fields["density"])
-    return float(volume ** (1.0 / snapshot.dimensions))
+FORMATS = (".gif", ".mp4")
+
+
+def animate(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look, seconds: float = 6.0) -> Path:
+    """Draw every moment on one scale and store them as one moving picture.
+
+    Parameters
+    ----------
+    moments
+        In order of time.
+    path
+        File to write: ``.gif`` or ``.mp4``.
+    look
+        How particles are shown.
+    seconds
+        How long it lasts.
+
+    Raises
+    ------
+    CaseError
+        When the ending is unknown, or ffmpeg is not there for an MP4.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in FORMATS:
+        raise CaseError(
+            f"{target}: an animation is no '{target.suffix}'{suggest_nearest(target.suffix, FORMATS)}", where="-o"
+        )
+    if target.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        raise CaseError("an MP4 needs ffmpeg, which is not installed; write a .gif", where="-o")
+    ends = scale_of(moments, look)
+    extent = extent_of([_project(moment, look) for moment in moments], moments, look)
+    pictures = [_draw_frame(moment, look, ends, extent) for moment in moments]
+    pace = max(seconds / len(pictures), 0.04)
+    if target.suffix.lower() == ".gif":
+        images = [picture.quantize(128) for picture in pictures]
+        with replacing(target) as file:
+            images[0].save(file, format="GIF", save_all=True, append_images=images[1:], loop=0,
+                           duration=[int(1000 * pace)] * (len(images) - 1) + [1500])  # fmt: skip
+        return target
+    return _film(pictures, target, pace)
+
+
+def _draw_frame(moment: Moment, look: Look, ends: Ends, extent: Extent) -> Image:
+    from PIL.Image import open as open_image
+
+    figure = draw([moment], look, ends, extent)
+    figure.set_dpi(90)
+    data = BytesIO()
+    figure.savefig(data, format="png", dpi=90)
+    return open_image(data).convert("RGB")
+
+
+def _film(pictures: Sequence[Image], target: Path, pace: float) -> Path:
+    import subprocess
+
+    width, height = (size - size % 2 for size in pictures[0].size)
+    rate = f"{1.0 / pace:.4g}"
+    partial = target.with_name(f"{target.stem}.partial.mp4")
+    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
+               "-r", rate, "-i", "-", "-pix_fmt", "yuv420p", str(partial)]  # fmt: skip
+    frames = b"".join(np.asarray(picture.crop((0, 0, width, height))).tobytes() for picture in pictures)
+    done = subprocess.run(command, input=frames, capture_output=True, check=False)  # noqa: S603 a fixed command
+    if done.returncode:
+        partial.unlink(missing_ok=True)
+        raise CaseError(f"ffmpeg could not write {target}: {done.stderr.decode(errors='replace')[:300]}", where="-o")
+    os.replace(partial, target)
+    return target

@@ -14,7 +14,7 @@ import numpy as np
 from hvisph.core.measure_catalogue import axis_unit
 
 from .camera import revolve
-from .history import BODY_COLOURS, DISC, store
+from .style import BODY_COLOURS, DISC, store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,7 +14,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import format_of
 from hvisph.core.text import format_differences
 
-from .history import store
+from .style import store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

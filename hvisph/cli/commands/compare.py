@@ -73,14 +73,13 @@ def compare(
     if gauges is not None:
         refuse_format(gauges, "--gauges")
     _complete(asked, threads, force, quiet or as_json)
-    from hvisph.measures.compare import last_snapshot, row
+    from hvisph.measures.compare import row
 
     rows = [row(entry.name, entry.folder) for entry in asked]
     if picture is not None:
-        from hvisph.visualization.run_gallery import gallery
+        from hvisph.postprocessing.snapshot_selection import draw_last_states
 
-        moments = {entry.name: last_snapshot(entry.folder) for entry in asked}
-        gallery(moments, picture, field or "pressure")
+        draw_last_states({entry.name: entry.folder for entry in asked}, picture, field or "pressure")
     overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in asked}, gauges)
     if as_json:
         told: dict[str, Any] = {

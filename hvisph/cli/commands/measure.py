@@ -92,7 +92,7 @@ def measure(
         say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
     _write_files(measured, csv, plot, fragments)
     if witness is not None:
-        from hvisph.visualization.witness import witness_picture
+        from hvisph.visualization.curves import witness_picture
 
         witness_picture(measured.cloud, witness, measured.title)
     if as_json:
@@ -177,7 +177,7 @@ def _write_files(measured: Any, csv: Path | None, plot: Path | None, fragments: 
     if csv is None and plot is None:
         return
     from hvisph.measures.series import write_fragments, write_series
-    from hvisph.visualization.measure_series import series_picture
+    from hvisph.visualization.curves import series_picture
 
     if csv is not None:
         (write_fragments if fragments else write_series)(measured, csv)

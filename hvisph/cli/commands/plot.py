@@ -81,7 +81,7 @@ def animate(
         path = report([run], out)
     else:
         from hvisph.postprocessing.snapshot_selection import shown_moments
-        from hvisph.visualization.animation import animate as draw
+        from hvisph.visualization.particles import animate as draw
 
         moments = shown_moments(Path(run), "all", False)
         path = draw(moments, out, _look(field, ends, log, view, mirror, zoom, moments), seconds)

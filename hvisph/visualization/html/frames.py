@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.measure_catalogue import axis_unit
+from hvisph.measures.frame.impact_geometry import spacing_of
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
-from hvisph.visualization.history import BODY_COLOURS, appearance, field_range, field_values
-from hvisph.visualization.inline import COLOURS
+from hvisph.visualization.html.charts import COLOURS
+from hvisph.visualization.style import BODY_COLOURS, appearance, field_of, field_range
 
 MOST_PARTICLES = 20_000
 MOST_POINTS = 400_000  # particles times frames
@@ -78,8 +79,8 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
     parts = [_bytes16(_quantise(positions[..., axis], low[axis], high[axis])) for axis in range(dim)]
     headers = []
     for name in names:
-        values = [field_values(moment, name)[0] for moment in moments]
-        label, _, colours, symmetric = appearance(first, name)
+        label, factor, colours, symmetric = appearance(first, name)
+        values = [field_of(moment, name) * factor for moment in moments]
         ends = field_range(np.concatenate(values), symmetric)
         aligned = np.stack([_align_values(moment, value, kept) for moment, value in zip(moments, values, strict=True)])
         parts.append(_bytes8(aligned, *ends))
@@ -169,14 +170,6 @@ def _bytes16(values: np.ndarray) -> bytes:
 def _bytes8(values: np.ndarray, low: float, high: float) -> bytes:
     scaled = np.rint((values - low) / (high - low) * (COLOURS - 1))
     return np.clip(np.nan_to_num(scaled), 0, COLOURS - 1).astype(np.uint8).tobytes()
-
-
-def spacing_of(moment: Snapshot) -> float:
-    """Return the spacing of the particles [m]: the case's, or what their volumes come to."""
-    if "spacing" in moment.metadata:
-        return float(moment.metadata["spacing"])
-    volume = moment.fields["mass"] / moment.fields["density"]
-    return float(np.median(volume) ** (1.0 / moment.dimensions))
 
 
 def _pack(data: bytes) -> str:

@@ -1,20 +1,211 @@
-"""HTML page of a run."""
+"""HTML page of runs: its content from the files of their folders, and the file."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+import numpy as np
+
+from hvisph.casefile.embedded_case import symmetry_axes
+from hvisph.core.measure_catalogue import format_share, format_time
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.measure import debris, measure
+from hvisph.measures.result import Result
+from hvisph.measures.table import Row, body_rows, headline, rows
+from hvisph.output import file_names
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT
-from hvisph.visualization.inline import colour_tables
+from hvisph.output.reader import read_snapshot
+from hvisph.output.snapshot import Snapshot
 
-from .content import Told
+from . import setup_section
+from .charts import colour_tables, criteria, history_charts, measured_charts, moments
+from .frames import Frames, frames
+from .setup_section import RunFiles
+
+MOST_PIECES = 12
+MOST_MEASURED = 1_000_000  # particles times snapshots that are measured for charts
+LARGE_DRIFT = 1e-3  # of the total energy: beyond it a remark
+# Shares of the mass: name, below which it is good news, in words.
+SHARES = (
+    ("negative_energy", 1e-2, "has an internal energy below zero"),
+    ("failed", 2.0, "has failed"),
+    ("above_melting", 2.0, "is above melting"),
+    ("beyond_range", 1e-3, "is beyond its material's range"),
+)
+
+
+class RunReport(RunFiles):
+    """Report of one run; errors as of `RunFiles`."""
+
+    def content(self) -> dict[str, Any]:
+        """Return all that the page's template asks for."""
+        packed = self.frames()
+        measured, health = history_charts(self.history, self.unitless) if self.history else ([], [])
+        measured = [*self._over_time(), *measured]
+        table = self._rows()
+        shown = [row for row in table if row.value != "-" or row.passed is not None]
+        status = self.summary.get("status", "unfinished")
+        verdict, mood = self.verdict()
+        return {
+            "name": self.name,
+            "verdict": verdict,
+            "mood": mood,
+            "main_rows": [asdict(row) for row in self._headline() or shown[:8]],
+            "layers": self._layers(),
+            "all_rows": [asdict(row) for row in self._rows(variants=True)],
+            "bodies": body_rows(self.summary, self.unitless),
+            "has_expected": any(row.passed is not None for row in table),
+            "frames": packed.content,
+            "remarks": packed.remarks,
+            "moments": self._moments(),
+            "charts": measured,
+            "health_charts": health,
+            "debris": self._debris(),
+            "health": self._health(status),
+            "picture": setup_section.picture(self),
+            "setup": setup_section.facts(self),
+            "materials": setup_section.materials(self),
+            "case": self.text(file_names.CASE),
+            "reproduce": setup_section.reproduce(self),
+            "files": setup_section.files(self),
+        }
+
+    def _headline(self) -> list[Row]:
+        """Return the rows of the measures that matter for the kind of the case."""
+        if "measures" not in self.summary:
+            return []
+        found = {name: Result.from_dict(one) for name, one in headline(self.summary).items()}
+        return rows(found, self.summary.get("expected", ()), self.unitless)
+
+    def frames(self) -> Frames:
+        """Return the moments for the player."""
+        return frames(self.paths, symmetry_axes(self.last.metadata.get("case")))
+
+    def row_values(self) -> dict[str, Row]:
+        """Return the rows of measures by name, for a table of several runs."""
+        return {row.name: row for row in self._rows()}
+
+    def verdict(self) -> tuple[str, str]:
+        """Return the outcome of the run in words, and whether it is good."""
+        status = self.summary.get("status", "unfinished")
+        moment = f"{self.last.time:.4g}" if self.unitless else _in_micro(format_time(self.last.time))
+        begin = {"done": "ended as planned at", "interrupted": "was interrupted at", "failed": "failed at",
+                 "unfinished": "has not ended; shown up to"}  # fmt: skip
+        parts = [f"The run {begin.get(status, status)} {moment}."]
+        failure = self.summary.get("failure")
+        if failure:
+            parts.append(str(failure.get("message", "")))
+        headline = self.summary.get("answer")
+        if headline:
+            parts.append(f"{headline[:1].upper()}{headline[1:].rstrip('.')}.")
+        expected = self.summary.get("expected", [])
+        if expected:
+            met = sum(bool(one["passed"]) for one in expected)
+            parts.append(f"{met} of {len(expected)} expectations are met.")
+            missed = [row.label for row in self._rows() if row.passed is False]
+            if missed:
+                parts.append(f"Missed: {', '.join(missed)}.")
+        bad = status == "failed" or any(not one["passed"] for one in expected)
+        return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
+
+    def _rows(self, variants: bool = False) -> list[Row]:
+        results: dict[str, Any] = {name: Result.from_dict(one) for name, one in self.measures.items()}
+        return rows(results, self.summary.get("expected", []), self.unitless, variants)
+
+    def _layers(self) -> list[dict[str, Any]]:
+        """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
+        told = []
+        for layer in self.summary.get("layers", []):
+            results: dict[str, Any] = {name: Result.from_dict(one) for name, one in layer["measures"].items()}
+            shown = [asdict(row) for row in rows(results, (), self.unitless, variants=True) if row.value != "-"]
+            told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
+        return told
+
+    def _over_time(self) -> list[dict[str, str]]:
+        """Return charts of the main measures over the snapshots; none where measuring them all would take long."""
+        if not 2 < len(self.paths) <= MOST_MEASURED / self.last.count or self.last.dimensions == 1:
+            return []
+        return measured_charts(measure(self.folder, at="all"))
+
+    def _moments(self) -> list[tuple[str, float, str]]:
+        marks = moments(self.history, self.last, self.measures, self.summary.get("layers", ()))
+        return [
+            (name, t, f"{t:.4g}" if self.unitless else _in_micro(format_time(t, ".2f", self.last.time)))
+            for name, t in marks
+        ]
+
+    def _debris(self) -> list[dict[str, Any]]:
+        if self.last.dimensions == 1:
+            return []
+        tables: list[dict[str, Any]] = []
+        for body in debris(Scene.from_snapshot(self.last, read_snapshot(self.paths[0]))):
+            for fragment, role in zip(body.fragments, body.roles, strict=True):
+                velocity = np.atleast_1d(fragment.velocity)
+                speed = float(np.linalg.norm(velocity))
+                angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
+                share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
+                tables.append({"name": f"{body.body}{': ' + role if role else ''}", "particles": fragment.count,
+                              "share": f"{100.0 * share:.3g} %", "speed": f"{speed:.4g}",
+                              "angle": "-" if angle is None else f"{angle:.0f}"})  # fmt: skip
+        tables.sort(key=lambda row: -row["particles"])
+        return [row for row in tables if row["particles"] >= 5][:MOST_PIECES]
+
+    def _health(self, status: str) -> list[tuple[bool, str]]:
+        """Return remarks on whether the run can be trusted, each with whether it is good news."""
+        remarks: list[tuple[bool, str]] = [(status == "done", f"status: {status}")]
+        conservation = self.summary.get("conservation") or {}
+        drift = conservation.get("energy_drift")
+        if drift is not None:
+            remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
+        told = self.summary.get("shares")
+        remarks += _share_remarks(told) if told else _state_remarks(self.last)
+        if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
+            voids = float(self.measures["void_fraction"]["value"])
+            remarks.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
+        limits = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in criteria(self.history)[:4])
+        if limits:
+            remarks.append((True, f"the step was limited by: {limits}"))
+        remarks += [(False, str(text)) for text in self.summary.get("remarks", [])]
+        lines = self.text(file_names.LOG).splitlines()
+        warnings = [line.partition("warning: ")[2] for line in lines if "warning: " in line]
+        return remarks + [(False, text) for text in dict.fromkeys(warnings)]
+
+
+def _share_remarks(told: Mapping[str, float | None]) -> list[tuple[bool, str]]:
+    """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
+    known = [(share, good, words) for name, good, words in SHARES if (share := told.get(name)) is not None]
+    return [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
+
+
+def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
+    """Return remarks on the last state: negative internal energies, failed share."""
+    mass = last.fields.get("mass")
+    if mass is None or mass.sum() <= 0.0:
+        return []
+    lines = []
+    energy = last.fields.get("internal_energy")
+    if energy is not None:
+        least = float(np.abs(energy).max()) * 1e-6
+        share = float(mass[energy < -least].sum() / mass.sum())
+        lines.append((share < 1e-3, f"{format_share(share)} of the mass has a negative internal energy"))
+    damage = last.fields.get("damage")
+    if damage is not None and damage.any():
+        lines.append((True, f"{format_share(float(mass[damage >= 1.0].sum() / mass.sum()))} of the mass has failed"))
+    return lines
+
+
+def _in_micro(text: str) -> str:
+    """Return a text in which pages write microseconds with their own letter."""
+    return text.replace(" us", " µs")
+
 
 PAGE = Path(__file__).with_name("page")
 
@@ -53,7 +244,7 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     OutputError
         When the file cannot be written.
     """
-    told = [Told(Path(run)) for run in runs]
+    told = [RunReport(Path(run)) for run in runs]
     _distinct(told)
     contents = [one.content() for one in told]
     tables = colour_tables([field["colours"] for one in contents for field in one["frames"]["fields"]])
@@ -73,7 +264,7 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     return target
 
 
-def _distinct(told: Sequence[Told]) -> None:
+def _distinct(told: Sequence[RunReport]) -> None:
     """Give runs of one name their folder's name as well."""
     names = [one.name for one in told]
     for one in told:
@@ -81,7 +272,7 @@ def _distinct(told: Sequence[Told]) -> None:
             one.name = f"{one.folder.resolve().parent.name}/{one.name}"
 
 
-def _differences(told: Sequence[Told]) -> list[dict[str, Any]]:
+def _differences(told: Sequence[RunReport]) -> list[dict[str, Any]]:
     """Return the measures of several runs side by side; none for a single one."""
     if len(told) < 2:
         return []

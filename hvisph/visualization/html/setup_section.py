@@ -1,42 +1,70 @@
-"""Set-up section of the report: picture, settings, materials, commands and files."""
+"""Files of a run, and the set-up section of its report: picture, settings, materials, commands and files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from hvisph.case.case import Case
 from hvisph.casefile.embedded_case import symmetry_axes
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import axis_unit
+from hvisph.measures.frame.impact_geometry import spacing_of
+from hvisph.measures.measure import measure
 from hvisph.output import file_names
-from hvisph.output.reader import read_snapshot
-from hvisph.output.snapshot import Snapshot
-from hvisph.visualization.inline import embedded_image
+from hvisph.output.reader import read_history, read_snapshot, read_summary, snapshots_in
+from hvisph.visualization.html.charts import embedded_image
 from hvisph.visualization.setup import DrawnBody, Setup, setup_figure
-
-from .frames import spacing_of
 
 PICTURE_DPI = 75
 
 
-class Run(Protocol):
-    """What is asked of a run: its folder and name, snapshots, case, summary, last state, and whether it has units."""
+class RunFiles:
+    """The folder of a run, ended or not, and what its files hold.
 
-    folder: Path
-    name: str
-    paths: list[Path]
-    case: Case
-    summary: dict[str, Any]
-    last: Snapshot
-    unitless: bool
+    Raises
+    ------
+    CaseError
+        When there is no such folder, or it holds no snapshots.
+    OutputError
+        When they are damaged.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder, self.name = folder, folder.resolve().name
+        if not folder.is_dir():
+            raise CaseError(f"there is no run at {folder}")
+        self.paths = snapshots_in(folder)
+        self.case: Case | None = None
+        with suppress(CaseError):
+            self.case = load_case(folder / file_names.CASE)
+        self.summary: dict[str, Any] = {}
+        with suppress(OutputError):
+            self.summary = read_summary(folder)
+        self.history: Mapping[str, np.ndarray] = {}
+        with suppress(OutputError):
+            self.history = read_history(folder)
+        self.last = read_snapshot(self.paths[-1])
+        self.unitless = self.last.metadata.get("units") == "none"
+        measured = self.summary.get("measures")
+        self.measures: Mapping[str, Mapping[str, Any]] = measured or measure(folder).as_dict()["measures"]
+
+    def text(self, name: str) -> str:
+        """Return the content of a text file of the folder; empty where there is none."""
+        try:
+            return (self.folder / name).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            return ""
 
 
-def picture(told: Run) -> str:
+def picture(run: RunFiles) -> str:
     """Return the set-up as an image that the page holds."""
-    first = read_snapshot(told.paths[0])
+    first = read_snapshot(run.paths[0])
     position = first.fields["position"].reshape(first.count, -1)
     spacing = np.full(first.count, spacing_of(first))
     drawn = []
@@ -46,59 +74,59 @@ def picture(told: Run) -> str:
             continue
         velocity = first.fields["velocity"].reshape(first.count, -1)[own].mean(axis=0)
         label = f"{name}: {first.materials[int(first.material[own][0])]}"
-        if told.case is not None and name in told.case.bodies:
-            label += f", {_describe_shape(told.case.bodies[name].shape, told.unitless)}"
+        if run.case is not None and name in run.case.bodies:
+            label += f", {_describe_shape(run.case.bodies[name].shape, run.unitless)}"
         drawn.append(DrawnBody(name, label, position[own], spacing[own], velocity, np.zeros(own.sum(), bool)))
     planes = [(axis, 0.0) for axis in symmetry_axes(first.metadata.get("case"))]
-    gauges = {} if told.case is None else {name: gauge.at for name, gauge in told.case.gauges.items()}
-    title = str(first.metadata.get("title", "")) or told.name
-    setup = Setup(title, drawn, planes, gauges, (), not told.unitless, first.is_axisymmetric)
+    gauges = {} if run.case is None else {name: gauge.at for name, gauge in run.case.gauges.items()}
+    title = str(first.metadata.get("title", "")) or run.name
+    setup = Setup(title, drawn, planes, gauges, (), not run.unitless, first.is_axisymmetric)
     return embedded_image(setup_figure(setup), PICTURE_DPI)
 
 
-def facts(told: Run) -> list[tuple[str, str]]:
+def facts(run: RunFiles) -> list[tuple[str, str]]:
     """Return names and texts of what was computed, and how."""
-    last, metadata = told.last, told.last.metadata
+    last, metadata = run.last, run.last.metadata
     rows = [("title", str(metadata.get("title", ""))), ("kinematics", str(metadata.get("kinematics", ""))),
             ("dimensions", str(last.dimensions)), ("particles", str(last.count))]  # fmt: skip
     if "spacing" in metadata:
         spacing = float(metadata["spacing"])
-        rows.append(("resolution", f"{spacing:.4g}" if told.unitless else _length(spacing)))
-    if told.case is not None:
-        rows.append(("formulation", told.case.formulation.type))
-        for name, body in told.case.bodies.items():
+        rows.append(("resolution", f"{spacing:.4g}" if run.unitless else _length(spacing)))
+    if run.case is not None:
+        rows.append(("formulation", run.case.formulation.type))
+        for name, body in run.case.bodies.items():
             velocity = ", ".join(f"{part:.4g}" for part in _parts(body.velocity))
-            speed = f"velocity ({velocity}){'' if told.unitless else ' m/s'}"
-            rows.append((f"body {name}", f"{_describe_shape(body.shape, told.unitless)}; {speed}"))
+            speed = f"velocity ({velocity}){'' if run.unitless else ' m/s'}"
+            rows.append((f"body {name}", f"{_describe_shape(body.shape, run.unitless)}; {speed}"))
     for key, label in (("steps", "steps"), ("threads", "threads"), ("wall_seconds", "wall time [s]"),
                        ("code_version", "version of hvisph"), ("case_hash", "hash of the case")):  # fmt: skip
-        if key in told.summary:
-            value = told.summary[key]
+        if key in run.summary:
+            value = run.summary[key]
             rows.append((label, f"{value:.4g}" if isinstance(value, float) else str(value)))
     return [(name, text) for name, text in rows if text]
 
 
-def materials(told: Run) -> list[dict[str, str]]:
+def materials(run: RunFiles) -> list[dict[str, str]]:
     """Return the material of each body: its models and its source."""
-    if told.case is None:
+    if run.case is None:
         return []
     return [
         {"body": name, "name": body.material.name or "own",
          "models": ", ".join((body.material.eos.type, body.material.strength.type, body.material.damage.type)),
          "source": body.material.source}
-        for name, body in told.case.bodies.items()
+        for name, body in run.case.bodies.items()
     ]  # fmt: skip
 
 
-def reproduce(told: Run) -> str:
+def reproduce(run: RunFiles) -> str:
     """Return the commands that compute the run again."""
-    if not (told.folder / file_names.CASE).is_file():
+    if not (run.folder / file_names.CASE).is_file():
         return "These files hold no case: another program wrote them."
-    version = told.summary.get("code_version", "")
-    return f"pip install hvisph=={version}\nhvisph run {told.folder / file_names.CASE} --out again"
+    version = run.summary.get("code_version", "")
+    return f"pip install hvisph=={version}\nhvisph run {run.folder / file_names.CASE} --out again"
 
 
-def files(told: Run) -> list[tuple[Path, str]]:
+def files(run: RunFiles) -> list[tuple[Path, str]]:
     """Return the files of the run, and what they hold."""
     what = {
         file_names.CASE: "the effective case",
@@ -107,8 +135,8 @@ def files(told: Run) -> list[tuple[Path, str]]:
         file_names.LOG: "what happened when",
         file_names.TIME_SERIES: "all snapshots, for ParaView",
     }
-    files = [(told.folder / name, text) for name, text in what.items() if (told.folder / name).is_file()]
-    return [*files, (told.paths[0].parent, f"{len(told.paths)} snapshots")]
+    files = [(run.folder / name, text) for name, text in what.items() if (run.folder / name).is_file()]
+    return [*files, (run.paths[0].parent, f"{len(run.paths)} snapshots")]
 
 
 def _parts(value: object) -> Sequence[float]:

@@ -1,4 +1,4 @@
-"""HTML page of a sweep: results, sortable table and links to the runs."""
+"""HTML page of a sweep: results, sortable table, pictures of the final states and links to the runs."""
 
 from __future__ import annotations
 
@@ -10,17 +10,54 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hvisph.casefile.document import read_yaml
+from hvisph.casefile.embedded_case import symmetry_axes
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import format_of
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT
-from hvisph.visualization.inline import embed_figure
+from hvisph.output.reader import list_snapshots, read_snapshot
+from hvisph.output.snapshot import Snapshot
+from hvisph.visualization.particles import Look, Moment, thumbnail, usual_view
+from hvisph.visualization.style import field_of
 from hvisph.visualization.sweeps import sweep_figure
 
+from .charts import embed_figure, embedded_pixels
 from .report import PAGE, template
 from .report import report as run_report
-from .small_multiples import multiples
+
+MOST, WIDTH = 60, 220  # pictures, pixels across
+SHARE = 0.995  # of the particles are not faster than the scale's end
+
+
+def multiples(folders: Sequence[Path]) -> dict[Path, str]:
+    """Return pictures of the last states of runs, coloured by speed, as addresses of images that hold themselves.
+
+    Those of the first `MOST` runs that kept a snapshot; 1D runs have none.
+    """
+    kept = [folder for folder in folders if _last(folder) is not None][:MOST]
+    states = map(_last, kept)  # one at a time
+    fastest = max((float(np.quantile(field_of(state, "speed"), SHARE)) for state in states if state), default=0.0)
+    return {folder: _last_state(folder, max(fastest, 1e-30)) for folder in kept}
+
+
+def _last(folder: Path) -> Snapshot | None:
+    try:
+        files = list_snapshots(folder)
+        state = read_snapshot(files[-1]) if files else None
+    except OutputError:
+        return None
+    return state if state is not None and state.dimensions > 1 else None
+
+
+def _last_state(folder: Path, fastest: float) -> str:
+    state = _last(folder)
+    assert state is not None
+    moment = Moment(state, symmetry_axes(state.metadata.get("case")))
+    return embedded_pixels(thumbnail(moment, Look(view=usual_view(moment)), (0.0, fastest), WIDTH))
+
 
 TABLE, RESULTS = "table.csv", "results.json"
 

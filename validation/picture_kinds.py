@@ -9,7 +9,7 @@ from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .history import store
+from hvisph.visualization.style import store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
