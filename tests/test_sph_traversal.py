@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from small_runs import DAMAGED, METAL, assert_same_results, row_of
 from sph_twins import compiled_rates, packed, random_cloud
 
 from hvisph.compiler.jit import prange, specialise
@@ -12,9 +13,10 @@ from hvisph.core.errors import RunError
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import GrayArtificialStress
 from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.simulation.run import run
 from hvisph.sph.kernels import CUBIC_SPLINE
-from hvisph.sph.neighbours import traversal
-from hvisph.sph.neighbours.cells import Grid, sort
+from hvisph.sph.neighbours import cells, traversal
+from hvisph.sph.neighbours.cells import Grid, find_undisturbed, sort
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.neighbours.symmetry_planes import Plane
@@ -228,3 +230,70 @@ def test_tiny_numbers_are_zero_in_the_passes_alone():
     specialise(square_all, parallel=True)(a, out)
     assert np.array_equal(out[0], np.where(a * a < 2.3e-308, 0.0 if HAS_REGISTER else a * a, a * a))
     assert np.array_equal(out[1], a * a)
+
+
+def plain_undisturbed(x, rows, known, zero, equal, grid):
+    """The plain twin: cells within two of which all rows are zero, and those of other cells near agree."""
+    dim, shape = x.shape[1], np.array(grid.shape)
+    place = np.hstack([np.floor(x / grid.edge).astype(np.int64), np.zeros((len(x), 3 - dim), np.int64)]) % shape
+    steps = np.stack(np.meshgrid(*[(-1, 0, 1) if axis < dim else (0,) for axis in range(3)]), -1).reshape(-1, 3)
+    alike = {}
+    for cell in map(tuple, place):
+        own = rows[(place == cell).all(1)]
+        known_rows = np.arange(len(x))[(place == cell).all(1)] < known
+        alike[cell] = known_rows.all() and not own[:, zero].any() and (own[:, equal] == own[0, equal]).all()
+    first = {cell: rows[(place == cell).all(1)][0, equal] for cell in alike}
+    around = {cell: {tuple((cell + step) % shape) for step in steps} & alike.keys() for cell in alike}
+    for _ in range(2):
+        alike = {
+            cell: all(alike[near] and (first[near] == first[cell]).all() for near in around[cell]) for cell in alike
+        }
+    return {cell for cell, rests in alike.items() if rests}
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_undisturbed_cells(dim):
+    rng = np.random.default_rng(dim)
+    n = {1: 60, 2: 900, 3: 2500}[dim]
+    x = rng.random((n, dim)) * {1: 60.0, 2: 30.0, 3: 14.0}[dim]
+    rows = np.zeros((n, dim + 3))
+    rows[:, :dim], rows[:, dim] = x, 0.4
+    rows[:, dim + 2] = x[:, 0] > x[:, 0].max() / 2  # another body
+    rows[np.argmin((x**2).sum(1)), dim + 1] = 1.0  # a stress
+    grid, known = Grid.from_positions(x, 1.0), n - 1
+    order, place, columns = np.zeros(n, np.uint32), np.zeros(n, np.uint32), np.zeros((dim + 1, n + 8))
+    out = np.zeros((n + 1, dim + 3))
+    sort(grid, rows, np.arange(n, dtype=np.uint64), dim, np.zeros(n, np.uint32), order, place, out, columns, dim)
+    zero, equal = np.array([dim + 1], np.uint64), np.array([dim + 2], np.uint64)
+    find_undisturbed(grid, order, known, out, zero, equal, dim)
+    index = np.flatnonzero(grid.undisturbed & (np.diff(grid.starts.astype(np.int64)) > 0))
+    nx, ny, _ = grid.shape
+    found = {(k % nx, k // nx % ny, k // (nx * ny)) for k in index.tolist()}
+    assert found == plain_undisturbed(x, rows, known, [dim + 1], [dim + 2], grid)
+    assert 0 < len(found) < len(plain_cells(x, grid))
+
+
+def plain_cells(x, grid):
+    """The cells that hold particles."""
+    return set(map(tuple, np.floor(x / grid.edge).astype(np.int64) % np.array(grid.shape)[: x.shape[1]]))
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "eulerian"])
+@pytest.mark.parametrize("kinematics", ["plane_strain", "axisymmetric", "three_d"])
+def test_leaving_out_undisturbed_cells_changes_no_number(formulation, kinematics, tmp_path, monkeypatch):
+    """Of three bodies in a row the last, and the part of the second ahead of the shock, are left out at first."""
+    dim = 3 if kinematics == "three_d" else 2
+    case = row_of([METAL, METAL, DAMAGED], dim, kinematics=kinematics, formulation={"type": formulation},
+                  time={"end": 1e-6, "max_steps": 12})  # fmt: skip
+    skipped = []
+
+    def leave_out_nothing(grid, *given):
+        find_undisturbed(grid, *given)
+        skipped.append(grid.undisturbed.any())
+        grid.undisturbed[:] = 0
+
+    run(case, tmp_path / "with")
+    monkeypatch.setattr(cells, "find_undisturbed", leave_out_nothing)
+    run(case, tmp_path / "without")
+    assert any(skipped)
+    assert_same_results(tmp_path / "with", tmp_path / "without")

@@ -33,7 +33,7 @@ class SpatialPass:
                             CONTACT=float(self.parted),
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
         coupled = {"COUPLED": 1, "shares": shares} | ({"HYBRID": 1} if formulation.revolved else {})
-        passes = [replace(one, reads=layout, options=one.options | coupled) for one in euler.passes(dim)]
+        passes = [replace(one, reads=layout, options=one.options | coupled, skips=False) for one in euler.passes(dim)]
         constants = np.append(euler.coefficients(), (kernel.reach * h) ** 2)
         self.pairs = Pairs(layout, kernel, passes, constants, at, h, planes)
         self._selection = Selection(at, kernel.reach * h, with_neighbours=formulation.spatial_correction.acts)

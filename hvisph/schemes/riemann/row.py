@@ -80,9 +80,9 @@ def pair_layout(layout: RowLayout) -> RowLayout:
 def contact_passes(layout: RowLayout, kernel: Kernel, unlike: bool, faces: bool = False) -> list[Pass]:
     """Return the passes behind `gradients` over what is near another body: its normals."""
     ways, parts = {"SELF_CONTACT": int(faces)}, (is_other_body,)
-    first = [Pass(unequal_normals, layout, ways, parts, only="N_RAW", into_rows=True)] if unlike else []
+    first = [Pass(unequal_normals, layout, ways, parts, only="N_RAW", into_rows=True, skips=True)] if unlike else []
     reach = {"REACH2": kernel.reach**2}
-    return [*first, Pass(smooth_normals, layout, ways | reach, parts, only="N_RAW", into_rows=True)]
+    return [*first, Pass(smooth_normals, layout, ways | reach, parts, only="N_RAW", into_rows=True, skips=True)]
 
 
 def gradients(near, n, rows, i, constants, out):

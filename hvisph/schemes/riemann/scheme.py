@@ -138,7 +138,7 @@ class Riemann:
             int(self.leads),
         }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
         slips=self.parted,
-            rings=self.revolved, spins=self.spins, own_reach=self.follows)  # fmt: skip
+            rings=self.revolved, spins=self.spins, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
         if not (self.reconstruction.acts or self.parted):
             return [flux]
         first = [
@@ -148,6 +148,7 @@ class Riemann:
                 ways,
                 (contact_normal.is_other_body,),
                 into_rows=True,
+                skips=not self.face_contact,
             )
         ]
         if self.parted:

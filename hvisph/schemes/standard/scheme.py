@@ -153,7 +153,7 @@ class Eulerian:
         if not self.correction.acts:
             ways |= apart
             return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted,
-                         rings=self.revolved, spins=self.spins)]  # fmt: skip
+                         rings=self.revolved, spins=self.spins, skips=True)]  # fmt: skip
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}

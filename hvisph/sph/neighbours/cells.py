@@ -25,19 +25,22 @@ CHUNK = 1024
 class Grid:
     """Periodic grid of cells: numbers of cells along the axes (powers of two, at least 4) and edge [m].
 
-    The edge is at least the largest distance of neighbours.
+    The edge is at least the largest distance of neighbours. `undisturbed` (cells,) is 1 where `find_undisturbed` has
+    found all rates of a cell to be zero.
     """
 
     shape: tuple[int, int, int]
     edge: float
 
     def __post_init__(self) -> None:
-        self.starts = np.zeros(self.shape[0] * self.shape[1] * self.shape[2] + 1, np.uint32)
+        cells = self.shape[0] * self.shape[1] * self.shape[2]
+        self.starts = np.zeros(cells + 1, np.uint32)
+        self.uniform, self.undisturbed = np.zeros(cells, np.uint8), np.zeros(cells, np.uint8)
         nx, ny, nz = self.shape
         self.sizes = np.uint64(nx), np.uint64(ny), np.uint64(nz)
 
     @classmethod
-    def from_positions(cls, positions: np.ndarray, edge: float, per_particle: int = 1) -> Grid:
+    def from_positions(cls, positions: np.ndarray, edge: float, per_particle: int = 4) -> Grid:
         """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread.
 
         It has no more than `per_particle` cells a particle.
@@ -146,6 +149,75 @@ def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out,
         k = stop
 
 
+def find_uniform(c, starts, order, known, rows, zero, equal, uniform):
+    """Set `uniform[c]` to 1 if all rows of cell `c` are zero in the slots `zero` and agree in the slots `equal`.
+
+    Rows whose number before sorting is `known` or above count as different.
+    """
+    begin, end = np.uint64(starts[c]), np.uint64(starts[c + np.uint64(1)])
+    uniform[c] = 1
+    for j in range(begin, end):
+        if np.uint64(order[j]) >= known:
+            uniform[c] = 0
+            return
+        for k in range(np.uint64(zero.shape[0])):
+            if rows[j, np.uint64(zero[k])] != 0.0:
+                uniform[c] = 0
+                return
+        for k in range(np.uint64(equal.shape[0])):
+            if rows[j, np.uint64(equal[k])] != rows[begin, np.uint64(equal[k])]:
+                uniform[c] = 0
+                return
+
+
+def find_surrounded(c, starts, rows, equal, nx, ny, nz, uniform, surrounded):
+    """Set `surrounded[c]` to 1 if the cells at and around `c` are `uniform` and agree in `equal`, empty ones apart."""
+    begin = np.uint64(starts[c])
+    surrounded[c] = uniform[c]
+    if uniform[c] == 0 or begin == np.uint64(starts[c + np.uint64(1)]):
+        return
+    place = place_of(c, nx, ny)
+    for shift in range(np.uint64(3**DIM)):
+        near = adjacent_cell(place, shift, nx, ny, nz)
+        first = np.uint64(starts[near])
+        if first < np.uint64(starts[near + np.uint64(1)]):
+            if uniform[near] == 0:
+                surrounded[c] = 0
+                return
+            for k in range(np.uint64(equal.shape[0])):
+                if rows[first, np.uint64(equal[k])] != rows[begin, np.uint64(equal[k])]:
+                    surrounded[c] = 0
+                    return
+
+
+def find_undisturbed(
+    grid: Grid, order: np.ndarray, known: int, rows: np.ndarray, zero: np.ndarray, equal: np.ndarray, dim: int
+) -> None:
+    """Mark the cells whose particles have no rates: those that no wave and no other body has come near.
+
+    Within two cells around, all rows are zero in some slots (stresses) and agree in others (velocity, body). Every pair
+    law then sums zeros, in one cell around as well, so that leaving the cell out changes no result.
+
+    Parameters
+    ----------
+    grid
+        Its `undisturbed` is written; `sort` has been called.
+    order, known
+        Numbers (n,) of the rows before sorting; from `known` on they belong to other processes, whose further
+        neighbours are not here.
+    rows
+        Sorted rows (n, width).
+    zero, equal
+        Slots (k,) uint64 of the rows.
+    """
+    uniform, surrounded = _rest_loops(dim)
+    count = len(grid.uniform)
+    uniform(count, grid.starts, order, np.uint64(known), rows, zero, equal, grid.uniform)
+    surrounded(count, grid.starts, rows, equal, *grid.sizes, grid.uniform, grid.undisturbed)
+    grid.uniform[:] = grid.undisturbed
+    surrounded(count, grid.starts, rows, equal, *grid.sizes, grid.uniform, grid.undisturbed)
+
+
 def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
          place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int) -> None:  # fmt: skip
     """Put `rows` into cell order, and within a cell into that of their permanent numbers.
@@ -178,3 +250,8 @@ def _loops(dim: int) -> tuple[Any, Any, Any]:
         specialise(count_and_place, parallel=False),
         chunk_loop(specialise(_order_and_gather, DIM=dim), CHUNK),
     )
+
+
+@cache
+def _rest_loops(dim: int) -> tuple[Any, Any]:
+    return particle_loop(specialise(find_uniform)), particle_loop(specialise(find_surrounded, DIM=dim))

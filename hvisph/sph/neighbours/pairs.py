@@ -21,6 +21,10 @@ from .ghost_rows import Halo, ImageCopies
 from .particle_layout import RowLayout, aligned_zeros
 from .symmetry_planes import Plane
 
+# Fields of a row that are zero, and those that agree, among particles that have no rates.
+ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "correction_decay", "density_relaxation")
+EQUAL_AT_REST = ("u", "body")
+
 
 @dataclass(frozen=True)
 class Pass:
@@ -53,6 +57,8 @@ class Pass:
         Whether it writes the rate of the rings' circumference behind that.
     spins
         Whether it writes the rate at which angular momentum is made there.
+    skips
+        Whether what it writes is zero, or is not read, for undisturbed particles; see `cells.find_undisturbed`.
     """
 
     law: Any
@@ -67,6 +73,7 @@ class Pass:
     slips: bool = False
     rings: bool = False
     spins: bool = False
+    skips: bool = False
 
     def count_further_rates(self, dim: int) -> int:
         """Return the number of rates behind the velocity gradient."""
@@ -126,6 +133,8 @@ class Pairs:
             "shape": kernel.shape,
         }
         self._sweeps = []
+        self._skips = all(one.skips for one in passes)
+        self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
         for one in passes:
             widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
             offered = shared | self.slots | particle_layout.slots(dim) | widths
@@ -133,7 +142,9 @@ class Pairs:
                 one.law, one.options, offered | {"write_rates": particle_layout.writer(dim, one.slips)}, parts=one.parts
             )
             only = self.slots[one.only] if one.only else 0
-            self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only, one.own_reach), one.into_rows))
+            first = (layout.packed_width if one.into_rows else 0) if self._skips else None
+            sweep = traversal.loop(dim, self.slots["H"], law, only, one.own_reach, first)
+            self._sweeps.append((sweep, one.into_rows))
 
     def _make_room(self, count: int) -> None:
         """Allocate arrays for `count` rows and the far row."""
@@ -190,6 +201,9 @@ class Pairs:
         self.grid.edge = edge
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
                    self.sorted[:n], self.columns, self.layout.dim)  # fmt: skip
+        if self._skips:
+            known = n if self.halo is None else own
+            cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim)
         failure = None
         for sweep, into_rows in self._sweeps:
             try:

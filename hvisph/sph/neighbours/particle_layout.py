@@ -84,6 +84,11 @@ class RowLayout:
             place += len(_components(rank, self.dim))
         return slots
 
+    def slots_of(self, names: tuple[str, ...]) -> np.ndarray:
+        """Return the slots (k,) uint64 of all components of the fields among `names`."""
+        owners = [name for name, rank in self.fields for _ in _components(rank, self.dim)]
+        return np.array([slot for slot, name in enumerate(owners) if name in names], np.uint64)
+
     @cached_property
     def packed_width(self) -> int:
         """Number of slots packed by a particle."""

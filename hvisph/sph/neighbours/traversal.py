@@ -70,7 +70,7 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     """
     rough, exact, numbers = copies
     cx, cy, cz = place
-    starts, _, nx, ny, nz = grid
+    starts, _, nx, ny, nz, _ = grid
     zero, one, two, three, eight = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(8)
     m = needed = zero
     for run in range(np.uint64(3 ** (DIM - 1))):
@@ -103,7 +103,8 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     """Run the pair law over the particles of a chunk: the template, see the module's text.
 
     Bound names: DIM, H (slot of the smoothing length), law, ONLY (slot of a vector: rows where it is zero are left out;
-    0 for none) and the templates above.
+    0 for none), SKIPS (whether the results of undisturbed cells are set to zero, from column FIRST on, without calling
+    the law) and the templates above.
 
     Parameters
     ----------
@@ -118,7 +119,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         Number of rows that are the caller's own, numbered before all others [uint64]: the law is summed for them alone.
         Others are images at symmetry planes.
     grid
-        First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
+        First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64], and which are undisturbed.
     reach
         Support radius of the kernel over h.
     constants
@@ -132,14 +133,14 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     """
     mode, half_reach = flush_tiny(), 0.5 * RIM * reach
     zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
-    starts, inverse_edge, nx, ny, nz = grid
+    starts, inverse_edge, nx, ny, nz, undisturbed = grid
     room = capacity + sixteen
     near, numbers, box = np.empty(room, np.uint32), np.empty(room, np.uint32), np.empty((3, 3))
     rough, exact = np.empty((DIM + 1, room), np.float32), np.empty((DIM + 1, room))
     slack = SLACK / (inverse_edge * inverse_edge)
     first = chunk * np.uint64(CHUNK)
     last = min(first + np.uint64(CHUNK), n_rows)
-    needed, m, group, wanted, longest = zero, zero, first, False, 0.0
+    needed, m, group, wanted, longest, resting = zero, zero, first, False, 0.0, zero
     for i in range(first, last):
         if ONLY and not dot(own_vector(rows, i, ONLY, DIM), own_vector(rows, i, ONLY, DIM)) > 0.0:
             group = max(group, i + one)
@@ -147,10 +148,18 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         x = own_vector(rows, i, 0, DIM)
         if i == group:  # the first of a cell, or of those together in it
             place = cell_at(x, inverse_edge, nx, ny, nz)
-            end = min(np.uint64(starts[number_of(place, nx, ny) + one]), last)
-            group, longest = enclose(columns, i, end, inverse_edge, box)
-            wanted = True
+            cell = number_of(place, nx, ny)
+            end = min(np.uint64(starts[cell + one]), last)
+            wanted = not (SKIPS and undisturbed[cell])
+            if wanted:
+                group, longest = enclose(columns, i, end, inverse_edge, box)
+            else:
+                group = resting = end
         if np.uint64(order[i]) >= owned:
+            continue
+        if SKIPS and i < resting:
+            for f in range(np.uint64(FIRST), np.uint64(out.shape[1])):
+                out[i, f] = 0.0
             continue
         if wanted:
             wanted = False
@@ -175,14 +184,18 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     restore_mode(mode)
 
 
-def loop(dim: int, h_slot: int, law: object, only: int = 0, own_reach: bool = False) -> Any:
+def loop(
+    dim: int, h_slot: int, law: object, only: int = 0, own_reach: bool = False, first_result: int | None = None
+) -> Any:
     """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
 
-    `own_reach` says that lists hold all that a particle's own kernel reaches.
+    `own_reach` says that lists hold all that a particle's own kernel reaches; `first_result`, that undisturbed cells
+    are left out, and the first column that the law writes.
     """
+    skips: dict[str, Any] = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
     bound: dict[str, Any] = {"DIM": dim, "OWN_REACH": int(own_reach)}
     parts = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
-    return chunk_loop(specialise(sweep, **bound, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
+    return chunk_loop(specialise(sweep, **bound, **skips, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
 
 
 def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],
@@ -210,7 +223,7 @@ def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.
     """
     count, owned = counts
     overflow = np.zeros(-(-count // CHUNK), np.uint64)
-    cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes)
+    cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes, grid.undisturbed)
     while True:
         sweep(count, rows, columns, order, np.uint64(owned), cell_table, reach, constants, np.uint64(capacity),
               room(capacity), overflow)  # fmt: skip
