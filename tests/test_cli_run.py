@@ -20,7 +20,7 @@ import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli import guard
-from hvisph.cli.loading import run_folder
+from hvisph.cli.guard import run_folder
 from hvisph.cli.main import app
 from hvisph.cli.text.formatting import duration, quantity, round_two_figures, size, table
 from hvisph.cli.text.progress_bar import Live
@@ -250,7 +250,7 @@ def test_the_live_display_shows_what_it_must():
     assert "An impact" in screen.getvalue()
     assert "1234 particles to t = 8 us" in screen.getvalue()
     drawn = io.StringIO()
-    Console(file=drawn, width=80).print(live.drawing_dimensions(PROGRESS))
+    Console(file=drawn, width=80).print(live.drawing(PROGRESS))
     lines = drawn.getvalue().splitlines()
     assert len(lines) == 2
     for words in (

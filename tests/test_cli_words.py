@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hvisph.casefile.loader import load_case
-from hvisph.cli.commands.watch import sparkline
+from hvisph.cli.commands.run import sparkline
 from hvisph.cli.main import app
 from hvisph.simulation.run import run
 

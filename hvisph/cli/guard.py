@@ -1,7 +1,7 @@
-"""Errors and interrupts as one message and an exit code.
+"""Cases of commands, and errors and interrupts as one message and an exit code.
 
 An interrupt that falls into a callback from compiled code, as while loops are being compiled, is
-reported there and forgotten. So it is also noted, and raised again at the next word from the run.
+reported there and forgotten. So it is also noted, and raised again at the next progress of the run.
 """
 
 from __future__ import annotations
@@ -10,17 +10,21 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import wraps
+from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hvisph.cli.text.echo import say
-from hvisph.core.errors import INTERRUPTED, HvisphError
+from hvisph.cli.text.formatting import say
+from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError
 from hvisph.parallel.mpi_launch import is_first
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 FAILED = 3
 DEBUG = "HVISPH_DEBUG"
@@ -131,3 +135,66 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 def _note(number: int, frame: FrameType | None) -> None:
     _noted.set()
     raise KeyboardInterrupt
+
+
+def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> Case:
+    """Return the validated case that the arguments of a command mean."""
+    from hvisph.casefile.loader import load_case
+
+    return load_case(case, settings or (), resolution)
+
+
+def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> float:
+    """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.dimensions`, such as ``TIME``.
+
+    Raises
+    ------
+    CaseError
+        When it is no such quantity; `remedy` is added to the message.
+    """
+    from hvisph.case import dimensions
+    from hvisph.case.units import parse_quantity
+
+    try:
+        return parse_quantity(text.strip(), getattr(dimensions, dimension))
+    except ValueError as error:
+        raise CaseError(f"{error}{remedy}", where=option) from None
+
+
+def case_of_run(folder: Path) -> Case | None:
+    """Return the effective case of a run's folder; None where there is none that this version can read."""
+    from hvisph.casefile.loader import load_case
+
+    with suppress(CaseError):
+        return load_case(folder / "case.yaml") if (folder / "case.yaml").is_file() else None
+    return None
+
+
+@contextmanager
+def locate_errors(case: str) -> Iterator[None]:
+    """Add file and line to a `CaseError` that names a field of the case, raised in this block.
+
+    What shows only when particles are made, such as bodies that overlap, knows the field alone.
+    """
+    try:
+        yield
+    except CaseError as error:
+        keys = tuple(int(key) if key.isdecimal() else key for key in error.where.split("."))
+        if error.file or error.where.startswith("-") or not error.where:
+            raise
+        from hvisph.casefile.document import read_yaml
+        from hvisph.casefile.errors import locate_error
+        from hvisph.casefile.loader import find_case
+
+        raise locate_error(keys, error.message, read_yaml(find_case(case)).places) from None
+
+
+def run_folder(case: str) -> Path:
+    """Return where a case runs unless told otherwise: under ``runs``, by its file's or its bundled name.
+
+    Raises `CaseError` where that makes no name for a folder.
+    """
+    from hvisph.casefile.paths import bundled_cases, run_name
+
+    bundled = case in bundled_cases() and not Path(case).is_file()
+    return Path("runs") / (case if bundled else run_name(case))

@@ -1,40 +1,58 @@
-"""The command `hvisph`: every command is a file of this room, and imports what it needs when it is called."""
+"""The command `hvisph`: its group of commands, which import what they need when they are called."""
 
 from __future__ import annotations
 
 import atexit
 import gc
 import os
-from typing import Annotated
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
 import hvisph
-from hvisph.cli.text.echo import say
+from hvisph.casefile.renamed_keys import COMMANDS, OPTIONS
+from hvisph.cli.text.formatting import say
+from hvisph.core.errors import suggest_nearest
 
-from .commands import (
-    cases,
-    check,
-    compare,
-    correlations,
-    doctor,
-    exact,
-    gauges,
-    help,
-    materials,
-    measure,
-    plot,
-    point,
-    report,
-    run,
-    schema,
-    sweep,
-    validate,
-    verify,
-    watch,
-)
-from .group import Group
+from .commands import bundled, check, compare, doctor, help, measure, pictures, references, run, sweep, verify
 from .guard import guard_errors
+
+# What people try, and what it is called here.
+MEANT = {
+    "view": "report", "picture": "plot", "draw": "plot", "show": "report", "movie": "animate", "video": "animate",
+    "film": "animate", "start": "run", "restart": "resume", "continue": "resume", "validate": "check", "info": "check",
+    "estimate": "check", "list": "cases", "examples": "cases", "test": "verify", "diff": "compare", "search": "help",
+    "history": "watch", "monitor": "watch", "tail": "watch", "parameter": "sweep", "html": "report",
+    "bisect": "ballistic-limit",
+}  # fmt: skip
+
+
+class Group(TyperGroup):
+    """Commands with suggestions."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that the arguments begin with, or say which was probably meant."""
+        name = args[0] if args else ""
+        if name and not name.startswith("-") and self.get_command(ctx, name) is None:
+            commands = self.list_commands(ctx)
+            if name in COMMANDS:
+                _refuse(f"`hvisph {name}` is now `hvisph {COMMANDS[name]}`")
+            meant = MEANT.get(name.lower())
+            hint = f"; did you mean '{meant}'?" if meant in commands else suggest_nearest(name[:64], commands)
+            _refuse(f"there is no command '{name[:64]}'{hint}")
+        command = super().resolve_command(ctx, args)
+        known = {option for parameter in getattr(command[1], "params", ()) for option in parameter.opts}
+        for option in (argument.partition("=")[0] for argument in args[1:]):
+            if option not in known and OPTIONS.get(option) in known:
+                _refuse(f"`{option}` is now `{OPTIONS[option]}`")
+        return command
+
+
+def _refuse(message: str) -> NoReturn:
+    typer.secho(f"error: {message}", err=True)
+    raise typer.Exit(2)
+
 
 atexit.register(gc.freeze)  # no collection at the end of a command, 0.2 s
 # numpy's linear algebra starts its threads when it is imported, 0.06 s; matrices here are small.
@@ -59,27 +77,27 @@ app = typer.Typer(
 for command in (
     run.run,
     run.resume,
-    watch.watch,
+    run.watch,
     check.check,
     measure.measure,
     compare.compare,
-    report.report,
-    plot.plot,
-    plot.animate,
-    gauges.gauges,
-    exact.exact,
+    pictures.report,
+    pictures.plot,
+    pictures.animate,
+    pictures.gauges,
+    references.exact,
     verify.verify,
-    validate.validate,
-    cases.cases,
-    materials.materials,
-    point.point,
+    verify.validate,
+    bundled.cases,
+    bundled.materials,
+    references.point,
     help.help,
     sweep.sweep,
     sweep.fit,
     sweep.converge,
     sweep.ballistic_limit,
-    correlations.correlations,
-    schema.schema,
+    references.correlations,
+    bundled.schema,
     doctor.doctor,
 ):
     app.command()(guard_errors(command))

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import partial, wraps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, get_type_hints
 
 import typer
+
+from hvisph.cli.text.formatting import say
+from hvisph.core.errors import CaseError
 
 CaseArgument = Annotated[
     str, typer.Argument(metavar="CASE", help="Case file, or name of a bundled case (see `hvisph cases`).")
@@ -37,3 +44,93 @@ QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but er
 OutOption = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; runs/NAME unless given.")
 ]
+
+
+@dataclass(frozen=True)
+class Running:
+    """Where cases are computed and how much is said; each field is an option of the command."""
+
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", min=1, metavar="N", help="Number of worker processes; one per core unless given."),
+    ] = None
+    threads: ThreadsOption = None
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            "--dask",
+            metavar="ADDRESS",
+            help="Address of a running Dask cluster for the workers, such as tcp://host:8786.",
+        ),
+    ] = None
+    cluster: Annotated[
+        str | None,
+        typer.Option("--cluster", metavar="KIND", help="Queue in which workers run as jobs: slurm, pbs or sge."),
+    ] = None
+    quiet: QuietOption = False
+    as_json: JsonOption = False
+
+    @property
+    def silent(self) -> bool:
+        """Whether nothing is said while it goes on."""
+        return self.quiet or self.as_json
+
+    def crew(self) -> Any:
+        """Return what makes the workers; raises `CaseError` where there can be none."""
+        if self.dask is not None and self.cluster is not None:
+            raise CaseError("give either --dask or --cluster", where="--cluster")
+        if self.dask is None and self.cluster is None:
+            from hvisph.sweeps.driver import LocalCrew
+
+            return LocalCrew
+        from hvisph.sweeps import cluster as clusters
+
+        if self.cluster is not None and self.cluster not in clusters.KINDS:
+            raise CaseError(f"unknown '{self.cluster}'; allowed: {', '.join(clusters.KINDS)}", where="--cluster")
+        tell = partial(say, err=True)
+        if self.dask is not None:
+            client = clusters.connect(self.dask)
+            return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options, tell)
+        kind, workers = str(self.cluster), self.workers or 1
+
+        def launch(folder: Any, threads: int, options: Any) -> Any:
+            return clusters.DaskCrew(folder, clusters.launch(kind, workers, threads), threads, options, tell)
+
+        return launch
+
+
+@dataclass(frozen=True)
+class How(Running):
+    """How a sweep is run, written and shown; each field is an option of the command."""
+
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the sweep; sweeps/NAME unless given.")
+    ] = None
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the result: png, pdf, svg.")] = None
+
+    def refuse(self) -> None:
+        """Refuse before anything runs what would fail after it all; raises `CaseError`."""
+        if self.plot is not None:
+            from hvisph.cli.commands.compare import refuse_format
+
+            refuse_format(self.plot, "--plot")
+
+
+def shared(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command with the options of its first argument, `how`, behind its own."""
+    hints = get_type_hints(command, include_extras=True)
+    kind_of_how = hints["how"]
+    options = get_type_hints(kind_of_how, include_extras=True)
+    own = [one.replace(annotation=hints[one.name]) for one in inspect.signature(command).parameters.values()][1:]
+    names = {one.name: one.default for one in fields(kind_of_how)}
+
+    @wraps(command)
+    def call(**given: object) -> None:
+        command(kind_of_how(**{name: given.pop(name) for name in names}), **given)
+
+    kind = inspect.Parameter.KEYWORD_ONLY
+    added = [inspect.Parameter(name, kind, default=first, annotation=options[name]) for name, first in names.items()]
+    parameters = [*(one.replace(kind=kind) for one in own), *added]
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in parameters}
+    return call

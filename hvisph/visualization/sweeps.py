@@ -1,4 +1,4 @@
-"""Pictures of a sweep's results: convergence, residual velocities about a limit, what a sample depends on."""
+"""Pictures and tables of a sweep's results: convergence, residual velocities about a limit, dependence on inputs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.core.measure_catalogue import format_of
+from hvisph.core.measure_catalogue import NumberFormat, format_of
 from hvisph.core.text import format_differences
 
 from .style import store
@@ -94,7 +94,7 @@ def _panels(verdicts: Mapping[str, Any], draw: Any) -> Figure:
     return figure
 
 
-def _convergence(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
+def _convergence(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
     """Results over spacing, with their uncertainties, and the curve to infinite resolution."""
     h, f = np.array(one["spacings"]), np.array(one["values"]) * display.factor
     spread = [0.0 if u is None else u * display.factor for u in one["uncertainties"]]
@@ -112,7 +112,7 @@ def _convergence(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
     axes.set_title(note, fontsize=9)
 
 
-def _against(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
+def _against(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
     """Draw what was computed over what was measured, and the line on which both are the same."""
     measured, computed = (np.array(one[key]) * display.factor for key in ("measured", "computed"))
     low, high = min(0.0, *measured, *computed), max(*measured, *computed)
@@ -125,7 +125,7 @@ def _against(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
     axes.set_title(f"{display.label}{off}", fontsize=9)
 
 
-def _tornado(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
+def _tornado(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
     """Change of the measure over 5 to 95 % of each input, the largest on top."""
     found = one.get("sensitivity") or {"inputs": {}, "swing": []}
     swings = sorted(zip(found["inputs"], found["swing"], strict=True), key=lambda pair: abs(pair[1]))
@@ -256,3 +256,73 @@ def _colours(count: int) -> list[Any]:
     from matplotlib import colormaps
 
     return [colormaps["viridis"](0.85 * k / (count - 1)) for k in range(count)]
+
+
+def result_lines(said: Mapping[str, Any], record: Sequence[str] | None = None) -> list[list[str]]:
+    """Return what all cases of a sweep say of each measure, or of each parameter of a fit, as text: heads, then rows.
+
+    `said` is the content of ``results.json``, `record` the measures to list, all unless given; empty for a sweep that
+    only varies something.
+    """
+    if said.get("fit"):
+        return _fit_lines(said["fit"])
+    kinds = {"converge": (["", "unit", "finest", "order", "extrapolated", "index", ""], _convergence_cells),
+             "sample": (["", "unit", "mean", "sd", "5 %", "50 %", "95 %"], _sample_cells),
+             "experiment": (["against the experiment", "shots", "mean", "worst"], _difference_cells)}  # fmt: skip
+    for kind, (heads, cells) in kinds.items():
+        if kind in said:
+            names = [name for name in said[kind] if record is None or name in record or kind == "experiment"]
+            return [heads, *([format_of(name).label, *cells(name, said[kind][name])] for name in names)]
+    return []
+
+
+def _convergence_cells(name: str, one: Mapping[str, Any]) -> list[str]:
+    display = format_of(name)
+    finest = one["values"][one["spacings"].index(min(one["spacings"]))]
+    if name == "perforated":
+        return ["", format_value_of(name, finest, display), "-", "-", "-", one["verdict"]]
+    order = "-" if one["order"] is None else f"{one['order']:.2f}"
+    limit = "-" if one["extrapolated"] is None else f"{one['extrapolated'] * display.factor:.4g}"
+    index = "-" if one["index"] is None else f"{100 * one['index']:.2g} %"
+    return [display.unit, f"{finest * display.factor:.4g}", order, limit, index, one["verdict"]]
+
+
+def _sample_cells(name: str, one: Mapping[str, Any]) -> list[str]:
+    display = format_of(name)
+    return [display.unit, *(f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95"))]
+
+
+def _difference_cells(name: str, one: Mapping[str, Any]) -> list[str]:
+    differences = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
+    return [str(len(one["cases"])), *differences]
+
+
+def _fit_lines(fit: Mapping[str, Any]) -> list[list[str]]:
+    """Return the parameters of a fit with their intervals and correlations."""
+    lines = [["", "", "95 %", "", *shortest_paths([*fit["parameters"]])]]
+    for (path, one), row in zip(fit["parameters"].items(), fit["correlation"], strict=True):
+        doubt = "" if one["determined"] else "not determined by the data"
+        value, *interval = (f"{number:.4g}" for number in (one["value"], *one["interval"]))
+        lines.append([path, f"{value} {one['unit']}", " to ".join(interval), doubt, *(f"{r:+.2f}" for r in row)])
+    return lines
+
+
+def shortest_paths(paths: Sequence[str]) -> list[str]:
+    """Return paths by as many of their last parts as tell them apart, a number with the key that it belongs to."""
+    shown = []
+    for path in paths:
+        parts = path.split(".")
+        ends = [".".join(parts[-k:]) for k in range(1, len(parts) + 1) if not parts[-k].isdigit() or k == len(parts)]
+        unlike = (end for end in ends if not any(f".{other}".endswith(f".{end}") for other in paths if other != path))
+        shown.append(next(unlike, path))
+    return shown
+
+
+def format_value_of(name: str, value: float | bool | None, display: NumberFormat) -> str:
+    """Return a measure's value as a cell of a table, in the unit of `display`."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool) or name == "perforated":
+        return "yes" if value else "no"
+    number = float(value) * display.factor
+    return f"{number:.4g}" if display.decimals < 0 else f"{number:.{display.decimals}f}"

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hvisph.cli.guard import FAILED, noted_interrupts
+from hvisph.cli.guard import FAILED, case_of_run, noted_interrupts
 from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.cli.text.comparison_table import comparison_tables, gauge_table
-from hvisph.cli.text.echo import say, show
-from hvisph.cli.text.formatting import echo_json
+from hvisph.cli.text.formatting import echo_json, say, show
 from hvisph.core.errors import CaseError, suggest_nearest
 
 if TYPE_CHECKING:
@@ -141,7 +139,7 @@ def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bo
     todo = [entry for entry in asked if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
-    from hvisph.cli.loading import locate_errors
+    from hvisph.cli.guard import locate_errors
     from hvisph.cli.text.run_report import listener_for
     from hvisph.postprocessing.comparison import complete
 
@@ -163,11 +161,5 @@ def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bo
 
 
 def _unitless(entry: Any) -> bool:
-    case = entry.case
-    if case is None and (entry.folder / "case.yaml").is_file():
-        from hvisph.casefile.loader import load_case
-
-        # a run of a later version, say: it can be shown all the same
-        with suppress(CaseError):
-            case = load_case(entry.folder / "case.yaml")
+    case = entry.case or case_of_run(entry.folder)
     return case is not None and case.units == "none"

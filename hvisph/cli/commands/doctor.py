@@ -12,8 +12,7 @@ import typer
 import hvisph
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption
-from hvisph.cli.text.echo import say
-from hvisph.cli.text.formatting import duration, echo_json, size, table
+from hvisph.cli.text.formatting import duration, echo_json, say, size, table
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hvisph.cli.text.echo import say
-from hvisph.cli.text.formatting import paragraph, table
+from hvisph.cli.text.formatting import paragraph, say, table
 from hvisph.core.errors import CaseError
 
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import textwrap
-from contextlib import suppress
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hvisph.cli.guard import case_of_run, parse_option
 from hvisph.cli.options import JsonOption
-from hvisph.cli.text.echo import say, show
-from hvisph.cli.text.formatting import SCREEN, echo_json, quantity, table, times
+from hvisph.cli.text.formatting import SCREEN, echo_json, quantity, say, show, table, times
 from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
 from hvisph.core.errors import CaseError
 from hvisph.core.text import harmless
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+    from hvisph.measures.measure import Measures
 
 HEADING = 14  # of a column's name, which is broken where it is longer
 
@@ -83,23 +84,31 @@ def measure(
 ) -> None:
     """Measure a run: crater, penetration, pressures, plug, fragments; at one time or over time."""
     _refuse(at, fragments, smallest, plot)
+    from hvisph.measures.debris.fragments import FEWEST
     from hvisph.measures.measure import measure as measure_source
 
-    moment = _moment(at)
-    measured = measure_source(source, "all" if plot is not None else moment, names=_names(field or []),
-                              units=_units(units), witness=_plane(plane))  # fmt: skip
+    moment = at if at in (None, "all") else parse_option(at, "TIME", "--at", ", or all")
+    along = None if plane is None else parse_option(plane, "LENGTH", "--plane")
+    chosen = "all" if plot is not None else moment
+    measured = measure_source(source, chosen, names=_names(field or []), units=_units(units), witness=along)
     if isinstance(moment, float) and abs(measured.time - moment) > FAR * max(abs(moment), measured.time):
         say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
-    _write_files(measured, csv, plot, fragments)
-    if witness is not None:
-        from hvisph.visualization.curves import witness_picture
+    if csv is not None:
+        from hvisph.measures.series import write_fragments, write_series
 
-        witness_picture(measured.cloud, witness, measured.title)
+        (write_fragments if fragments else write_series)(measured, csv)
+    if plot is not None or witness is not None:
+        from hvisph.visualization.curves import series_picture, witness_picture
+
+        if plot is not None:
+            series_picture(measured, plot)
+        if witness is not None:
+            witness_picture(measured.cloud, witness, measured.title)
+    fewest = smallest or FEWEST
     if as_json:
-        fewest = smallest or _fewest()
         echo_json(measured.fragments_as_dict(fewest) if fragments else measured.as_dict())
         return
-    text = _fragments(measured, smallest or _fewest()) if fragments else _measures(source, measured, at)
+    text = _fragments(measured, fewest) if fragments else _measures(source, measured, at)
     show(f"{harmless(measured.title or source)}\n{text}")
     for file in (csv, plot, witness):
         if file is not None:
@@ -111,36 +120,10 @@ def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | 
     if smallest is not None and not fragments:
         raise CaseError("it is an option of --fragments", where="--smallest")
     if plot is not None and fragments:
-        raise CaseError("fragments as a list have no picture; without --fragments it shows how they develop",
-                        where="--plot")  # fmt: skip
+        reason = "fragments as a list have no picture; without --fragments it shows how they develop"
+        raise CaseError(reason, where="--plot")
     if plot is not None and at not in (None, "all"):
         raise CaseError("a picture shows all moments; leave --at out", where="--plot")
-
-
-def _moment(text: str | None) -> float | str | None:
-    """Return `--at` as the room of measures wants it: None, seconds or ``all``."""
-    if text is None or text == "all":
-        return text
-    from hvisph.case.dimensions import TIME
-    from hvisph.case.units import parse_quantity
-
-    try:
-        return parse_quantity(text, TIME)
-    except ValueError as error:
-        raise CaseError(f"{error}, or all", where="--at") from None
-
-
-def _plane(text: str | None) -> float | None:
-    """Return `--plane` in metres."""
-    if text is None:
-        return None
-    from hvisph.case.dimensions import LENGTH
-    from hvisph.case.units import parse_quantity
-
-    try:
-        return parse_quantity(text, LENGTH)
-    except ValueError as error:
-        raise CaseError(str(error), where="--plane") from None
 
 
 def _names(fields: list[str]) -> dict[str, str]:
@@ -158,42 +141,19 @@ def _units(text: str) -> tuple[float, float, float] | None:
     """Return units of length, mass and time in SI; None where none are given."""
     if not text:
         return None
-    from hvisph.case.dimensions import LENGTH, MASS, TIME
-    from hvisph.case.units import parse_quantity
-
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != 3 or not all(part and part[0].isalpha() for part in parts):
         raise CaseError(f"'{text}' is no length, mass and time, such as mm,g,us", where="--units")
-    try:
-        length, mass, time = (parse_quantity(f"1 {part}", kind)
-                              for part, kind in zip(parts, (LENGTH, MASS, TIME), strict=True))  # fmt: skip
-    except ValueError as error:
-        raise CaseError(f"{error}; give length, mass and time, such as mm,g,us", where="--units") from None
+    remedy, kinds = "; give length, mass and time, such as mm,g,us", ("LENGTH", "MASS", "TIME")
+    length, mass, time = (
+        parse_option(f"1 {part}", kind, "--units", remedy) for part, kind in zip(parts, kinds, strict=True)
+    )
     return length, mass, time
 
 
-def _write_files(measured: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:
-    """Write the requested files."""
-    if csv is None and plot is None:
-        return
-    from hvisph.measures.series import write_fragments, write_series
-    from hvisph.visualization.curves import series_picture
-
-    if csv is not None:
-        (write_fragments if fragments else write_series)(measured, csv)
-    if plot is not None:
-        series_picture(measured, plot)
-
-
-def _fewest() -> int:
-    from hvisph.measures.debris.fragments import FEWEST
-
-    return FEWEST
-
-
-def _fragments(measured: Any, fewest: int) -> str:
+def _fragments(measured: Measures, fewest: int) -> str:
     """Return the fragments of the moment, or of all of them."""
-    from hvisph.cli.text.fragments_table import fragments_series, fragments_text
+    from hvisph.cli.text.results_table import fragments_series, fragments_text
 
     if measured.series:
         return fragments_series(measured.series, fewest)
@@ -201,11 +161,11 @@ def _fragments(measured: Any, fewest: int) -> str:
     return f"t = {time}, step {measured.step}; fragments are linked at 2 dx\n\n{fragments_text(measured, fewest)}"
 
 
-def _measures(source: str, measured: Any, at: str | None) -> str:
+def _measures(source: str, measured: Measures, at: str | None) -> str:
     """Return the measures of the moment beside what is expected of them, or of all moments."""
     if measured.series:
         return _series(measured.series, measured.unitless)
-    case = _case_of(Path(source))
+    case = case_of_run(Path(source))
     expected = _compare_expected(case, measured) if at is None else []
     time = quantity(measured.time, "" if measured.unitless else "s")
     plain = measured.as_dict()
@@ -217,19 +177,7 @@ def _measures(source: str, measured: Any, at: str | None) -> str:
     return f"t = {time}, step {measured.step}\n\n{head}{shown}"
 
 
-def _case_of(folder: Path) -> Case | None:
-    """Return the effective case of a run's folder; None where there is none that can be read."""
-    path = folder / "case.yaml"
-    if path.is_file():
-        from hvisph.casefile.loader import load_case
-
-        # of a later version, say: the files can be measured all the same
-        with suppress(CaseError):
-            return load_case(path)
-    return None
-
-
-def _compare_expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
+def _compare_expected(case: Case | None, measured: Measures) -> list[dict[str, Any]]:
     """Return the comparison with what the case expects at its end; none before that."""
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []
@@ -239,7 +187,7 @@ def _compare_expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
     return compare_expected(measured.results, asked)
 
 
-def _series(series: Any, unitless: bool) -> str:
+def _series(series: Sequence[Measures], unitless: bool) -> str:
     """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
     from hvisph.measures.table import rows
 

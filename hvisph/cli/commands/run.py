@@ -1,14 +1,16 @@
-"""`hvisph run` and `hvisph resume`: compute a case, or continue a run."""
+"""`hvisph run`, `resume` and `watch`: compute a case, continue a run, follow its progress."""
 
 from __future__ import annotations
 
+import sys
+import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hvisph.cli.guard import noted_interrupts
-from hvisph.cli.loading import load, locate_errors, run_folder
+from hvisph.cli.guard import load, locate_errors, noted_interrupts, run_folder
 from hvisph.cli.options import (
     AllOption,
     CaseArgument,
@@ -20,7 +22,9 @@ from hvisph.cli.options import (
     SetOption,
     ThreadsOption,
 )
+from hvisph.cli.text.results_table import results_table
 from hvisph.cli.text.run_report import conclude, interrupt_notice, listener_for
+from hvisph.core.errors import CaseError
 from hvisph.parallel.mpi_launch import is_first
 
 
@@ -83,3 +87,72 @@ def resume(
     finally:
         listener.close()
     conclude(outcome, case.units == "none", quiet, as_json, report or case.output.report, everything)
+
+
+BARS = "▁▂▃▄▅▆▇█"
+WIDTH = 55
+
+
+def watch(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, under way or ended.")],
+    every: Annotated[float, typer.Option("--every", min=0.2, metavar="S", help="Seconds between updates.")] = 2.0,
+    once: Annotated[bool, typer.Option("--once", help="Print the present state and exit.")] = False,
+    picture: Annotated[
+        Path | None, typer.Option("--picture", metavar="FILE", help="Draw the newest state at every update.")
+    ] = None,
+) -> None:
+    """Show progress, histories and measures of a run until it ends."""
+    if not folder.is_dir():
+        raise CaseError(f"there is no run at {folder}")
+    if picture is not None:
+        from .compare import refuse_format
+
+        refuse_format(picture, "--picture")
+    drawn, said = -1, ""
+    while True:
+        text, ended, snapshots = _look(folder)
+        if text != said:
+            if not once and sys.stdout.isatty():
+                typer.echo("\x1b[2J\x1b[H", nl=False)
+            typer.echo(text)
+            said = text
+        if picture is not None and snapshots > drawn:
+            _draw(folder, picture)
+            drawn = snapshots
+        if once or ended:
+            return
+        time.sleep(every)
+
+
+def _look(folder: Path) -> tuple[str, bool, int]:
+    """Return what is to be seen now, whether the run has ended, and how many snapshots it has."""
+    from hvisph.postprocessing.progress import run_progress
+
+    sight = run_progress(folder)
+    lines = [f"{folder}: {sight.status}", sight.progress, ""]
+    lines += [f"  {name:28s} {sparkline(values)}  {values[-1]:.4g}" for name, values in sight.histories.items()]
+    if sight.measures:
+        lines += ["", f"measured at the newest of {sight.snapshots} snapshots:", results_table(sight.measures)]
+    if sight.answer:
+        lines += ["", sight.answer]
+    return "\n".join(lines), sight.ended, sight.snapshots
+
+
+def sparkline(values: Sequence[float]) -> str:
+    """Return numbers as a row of bars, at most WIDTH of them."""
+    finite = [value for value in values if value == value]
+    if not finite:
+        return ""
+    step = max(len(finite) / WIDTH, 1.0)
+    thin = [finite[int(k * step)] for k in range(int(len(finite) / step))]
+    low, high = min(thin), max(thin)
+    scale = (len(BARS) - 1) / (high - low) if high > low else 0.0
+    return "".join(BARS[int((value - low) * scale)] for value in thin)
+
+
+def _draw(folder: Path, picture: Path) -> None:
+    from hvisph.postprocessing.snapshot_selection import shown_moments
+    from hvisph.visualization.particles import Look, usual_view, view_picture
+
+    moments = shown_moments(folder, None, False)
+    view_picture(moments, picture, Look(view=usual_view(moments[0])))

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hvisph.cli.guard import FAILED, INTERRUPTED, ends_like_ctrl_c
-from hvisph.cli.options import CaseArgument, ResolutionOption, SetOption
-from hvisph.cli.sweep_options import How, Running, shared
-from hvisph.cli.text.echo import say
-from hvisph.cli.text.formatting import echo_json, table
+from hvisph.cli.options import CaseArgument, How, ResolutionOption, Running, SetOption, shared
+from hvisph.cli.text.formatting import echo_json, say, table
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences
 

@@ -1,38 +1,69 @@
-"""Numbers with units, and tables, as text for people."""
+"""Text for people: harmless output, numbers with units, and tables."""
 
 from __future__ import annotations
 
+import errno
 import json
 import math
+import os
+import sys
 import textwrap
 from collections.abc import Sequence
 
+import typer
+
 from hvisph.core.text import harmless
 
-from .echo import show
+# What writing ends with when nobody reads any more: the reader of a pipe has gone, or the terminal was closed.
+_NOBODY = {errno.EPIPE, errno.EIO}
+
+
+def say(text: object = "", *, err: bool = False, red: bool = False, nl: bool = True) -> None:
+    """Print `text`, in red on a terminal where asked for."""
+    show(typer.style(harmless(text), fg=typer.colors.RED) if red else harmless(text), err=err, nl=nl)
+
+
+def show(text: str, *, err: bool = False, nl: bool = True) -> None:
+    """Print text of our own making as it is, colours included."""
+    try:
+        typer.echo(text, err=err, nl=nl)
+    except OSError as error:
+        if not deaf(error):
+            raise
+
+
+def deaf(error: OSError) -> bool:
+    """Tell whether `error` says that nobody listens; what is printed from then on goes nowhere."""
+    if error.errno not in _NOBODY:
+        return False
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+    return True
+
 
 SCREEN = 100  # columns of a terminal that tables fit into
 GAP = 2  # between columns
 NARROWEST = 24  # column in which words are wrapped
-_PREFIXES = (
-    (1e9, "G"),
-    (1e6, "M"),
-    (1e3, "k"),
-    (1.0, ""),
-    (1e-3, "m"),
-    (1e-6, "u"),
-    (1e-9, "n"),
-    (1e-12, "p"),
-)
+_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12}
 
 
 def quantity(value: float, unit: str = "", digits: int = 4) -> str:
     """Return `value` [SI] with the prefix that suits it: 0.0001 m as ``0.1 mm``; as it is without a unit."""
     if not unit or unit.startswith("k") or value == 0.0 or not math.isfinite(value):  # kg/m^3 has its prefix
         return f"{value:.{digits}g} {unit}".rstrip()
-    # a tenth of a unit reads better than a hundred of the next smaller: 0.1 mm, not 100 um
-    factor, prefix = next((p for p in _PREFIXES if abs(value) >= 0.0999 * p[0]), _PREFIXES[-1])
+    prefix, factor = _prefix_of(abs(value))
     return f"{value / factor:.{digits}g} {prefix}{unit}"
+
+
+def _prefix_of(size: float) -> tuple[str, float]:
+    """Return the prefix that suits a size, and its factor: the smallest one for what is smaller still."""
+    # a tenth of a unit reads better than a hundred of the next smaller: 0.1 mm, not 100 um
+    return next((pair for pair in _PREFIXES.items() if size >= 0.0999 * pair[1]), ("p", 1e-12))
 
 
 def times(values: Sequence[float], unit: str = "s") -> list[str]:
@@ -40,7 +71,7 @@ def times(values: Sequence[float], unit: str = "s") -> list[str]:
     if not unit:
         return [quantity(value) for value in values]
     least = min((abs(value) for value in values if value), default=1.0)
-    factor, prefix = next((p for p in _PREFIXES if least >= 0.0999 * p[0]), _PREFIXES[-1])
+    prefix, factor = _prefix_of(least)
     return [f"{value / factor:.4g} {prefix}{unit}" for value in values]
 
 
@@ -49,11 +80,7 @@ def duration(seconds: float) -> str:
     if seconds < 9.95:
         return f"{seconds:.1f} s"
     whole = round(seconds)
-    for size, unit, next_size, next_unit in (
-        (86400, "d", 3600, "h"),
-        (3600, "h", 60, "min"),
-        (60, "min", 1, "s"),
-    ):
+    for size, unit, next_size, next_unit in ((86400, "d", 3600, "h"), (3600, "h", 60, "min"), (60, "min", 1, "s")):
         if whole >= size:
             return f"{whole // size} {unit} {whole % size // next_size} {next_unit}"
     return f"{whole} s"
@@ -61,7 +88,7 @@ def duration(seconds: float) -> str:
 
 def size(count: float) -> str:
     """Return a number of bytes as ``12 MB``."""
-    factor, prefix = next(((f, p) for f, p in _PREFIXES if count >= f), (1.0, ""))
+    prefix, factor = next((pair for pair in _PREFIXES.items() if count >= pair[1]), ("", 1.0))
     return f"{count / factor:.3g} {prefix}B"
 
 

@@ -16,8 +16,7 @@ from hvisph.cli.guard import raise_noted
 from hvisph.core.text import harmless
 from hvisph.simulation.listener import Progress
 
-from .echo import deaf
-from .formatting import duration, quantity
+from .formatting import deaf, duration, quantity
 from .text_log import Lines, time_left
 
 if TYPE_CHECKING:
@@ -78,9 +77,9 @@ class Live(Lines):
     def progress(self, progress: Progress) -> None:
         """Draw where the run is."""
         raise_noted()
-        self._display.update(self.drawing_dimensions(progress))
+        self._display.update(self.drawing(progress))
 
-    def drawing_dimensions(self, progress: Progress) -> Group:
+    def drawing(self, progress: Progress) -> Group:
         """Return the bar and its line."""
         unit, left = self._unit, time_left(progress)
         bar = Table.grid(padding=(0, 1))

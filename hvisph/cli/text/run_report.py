@@ -16,8 +16,7 @@ from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import harmless
 from hvisph.parallel.mpi_launch import is_first
 
-from .echo import say, show
-from .formatting import duration, echo_json
+from .formatting import duration, echo_json, say, show
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -137,7 +136,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool, everything: 
 
 def _all_results(summary: dict[str, Any], unitless: bool) -> list[str]:
     """Return all measures, sections, bodies and correlations as text."""
-    from hvisph.cli.commands.correlations import correlations_text
+    from hvisph.cli.commands.references import correlations_text
 
     from .results_table import bodies_table, conservation_rows, results_table, sections_table
 

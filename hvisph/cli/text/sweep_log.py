@@ -11,9 +11,9 @@ from typing import Any
 
 from hvisph.core.measure_catalogue import format_of, main_measures
 from hvisph.core.text import format_differences, format_value
+from hvisph.visualization.sweeps import format_value_of, result_lines, shortest_paths
 
-from .echo import say
-from .formatting import duration, paragraph, quantity, table, tables
+from .formatting import duration, paragraph, quantity, say, table, tables
 
 SHOT = "experiment.shot"  # names a case by itself
 SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
@@ -45,7 +45,7 @@ class Teller:
         self.done += 1
         if self.silent:
             return
-        paths = _shortest([*row["values"]])
+        paths = shortest_paths([*row["values"]])
         values = row["values"].get(SHOT) or ", ".join(
             f"{path} {format_value(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
         )
@@ -89,14 +89,12 @@ def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], pa
     parts = ["", paragraph(said["finding"]), ""] if said.get("finding") else [""]
     if said.get("fit"):
         return "\n".join([*parts, _fit(said["fit"], path), "", f"{len(rows)} runs: {path / 'table.csv'}"])
-    if "converge" in said:
-        parts += [_converge(said["converge"], sweep.record), ""]
-    elif "limits" in said:
+    if "limits" in said:
         parts += [*map(_limit, said["limits"]), ""]
-    elif "sample" in said:
-        parts += [_sample(said["sample"], sweep.record), ""]
-    elif "experiment" in said:
-        parts += [_experiment(said["experiment"]), ""]
+    elif lines := result_lines(said, sweep.record):
+        parts += [table(lines), ""]
+    if "sample" in said:
+        parts += [*_slopes(said["sample"], sweep.record)]
     parts += [_rows(rows, sweep.record), ""]
     counts: dict[str, int] = {}
     for row in rows:
@@ -114,54 +112,15 @@ def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
     names = _main(record, rows)
     sizes = {name: [abs(row["measures"].get(name, {}).get("value") or 0.0) for row in rows] for name in names}
     displays = {name: format_of(name).scale_to(max(sizes[name], default=0.0)) for name in names}
-    head = ["", *_shortest(paths), "", *(displays[name].short for name in names)]
+    head = ["", *shortest_paths(paths), "", *(displays[name].short for name in names)]
     units = ["", *("" for _ in paths), "", *(displays[name].unit for name in names)]
     lines = [head, units]
     values = [format_differences([row["values"].get(path) for row in rows]) for path in paths]
     for row, *own in zip(rows[:SHOWN_ROWS], *values, strict=False):
-        cells = [_cell(name, row["measures"].get(name, {}).get("value"), displays[name]) for name in names]
+        cells = [format_value_of(name, row["measures"].get(name, {}).get("value"), displays[name]) for name in names]
         lines.append([str(row["number"]), *own, row["status"], *cells])
     more = f"\n  and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
     return tables(lines, kept=2 + len(paths)) + more
-
-
-def _shortest(paths: Sequence[str]) -> list[str]:
-    """Return paths by as many of their last parts as tell them apart, a number with the key that it belongs to."""
-    shown = []
-    for path in paths:
-        parts = path.split(".")
-        ends = [".".join(parts[-k:]) for k in range(1, len(parts) + 1) if not parts[-k].isdigit() or k == len(parts)]
-        unlike = (end for end in ends if not any(f".{other}".endswith(f".{end}") for other in paths if other != path))
-        shown.append(next(unlike, path))
-    return shown
-
-
-def _cell(name: str, value: Any, display: Any) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool) or name == "perforated":
-        return "yes" if value else "no"
-    number = float(value) * display.factor
-    return f"{number:.4g}" if display.decimals < 0 else f"{number:.{display.decimals}f}"
-
-
-def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
-    lines = [["", "unit", "finest", "order", "extrapolated", "index", ""]]
-    for name, one in verdict.items():
-        if record is not None and name not in record:
-            continue
-        display = format_of(name)
-        finest = one["values"][one["spacings"].index(min(one["spacings"]))]
-        if name == "perforated":
-            lines.append([display.label, "", _cell(name, finest, display), "-", "-", "-", one["verdict"]])
-            continue
-        order = f"{one['order']:.2f}" if one["order"] is not None else "-"
-        limit = f"{one['extrapolated'] * display.factor:.4g}" if one["extrapolated"] is not None else "-"
-        index = f"{100 * one['index']:.2g} %" if one["index"] is not None else "-"
-        lines.append(
-            [display.label, display.unit, f"{finest * display.factor:.4g}", order, limit, index, one["verdict"]]
-        )
-    return table(lines)
 
 
 def _limit(verdict: dict[str, Any]) -> str:
@@ -190,48 +149,39 @@ def _limit(verdict: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _experiment(verdict: dict[str, Any]) -> str:
-    lines = [["against the experiment", "shots", "mean", "worst"]]
+def _slopes(verdict: dict[str, Any], record: Sequence[str] | None) -> list[str]:
+    """Return the table of what the measures of a sample depend on; nothing where that is not known."""
+    lines = [["", "slope", "", "variance", "total Sobol", "R2", "left out"]]
     for name, one in verdict.items():
-        off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
-        lines.append([format_of(name).label, str(len(one["cases"])), *off])
-    return table(lines)
-
-
-def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
-    lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %"]]
-    slopes = [["", "slope", "", "variance", "total Sobol", "R2", "left out"]]
-    for name, one in verdict.items():
-        if record is not None and name not in record:
+        found = one.get("sensitivity")
+        if not found or (record is not None and name not in record):
             continue
         display = format_of(name)
-        numbers = [f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
-        lines.append([display.label, display.unit, *numbers])
-        found = one.get("sensitivity")
-        for k, (path, unit) in enumerate(found["inputs"].items() if found else ()):
+        for k, (path, unit) in enumerate(found["inputs"].items()):
             slope = f"{found['slope'][k] * display.factor:+.3g} ± {found['error'][k] * display.factor:.1g}"
-            per = f"{display.unit or '1'} per {unit or '1'} of {_shortest([path])[0]}"
+            per = f"{display.unit or '1'} per {unit or '1'} of {shortest_paths([path])[0]}"
             shares = [f"{100.0 * found[key][k]:.0f} %" for key in ("share", "total")]
             errors = [f"{found['r2']:.3f}", f"{100.0 * found['leave_one_out']:.0f} %"] if k == 0 else ["", ""]
-            slopes.append([display.label if k == 0 else "", slope, per, *shares, *errors])
-    return table(lines) + ("\n\n" + table(slopes) if len(slopes) > 1 else "")
+            lines.append([display.label if k == 0 else "", slope, per, *shares, *errors])
+    return [table(lines), ""] if len(lines) > 1 else []
 
 
 def _fit(fit: dict[str, Any], folder: Path) -> str:
     """Return a fit's parameters, their correlation and the residuals by shot."""
-    names = list(fit["parameters"])
-    lines = [["", "", "95 %", "", *_shortest(names)]]
-    for path, one, row in zip(names, fit["parameters"].values(), fit["correlation"], strict=True):
-        doubt = "" if one["determined"] else "not determined by the data"
-        value, *interval = (f"{number:.4g}" for number in (one["value"], *one["interval"]))
-        lines.append([path, f"{value} {one['unit']}", " to ".join(interval), doubt, *(f"{r:+.2f}" for r in row)])
     shots: dict[str, list[str]] = {}
     for one in fit["data"]:
         at = "" if one["at"] is None else f" at {one['at']:g}"
         shots.setdefault(one["shot"], []).append(f"{one['quantity']}{at} {one['residual']:+.2f}")
     residuals = [[shot, ", ".join(found[:SHOWN_RESIDUALS]) + (" ..." if len(found) > SHOWN_RESIDUALS else "")]
                  for shot, found in shots.items()]  # fmt: skip
-    parts = [table(lines), "", "residuals, (computed - measured)/scatter:", table(residuals), "", fit["method"]]
+    parts = [
+        table(result_lines({"fit": fit})),
+        "",
+        "residuals, (computed - measured)/scatter:",
+        table(residuals),
+        "",
+        fit["method"],
+    ]
     if "surrogates" in fit:
         worst = max(fit["surrogates"], key=lambda one: one["share"])
         parts.append(f"leave-one-out error of the surfaces at most {100.0 * worst['share']:.2g} % of the deviation")

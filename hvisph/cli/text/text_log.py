@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from hvisph.cli.guard import raise_noted
 from hvisph.simulation.listener import Listener, Progress
 
-from .echo import say
-from .formatting import duration, quantity
+from .formatting import duration, quantity, say
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case

@@ -15,14 +15,13 @@ import numpy as np
 from hvisph.casefile.document import read_yaml
 from hvisph.casefile.embedded_case import symmetry_axes
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measure_catalogue import format_of
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.particles import Look, Moment, thumbnail, usual_view
 from hvisph.visualization.style import field_of
-from hvisph.visualization.sweeps import sweep_figure
+from hvisph.visualization.sweeps import result_lines, sweep_figure
 
 from .charts import embed_figure, embedded_pixels
 from .report import PAGE, template
@@ -83,7 +82,7 @@ def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | 
         for row in rows:
             with suppress(OutputError, CaseError):  # it keeps a summary only, or has not been run
                 run_report([_run(home, row)])
-    said_heads, said_rows = _measures_table(said)
+    said_heads, *said_rows = result_lines(said) or [[]]
     text = template("sweep.html.j2").render(
         title=title, css=(PAGE / "report.css").read_text(encoding="utf-8"), verdict=_verdict(said),
         failures=said.get("failures", []), said_heads=said_heads, said_rows=said_rows, svg=_picture(said, rows),
@@ -126,40 +125,6 @@ def _verdict(said: Mapping[str, Any]) -> str:
         for one in limit.get("correlations", []):
             text += f" {one['name']} has {one['value']:.0f} m/s."
     return text
-
-
-def _measures_table(said: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Return the table of what all cases say of each measure."""
-    if "converge" in said:
-        rows = []
-        for name, one in said["converge"].items():
-            display = format_of(name)
-            limit = "-" if one["extrapolated"] is None else f"{one['extrapolated'] * display.factor:.4g} {display.unit}"
-            order = "-" if one["order"] is None else f"{one['order']:.2f}"
-            index = "-" if one["index"] is None else f"{100.0 * one['index']:.2g} %"
-            rows.append([display.label, order, limit, index, one["verdict"]])
-        return ["measure", "order", "extrapolated", "index", ""], rows
-    if "sample" in said:
-        rows = []
-        for name, one in said["sample"].items():
-            display = format_of(name)
-            numbers = [f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
-            rows.append([display.label, display.unit, *numbers])
-        return ["measure", "unit", "mean", "deviation", "5 %", "50 %", "95 %"], rows
-    if said.get("fit"):
-        rows = []
-        for path, one in said["fit"]["parameters"].items():
-            value, low, high = (f"{number:.4g}" for number in (one["value"], *one["interval"]))
-            doubt = "" if one["determined"] else "not determined by the data"
-            rows.append([path, f"{value} {one['unit']}", f"{low} to {high}", doubt])
-        return ["parameter", "value", "95 %", ""], rows
-    if "experiment" in said:
-        rows = []
-        for name, one in said["experiment"].items():
-            off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
-            rows.append([format_of(name).label, str(len(one["cases"])), *off])
-        return ["against the experiment", "shots", "mean", "worst"], rows
-    return [], []
 
 
 def _picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> str:

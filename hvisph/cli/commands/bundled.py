@@ -1,4 +1,4 @@
-"""`hvisph materials`: the material library."""
+"""`hvisph cases`, `materials` and `schema`: what the package holds."""
 
 from __future__ import annotations
 
@@ -9,9 +9,63 @@ from typing import Annotated, Any
 import typer
 
 from hvisph.cli.options import JsonOption
-from hvisph.cli.text.echo import say
-from hvisph.cli.text.formatting import echo_json, paragraph, quantity, table
-from hvisph.core.errors import CaseError
+from hvisph.cli.text.formatting import echo_json, paragraph, quantity, say, table
+from hvisph.core.errors import CaseError, OutputError, suggest_nearest
+
+
+def cases(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="Case to print; all cases are listed unless given.")
+    ] = None,
+    copy: Annotated[
+        Path | None,
+        typer.Option("--copy", metavar="DIR", help="Copy the case, or all, into a folder."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the bundled cases, print one, or copy them."""
+    from hvisph.casefile.paths import bundled_cases
+
+    files = bundled_cases()
+    if name is not None:
+        if name not in files:
+            raise CaseError(f"there is no bundled case '{name[:200]}'{suggest_nearest(name[:200], list(files))}")
+        files = {name: files[name]}
+    if copy is not None:
+        _copy(files, copy)
+    elif name is not None and not as_json:
+        say(files[name].read_text(encoding="utf-8"), nl=False)
+    else:
+        _list(files, as_json)
+
+
+def _list(files: dict[str, Path], as_json: bool) -> None:
+    from hvisph.casefile.loader import load_case
+
+    loaded = {name: load_case(path) for name, path in files.items()}
+    if as_json:
+        echo_json(
+            [
+                {"name": name, "title": case.title, "source": case.source, "path": str(files[name])}
+                for name, case in loaded.items()
+            ]
+        )
+    else:
+        say(table([(name, case.title) for name, case in loaded.items()], indent=0, cut=True))
+
+
+def _copy(files: dict[str, Path], folder: Path) -> None:
+    targets = {path: folder / f"{name}.yaml" for name, path in files.items()}
+    there = [target for target in targets.values() if target.exists()]
+    if there:
+        raise CaseError(f"{there[0]} exists; nothing was copied", where="--copy")
+    try:
+        for path, target in targets.items():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(path.read_bytes())
+            say(str(target))
+    except OSError as error:
+        raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error
 
 
 def materials(
@@ -136,3 +190,34 @@ def _comparison(models: list[Any]) -> str:
     keys = dict.fromkeys(key for each in columns for key in each)
     rows += [(key, *(quantity(*each[key]) if key in each else "" for each in columns)) for key in keys]
     return table(rows, indent=0)
+
+
+NAMES = ("case", "summary", "sweep")
+
+
+def schema(
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[case|summary|sweep]", help="Schema to print or write; case unless given."),
+    ] = None,
+    write: Annotated[
+        Path | None, typer.Option("--write", metavar="DIR", help="Write the schema, or all, into a folder.")
+    ] = None,
+) -> None:
+    """Print a JSON schema, or write them into a folder."""
+    from hvisph.casefile.paths import data_folder
+
+    if name is not None and name not in NAMES:
+        raise CaseError(f"unknown schema '{name[:64]}'{suggest_nearest(name[:64], NAMES)}")
+    chosen = [f"{each}.schema.json" for each in (NAMES if name is None and write else (name or "case",))]
+    texts = {file: (data_folder("schemas") / file).read_text(encoding="utf-8") for file in chosen}
+    if write is None:
+        say(texts[chosen[0]], nl=False)
+        return
+    try:
+        write.mkdir(parents=True, exist_ok=True)
+        for file, text in texts.items():
+            (write / file).write_text(text, encoding="utf-8")
+            say(str(write / file))
+    except OSError as error:
+        raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error

@@ -1,4 +1,4 @@
-"""`hvisph plot` and `hvisph animate`: all particles of a run as pictures."""
+"""`hvisph plot`, `animate`, `gauges` and `report`: pictures and pages of runs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
+from hvisph.cli.guard import parse_option
 from hvisph.cli.options import QuietOption
+from hvisph.cli.text.formatting import say
 from hvisph.core.errors import CaseError, suggest_nearest
 
 FieldOption = Annotated[
@@ -93,13 +95,7 @@ def _times(at: str | None) -> list[float] | str | None:
     """Return `--at` as times [s], ``all`` or None."""
     if at is None or at == "all":
         return at
-    from hvisph.case.dimensions import TIME
-    from hvisph.case.units import parse_quantity
-
-    try:
-        return [parse_quantity(part.strip(), TIME) for part in at.split(",")]
-    except ValueError as error:
-        raise CaseError(f"{error}, or all", where="--at") from None
+    return [parse_option(part, "TIME", "--at", ", or all") for part in at.split(",")]
 
 
 def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None,
@@ -129,3 +125,42 @@ def _numbers(text: str, where: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise CaseError(f"'{text}': expected numbers with commas between", where=where) from None
+
+
+def gauges(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="Folder of a run.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="Picture to write; RUN/gauges.png unless given."),
+    ] = None,
+    exact: Annotated[bool, typer.Option("--exact", help="Draw the exact solution as well (1D).")] = False,
+) -> None:
+    """Draw the gauges of a run: one panel per field, one line per gauge."""
+    from hvisph.casefile.loader import load_case
+    from hvisph.postprocessing.gauge_overlay import overlay
+    from hvisph.visualization.curves import curves_picture
+
+    folder = Path(run)
+    made = overlay({folder.name: folder}, exact)
+    for reason in made.without.values():
+        raise CaseError(f"there is no exact solution to draw: {reason}", where="--exact")
+    title = load_case(folder / "case.yaml").title
+    say(str(curves_picture(made.panels, out or folder / "gauges.png", title=title, unitless=made.unitless)))
+
+
+def report(
+    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs, or of one sweep.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="Page to write; report.html in the run's folder."),
+    ] = None,
+    each: Annotated[bool, typer.Option("--each", help="For a sweep, also write a page for every run.")] = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Write one self-contained page: verdict, player, measures, warnings, set-up."""
+    from hvisph.visualization.html.report import report as build
+    from hvisph.visualization.html.sweep import is_sweep, sweep_report
+
+    path = sweep_report(runs[0], out, each=each) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)
+    if not quiet:
+        say(str(path))
