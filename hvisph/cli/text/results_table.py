@@ -14,8 +14,6 @@ from hvisph.core.measure_catalogue import axis_unit, format_of
 from .formatting import paragraph, table, times
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from hvisph.measures.debris.fragments import BodyFragments
     from hvisph.measures.measure import Measures
     from hvisph.measures.result import Result
@@ -219,7 +217,7 @@ def _summary(part: BodyFragments, unit: str, factor: float) -> str:
     return text
 
 
-def _mass_and_share(part: BodyFragments, chosen: np.ndarray, unit: str, factor: float) -> str:
+def _mass_and_share(part: BodyFragments, chosen: Any, unit: str, factor: float) -> str:
     mass = part.masses[chosen].sum()
     if not math.isfinite(mass):
         return ""
