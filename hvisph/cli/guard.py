@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from hvisph.cli.text.formatting import say
-from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError
+from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, suggest_nearest
 from hvisph.parallel.mpi_launch import is_first
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 FAILED = 3
 DEBUG = "HVISPH_DEBUG"
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
 
 
 def guard_errors(command: Callable[..., None]) -> Callable[..., None]:
@@ -159,6 +160,15 @@ def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> fl
         return parse_quantity(text.strip(), getattr(dimensions, dimension))
     except ValueError as error:
         raise CaseError(f"{error}{remedy}", where=option) from None
+
+
+def refuse_format(picture: Path, option: str) -> None:
+    """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
+    if picture.suffix.lower() not in PICTURES:
+        raise CaseError(
+            f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}",
+            where=option,
+        )
 
 
 def case_of_run(folder: Path) -> Case | None:

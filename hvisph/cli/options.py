@@ -111,7 +111,7 @@ class How(Running):
     def refuse(self) -> None:
         """Refuse before anything runs what would fail after it all; raises `CaseError`."""
         if self.plot is not None:
-            from hvisph.cli.commands.compare import refuse_format
+            from hvisph.cli.guard import refuse_format
 
             refuse_format(self.plot, "--plot")
 

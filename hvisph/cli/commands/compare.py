@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hvisph.cli.guard import FAILED, case_of_run, noted_interrupts
+from hvisph.cli.guard import FAILED, case_of_run, noted_interrupts, refuse_format
 from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.cli.text.comparison_table import comparison_tables, gauge_table
 from hvisph.cli.text.formatting import echo_json, say, show
@@ -18,8 +18,6 @@ from hvisph.core.errors import CaseError, suggest_nearest
 
 if TYPE_CHECKING:
     from hvisph.postprocessing.gauge_overlay import Overlay
-
-PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
 
 
 def compare(
@@ -110,15 +108,6 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
     if field not in (None, "body", *CATALOGUE):
         raise CaseError(
             f"there is no field '{field}'{suggest_nearest(str(field), ['body', *CATALOGUE])}", where="--field"
-        )
-
-
-def refuse_format(picture: Path, option: str) -> None:
-    """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
-    if picture.suffix.lower() not in PICTURES:
-        raise CaseError(
-            f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}",
-            where=option,
         )
 
 

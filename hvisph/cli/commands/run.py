@@ -105,7 +105,7 @@ def watch(
     if not folder.is_dir():
         raise CaseError(f"there is no run at {folder}")
     if picture is not None:
-        from .compare import refuse_format
+        from hvisph.cli.guard import refuse_format
 
         refuse_format(picture, "--picture")
     drawn, said = -1, ""
