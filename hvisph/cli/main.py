@@ -15,7 +15,7 @@ from hvisph.casefile.renamed_keys import COMMANDS, OPTIONS
 from hvisph.cli.text.formatting import say
 from hvisph.core.errors import suggest_nearest
 
-from .commands import bundled, check, compare, doctor, help, measure, pictures, references, run, sweep, verify
+from .commands import check, compare, doctor, help, library, measure, pictures, references, run, sweep, verify
 from .guard import guard_errors
 
 # What people try, and what it is called here.
@@ -88,8 +88,8 @@ for command in (
     references.exact,
     verify.verify,
     verify.validate,
-    bundled.cases,
-    bundled.materials,
+    library.cases,
+    library.materials,
     references.point,
     help.help,
     sweep.sweep,
@@ -97,7 +97,7 @@ for command in (
     sweep.converge,
     sweep.ballistic_limit,
     references.correlations,
-    bundled.schema,
+    library.schema,
     doctor.doctor,
 ):
     app.command()(guard_errors(command))
