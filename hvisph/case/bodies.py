@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Protocol
+import math
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from hvisph.case.materials.material import NamedMaterial
 from hvisph.core.catalogues import ARRANGEMENTS
@@ -12,7 +13,7 @@ from hvisph.core.catalogues import ARRANGEMENTS
 from .dimensions import NUMBER
 from .model import StrictModel
 from .shapes import OptionalRotation, Position, Rotation, Shape
-from .simple_shapes import Axis
+from .simple_shapes import Axis, Direction
 from .units import NonNegativeLength, NonNegativeSpecificEnergy, PositiveLength, PositiveTemperature, Quantity
 from .velocities import VelocityField, VelocityVector
 
@@ -50,6 +51,24 @@ class Grading(StrictModel):
         description="Where along x the fine part lies: in the middle, at the `front` (the face at lower x), as in a "
         "thick target, or at the `rear`",
     )
+
+
+class MaterialAxes(StrictModel):
+    """Directions of a body's material; the third is normal to both."""
+
+    one: Direction = Field(description="Axis 1, such as that of the fibres [-], or x, y, z")
+    two: Direction = Field(description="Axis 2 [-], at right angles to it")
+
+    @model_validator(mode="after")
+    def _right_angles(self) -> Self:
+        first, second = math.hypot(*self.one), math.hypot(*self.two)
+        if not (first > 0.0 and second > 0.0):
+            raise ValueError("a direction must not be all zero")
+        across = math.fsum(a * b for a, b in zip(self.one, self.two, strict=True)) / (first * second)
+        if abs(across) > 1e-6:
+            angle = math.degrees(math.acos(max(-1.0, min(1.0, across))))
+            raise ValueError(f"one and two must be at right angles, but lie at {angle:.4g} degrees")
+        return self
 
 
 class Body(StrictModel):
@@ -97,6 +116,11 @@ class Body(StrictModel):
     )
     rotation: OptionalRotation = Field(
         default=None, description="Turn about the centre before placing: an angle [deg], or angle and axis"
+    )
+    axes: MaterialAxes | None = Field(
+        default=None,
+        description="Axes of an `orthotropic` or `fabric` material, which turn with `rotation`; required for one in "
+        "3D; in 1D and `axisymmetric` axis 3 lies along x unless given",
     )
     role: Literal["projectile", "layer", "other"] | None = Field(
         default=None,

@@ -94,6 +94,25 @@ def rotate(s, r):
 
 
 @operation
+def quaternion_product(a, b):
+    """Return the quaternion of the rotation `a` after the rotation `b`; components are w, x, y, z."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw)  # fmt: skip
+
+
+@operation
+def quaternion_rotation(q):
+    """Return the rotation of a quaternion, row by row; its columns are the turned axes. A length near 1 is enough."""
+    w, x, y, z = q
+    scale = 2.0 / (w * w + x * x + y * y + z * z)
+    return (1.0 - scale * (y * y + z * z), scale * (x * y - w * z), scale * (x * z + w * y),
+            scale * (x * y + w * z), 1.0 - scale * (x * x + z * z), scale * (y * z - w * x),
+            scale * (x * z - w * y), scale * (y * z + w * x), 1.0 - scale * (x * x + y * y))  # fmt: skip
+
+
+@operation
 def rotate_in_plane(s, z):
     """Return `rotate` for the rotation with the axial vector (0, 0, z)."""
     xx, yy, zz, xy, xz, yz = s

@@ -24,7 +24,7 @@ class Field:
     name
         Name at every interface: Python, files, history.
     rank
-        ``scalar``, ``vector``, ``axial``, ``symmetric`` or ``gradient``.
+        ``scalar``, ``vector``, ``axial``, ``symmetric``, ``gradient`` or ``quaternion``.
     unit
         SI unit, as pint reads it.
     meaning
@@ -42,7 +42,7 @@ class Field:
     def components(self, dim: int) -> int:
         """Return how many numbers a particle stores for this field in `dim` dimensions."""
         sizes = {"scalar": 1, "vector": dim, "axial": AXIAL_LENGTH[dim], "symmetric": SYMMETRIC_LENGTH[dim],
-                 "gradient": dim * dim}  # fmt: skip
+                 "gradient": dim * dim, "quaternion": 4}  # fmt: skip
         return sizes[self.rank]
 
 
@@ -55,7 +55,7 @@ CATALOGUE: dict[str, Field] = {
         Field("density", "scalar", "kg/m^3", "density"),
         Field("internal_energy", "scalar", "J/kg", "specific internal energy"),
         Field("smoothing_length", "scalar", "m", "smoothing length h"),
-        Field("deviator", "symmetric", "Pa", "deviatoric part of the Cauchy stress"),
+        Field("deviator", "symmetric", "Pa", "stress + pressure: the deviator, of anisotropic materials with a trace"),
         Field("plastic_strain", "scalar", "", "equivalent plastic strain"),
         Field("damage", "scalar", "", "damage, 0 intact to 1 failed"),
         Field("pressure", "scalar", "Pa", "pressure, positive in compression"),
@@ -88,6 +88,8 @@ CATALOGUE: dict[str, Field] = {
         Field("flaw_exponent", "scalar", "", "exponent of the number of active flaws"),
         Field("flaws", "scalar", "", "number of flaws"),
         Field("strain_rate", "scalar", "1/s", "smoothed equivalent strain rate"),
+        Field("material_axes", "quaternion", "", "rotation w, x, y, z from x, y, z to the axes 1, 2, 3 of the material"),
+        Field("failure_modes", "scalar", "", "open modes of failure: 1 fibre (or yarn 1) + 2 matrix (yarn 2) + 4 layers"),
     )
 }
 
@@ -105,6 +107,8 @@ def component_names(name: str, dim: int) -> list[str]:
         return [f"{name}_{axis}" for axis in _AXES[:dim]]
     if field.rank == "symmetric":
         return [f"{name}_{pair}" for pair in SYMMETRIC_COMPONENTS[: SYMMETRIC_LENGTH[dim]]]
+    if field.rank == "quaternion":
+        return [f"{name}_{part}" for part in "wxyz"]
     return [f"{name}_{a}{b}" for a in _AXES[:dim] for b in _AXES[:dim]]
 
 

@@ -26,9 +26,9 @@ from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, put_ful
 from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
 
 # The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
-# (six components), plastic strain, damage and memory (five numbers, see `materials.stress_update`); what it stands
-# for is in `hvisph.core.fields`.
-State = namedtuple("State", "x u rho e h s plastic_strain damage memory")
+# (six components), plastic strain, damage, memory (five numbers, see `materials.stress_update`) and axes (five numbers,
+# see `materials.anisotropic_stress`); what it stands for is in `hvisph.core.fields`.
+State = namedtuple("State", "x u rho e h s plastic_strain damage memory axes")
 
 # The rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) beside it, and the
 # rate of the circumference of a ring, 0 elsewhere.
@@ -36,9 +36,9 @@ Rates = namedtuple("Rates", "a power l density hoop")
 
 # What `pack` of a formulation writes into a particle's row: position and velocity, mass in the plane, density, energy,
 # smoothing length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components), body, radius
-# of the ring, 0 elsewhere, twice the rate at which angular momentum is to be taken back, for each mass (axial), and the
-# lead of ln(rho) over the number of particles.
-Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring spin lead")
+# of the ring, 0 elsewhere, twice the rate at which angular momentum is to be taken back, for each mass (axial), the
+# lead of ln(rho) over the number of particles, and the squares of the speeds of longitudinal waves by direction.
+Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring spin lead waves")
 
 # What `show_limits` of a formulation that asks for it writes beside: normal and shear traction that the particle bears,
 # whether it has failed, how much of its order is left, whether its smoothing length is free to follow; its density at
@@ -61,7 +61,10 @@ def load_state(state, i):
                  own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
                  (state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
                   state[i, S_STRAIN_RATE])
-                 if REMEMBERS else NOTHING)  # fmt: skip
+                 if REMEMBERS else NOTHING,
+                 (state[i, S_MATERIAL_AXES], state[i, S_MATERIAL_AXES + 1], state[i, S_MATERIAL_AXES + 2],
+                  state[i, S_MATERIAL_AXES + 3], state[i, S_FAILURE_MODES])
+                 if ANISOTROPIC else NO_AXES)  # fmt: skip
 
 
 def store(state, i, now):
@@ -77,6 +80,9 @@ def store(state, i, now):
     if REMEMBERS:
         state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN] = now.memory[0], now.memory[1]
         state[i, S_STRAIN_RATE] = now.memory[4]
+    if ANISOTROPIC:
+        put(state, i, S_MATERIAL_AXES, (now.axes[0], now.axes[1], now.axes[2], now.axes[3]))
+        state[i, S_FAILURE_MODES] = now.axes[4]
 
 
 def load_rates(rates, k):
@@ -121,7 +127,7 @@ def move(state, i, now, rate, free, u, dt):
         missing = 0.5 * (missing + dot(before, subtract(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
     after = State(add(now.x, multiply(dt, mean)), add(now.u, multiply(dt, a)), now.rho,
                   now.e + dt * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
-                  now.memory)  # fmt: skip
+                  now.memory, now.axes)  # fmt: skip
     return after, l, divergence(l) - density, hoop
 
 
@@ -152,10 +158,15 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     if SPARSEST:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
         rho = max(rho, min(least, now.rho) if AXISYMMETRIC else least)
     h = min(max(now.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
-    s, plastic_strain, damage, p, c, memory = update_stress(
-        table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
+    axes = now.axes
+    if ANISOTROPIC:
+        s, plastic_strain, damage, p, c, memory, axes = update_with_axes(
+            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, axes, full)  # fmt: skip
+    else:
+        s, plastic_strain, damage, p, c, memory = update_stress(
+            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
     kept = memory if REMEMBERS else NOTHING
-    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept), p, c, full, thicker
+    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept, axes), p, c, full, thicker
 
 
 def works(before, now, l, p, dt):

@@ -18,7 +18,7 @@ from math import pi
 import numpy as np
 
 from hvisph.compiler.exact_sum import add_lane_vectors, add_lanes, sum_lanes
-from hvisph.compiler.tensors import add, divergence, dot, multiply, no_axial, no_vector, own_axial, own_vector, put
+from hvisph.compiler.tensors import add, divergence, dot, multiply, no_axial, no_symmetric, no_vector, own_axial, own_vector, put
 from hvisph.compiler.tensors3d import extend_vector
 from hvisph.compiler.vector.api import LANES, broadcast_strict, extract_lane, first_lanes, gather
 from hvisph.compiler.vector.partition import NONE, list_equal_keys
@@ -96,13 +96,17 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     # The stage: where the rates are evaluated next.
     x = add(now.x, multiply(stage, add(now.u, multiply(DRIFT * stage, a))))
     ahead = State(x, add(now.u, multiply(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
-                  now.plastic_strain, now.damage, now.memory)  # fmt: skip
+                  now.plastic_strain, now.damage, now.memory, now.axes)  # fmt: skip
     swelling = divergence(rate.l) - rate.density
     ahead, p, c, l, thicker = strain(
         ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
     pressures[s], lengths[s] = p, ahead.h
     shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
     c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
+    waves = no_symmetric(3)
+    if ANISOTROPIC:
+        c_t = shear_speed(ahead.rho, transverse_modulus(table, models, m, shear))
+        waves = squared_speeds(table, models, m, ahead.rho, c, shear, ahead.axes)
     # In plane stress a membrane: its forces and its density are those of its thickness.
     thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
     # In the plane of a ring the mass of its section.
@@ -113,7 +117,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     lead = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        multiply(thickness, ahead.s), tags[s, 1], ring, spin, lead))  # fmt: skip
+        multiply(thickness, ahead.s), tags[s, 1], ring, spin, lead, waves))  # fmt: skip
     if SHEARS:  # alpha goes with this speed of sound
         left = shear_share(l)
         if AXISYMMETRIC:  # nothing else holds the rows at the axis
@@ -149,7 +153,8 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
     shear takes a share of it), DENSITY_CORRECTION (1 where density gives up its lead over the number of particles),
     ANGULAR_MOMENTUM (1 where
     pairs take back the angular momentum that they made), AHEAD (share of the step that the stage is ahead),
-    REMEMBERS (1 where particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
+    REMEMBERS (1 where particles have a memory), NOTHING (else), ANISOTROPIC (1 where a material has directions), NO_AXES
+    (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of `hvisph.materials`
     and `pack`.
 

@@ -126,9 +126,15 @@ class Material:
         return burns or smooths or self.porosity is not None or isinstance(self.damage, remembering)
 
     @property
+    def has_axes(self) -> bool:
+        """Whether it has directions, which its particles carry."""
+        return self.strength.tag >= tags.ORTHOTROPIC
+
+    @property
     def can_fail(self) -> bool:
         """Whether damage may reach 1: a cut-off that holds its tension never does."""
-        return bool(getattr(self.damage, "permanent", not isinstance(self.damage, NoDamage)))
+        breaks = not isinstance(self.damage, NoDamage) or self.strength.tag == tags.FABRIC
+        return bool(getattr(self.damage, "permanent", breaks))
 
     def at_temperature(self, temperature: float) -> tuple[float, float]:
         """Return density [kg/m^3] and energy [J/kg] of the material at no pressure and `temperature` [K].

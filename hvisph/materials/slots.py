@@ -53,7 +53,7 @@ SPALL_GROWTH = 25  # rate of damage at that tension [1/s]; 0 where one spall str
 MOLTEN_ENERGY = 26  # energy from which what is drawn has melted, and fails [J/kg]; infinite where unknown
 
 _COMMON = 27
-_EOS, _STRENGTH, _DAMAGE = 12, 14, 8  # columns of each model's block
+_EOS, _STRENGTH, _DAMAGE = 12, 14, 10  # columns of each model's block
 EOS = tuple(range(_COMMON, _COMMON + _EOS))
 STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))
 DAMAGE = tuple(range(STRENGTH[-1] + 1, STRENGTH[-1] + 1 + _DAMAGE))

@@ -74,7 +74,7 @@ _SLOWEST, _FASTEST = 1e-6, 1e9
 
 
 @inline
-def _half_tangent(a):
+def half_tangent(a):
     """Return the axis with the tangent of its length: what Cayley's rotation takes for an exact angle."""
     square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
     if square < _SMALL_ANGLE_SQUARED:
@@ -87,7 +87,7 @@ def _half_tangent(a):
 @inline
 def rotate_by_half_angle(s, a):
     """Rotate six components by the half-angle vector `a` (dt/2 times the spin)."""
-    a = _half_tangent(a)
+    a = half_tangent(a)
     if a[0] == 0.0 and a[1] == 0.0:
         return rotate_in_plane(s, a[2])
     return rotate(s, rotation(a))
@@ -137,10 +137,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         solid += first
     if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
-    if row[SPALL_GROWTH] > 0.0:
-        damage = rated_spall.grow_damage(damage, solid, dt, row)
-    if row[FAILS_IN_TENSION] > 0.0 and (solid < row[PRESSURE_MINIMUM] or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
-        damage = 1.0
+    damage = spall_damage(damage, solid, dt, e, row)
     limit = memory[1]
     if FURTHER_DAMAGE and damage_tag == tags.GRADY_SPALL and damage < 1.0:
         damage, limit = _spall(solid, rho, c, divergence(l), limit, row)
@@ -222,6 +219,16 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         if friction == 0.0 and not owns:
             s = no_symmetric(3)
     return s, plastic_strain, damage, p, c, memory
+
+
+@inline
+def spall_damage(damage, solid, dt, e, row):
+    """Return the damage after `dt` [s] of the pressure `solid` [Pa] before any limit: 1 below the cut-off."""
+    if row[SPALL_GROWTH] > 0.0:
+        damage = rated_spall.grow_damage(damage, solid, dt, row)
+    if row[FAILS_IN_TENSION] > 0.0 and (solid < row[PRESSURE_MINIMUM] or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
+        damage = 1.0
+    return damage
 
 
 @inline

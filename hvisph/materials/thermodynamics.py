@@ -8,6 +8,7 @@ from hvisph.compiler.jit import inline, noinline
 from hvisph.materials.damage.johnson_cook import borne_share
 from hvisph.materials.damage.pressure_cutoff import limited_pressure
 from hvisph.materials.eos.jwl import BURN_RATE
+from hvisph.materials.strength.fabric import packing
 from hvisph.materials.strength.johnson_holmquist import TENSION
 
 from . import tags
@@ -143,9 +144,11 @@ def _of_the_solid(rho, row):
 def shear_modulus(table, models, m, rho, e, p):
     """Shear modulus [Pa] of the current state."""
     strength = models[m, STRENGTH_TAG]
-    if not FURTHER_STRENGTH or strength <= tags.JOHNSON_COOK:
+    if not FURTHER_STRENGTH or strength <= tags.JOHNSON_COOK or strength == tags.ORTHOTROPIC:
         return table[m, SHEAR_MODULUS]
     row = parameters(table, m)
+    if strength == tags.FABRIC:
+        return row[SHEAR_MODULUS] * packing(rho, row)
     if POROUS and row[DISTENSION] > 1.0:
         rho = _of_the_solid(rho, row)
     melt = melt_temperature(rho, p, row)
@@ -176,7 +179,7 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)
     broken = strength != tags.NO_STRENGTH and felt >= 1.0 and not owns
     friction = row[FAILED_FRICTION] * max(p, 0.0) if broken else inf
-    if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH):
+    if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH) or (FURTHER_STRENGTH and strength >= tags.ORTHOTROPIC):
         return friction, shear
     if POROUS and row[DISTENSION] > 1.0:
         rho = _of_the_solid(rho, row)

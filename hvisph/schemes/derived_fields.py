@@ -25,6 +25,9 @@ def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, t
         squares += state[s, np.uint64(S_DEVIATOR) + f] ** 2
     for f in range(np.uint64(3), np.uint64(COMPONENTS)):
         squares += 2.0 * state[s, np.uint64(S_DEVIATOR) + f] ** 2
+    if ANISOTROPIC:  # stress beside the pressure has a trace
+        trace = state[s, np.uint64(S_DEVIATOR)] + state[s, np.uint64(S_DEVIATOR + 1)] + state[s, np.uint64(S_DEVIATOR + 2)]
+        squares = max(squares - trace * trace / 3.0, 0.0)
     von_mises[s] = np.sqrt(1.5 * squares)
 
 
@@ -37,6 +40,7 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     options = {"remembered_state": bind_models(thermodynamics.remembered_state, table, models),
                "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
                "REMEMBERS": int("history_variable" in particles.offsets),
+               "ANISOTROPIC": int("material_axes" in particles.offsets),
                "COMPONENTS": particles["deviator"].shape[1]}  # fmt: skip
     one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0} | particles.bindings())
     particle_loop(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())

@@ -14,7 +14,7 @@ from hvisph.core.particles import Particles, reorder, take_rows
 from hvisph.integrators import particle_steps as carrying
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
-from hvisph.materials import plane_stress, stress_update, thermodynamics, traction_limits
+from hvisph.materials import anisotropic_stress, plane_stress, stress_update, thermodynamics, traction_limits
 from hvisph.materials.material_table import Material, bind_models, pack
 from hvisph.sph.neighbours import particle_layout
 from hvisph.sph.neighbours.cells import Grid
@@ -40,6 +40,11 @@ OF_MATERIALS = (
         traction_limits.has_failed,
         traction_limits.orderly,
         traction_limits.density_at_rest,
+    ),
+    *(
+        anisotropic_stress.update_with_axes,
+        anisotropic_stress.transverse_modulus,
+        anisotropic_stress.squared_speeds,
     ),
 )
 # Steps between two sortings of the state itself into cell order, which keeps memory access near.
@@ -135,6 +140,7 @@ class Stepper:
             "DENSITY_CORRECTION": int("density_correction" in particles.offsets),
             "ANGULAR_MOMENTUM": int("torque_residual" in particles.offsets), "AHEAD": self.stage_share,
             "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
+            "NO_AXES": anisotropic_stress.NO_AXES, "ANISOTROPIC": int("material_axes" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
         offered |= {of.py_func.__name__: bind_models(of, self.table, self.models) for of in OF_MATERIALS}

@@ -21,6 +21,7 @@ from hvisph.sph.neighbours.symmetry_planes import AXIS, Plane
 
 from .bodies import PlacedBody, placed_bodies
 from .formulations import formulation_of
+from .axes import material_axes
 from .gauges import PlacedGauge, placed_gauges
 from .impact_pressure import stiff_enough
 from .initial_fields import MEMORY, body_material, initial_history
@@ -147,6 +148,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         contact: Any = getattr(case.formulation, "contact", None)
         if _in_pieces(case, contact, placed):
             formulation = replace(formulation, parted=True, friction=contact.friction, fragment_contact=True)
+    if isinstance(formulation, Riemann) and any(material.has_axes for material in made):
+        formulation = replace(formulation, anisotropic=True)
     particles["smoothing_length"] = lengths
     means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
     own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
@@ -189,6 +192,8 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
     if any(material.remembers for material in made):
         _refuse_memory(case, made)
         extra = (*extra, *MEMORY)
+    if any(material.has_axes for material in made):
+        extra = (*extra, "material_axes", "failure_modes")
     particles = Particles(dim, sum(len(b.positions) for b in placed), extra, kinematics)
     materials: list[Material] = []
     first = 0
@@ -208,6 +213,11 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
                 MEMORY, initial_history(body, material, dim, case.drawing_dimensions, dx).T, strict=True
             ):
                 particles[name][part] = values
+        if material.has_axes:
+            particles["material_axes"][part] = material_axes(case, body.name, body.model, material)
+        elif body.model.axes is not None:
+            raise CaseError(f"'{material.name or 'its material'}' is the same in all directions; leave it out",
+                            where=f"bodies.{body.name}.axes")  # fmt: skip
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
     particles.tags[:, ID] = np.arange(particles.count)

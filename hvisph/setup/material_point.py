@@ -12,10 +12,11 @@ import numpy as np
 
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
-from hvisph.materials import isentrope, stress_update, thermodynamics
+from hvisph.materials import anisotropic_stress, isentrope, thermodynamics
 from hvisph.materials.damage import GradyKipp
 from hvisph.materials.material_table import Material, pack
 from hvisph.materials.slots import DISTENSION, INVERSE_HEAT_CAPACITY, values
+from hvisph.materials.stress_update import NOTHING
 
 from .initial_fields import with_cracks
 
@@ -48,11 +49,13 @@ class _Point:
         material = with_cracks(material, VOLUME)
         self.row = material.whole_row
         self.table, self.models = pack([material])
-        self.update_stress, self.heat = python_twin(stress_update.update_stress), python_twin(isentrope.temperature)
+        self.update_stress = python_twin(anisotropic_stress.update_with_axes)
+        self.heat = python_twin(isentrope.temperature)
         self.rho, self.e = material.density, material.eos.ambient_energy
         self.s: tuple[float, ...] = (0.0,) * 6
         self.plastic_strain = self.damage = 0.0
-        self.memory: tuple[float, ...] = stress_update.NOTHING
+        self.memory: tuple[float, ...] = NOTHING
+        self.axes: tuple[float, ...] = anisotropic_stress.NO_AXES
         if material.porosity is not None:
             self.memory = (material.porosity.distension, *self.memory[1:])
             self.rho /= material.porosity.distension
@@ -71,7 +74,7 @@ class _Point:
         stress = _matrix(self.s) - self.p * np.eye(3)
         e = self.e
         for _ in range(2):  # the work of the mean stress
-            state = self.s, self.plastic_strain, self.damage, self.memory
+            state = self.s, self.plastic_strain, self.damage, self.memory, self.axes
             answer = self.update_stress(self.table, self.models, 0, dt, rho, e, *state, tuple(l.ravel().tolist()))
             after = _matrix(answer[0]) - answer[3] * np.eye(3)
             e = self.e + dt * 0.5 * float(((stress + after) * d).sum()) * 2.0 / (self.rho + rho)
@@ -80,7 +83,7 @@ class _Point:
     def step(self, l: np.ndarray, dt: float) -> None:
         """Advance by a step."""
         self.rho, self.e, answer = self.try_step(l, dt)
-        self.s, self.plastic_strain, self.damage, self.p, _, self.memory = answer
+        self.s, self.plastic_strain, self.damage, self.p, _, self.memory, self.axes = answer
 
     def record(self) -> list[float]:
         """Return `COLUMNS`."""
@@ -88,7 +91,7 @@ class _Point:
         stress = [*(np.diag(s) - self.p), s[0, 1], s[0, 2], s[1, 2]]
         solid = self.rho * self.memory[0] if self.row[DISTENSION] > 1.0 else self.rho
         t = self.heat(solid, self.e, values(self.row))
-        mises = float(np.sqrt(1.5 * (s * s).sum()))
+        mises = float(np.sqrt(max(1.5 * (s * s).sum() - 0.5 * np.trace(s) ** 2, 0.0)))
         return [*stress, self.p, mises, self.plastic_strain, self.damage, self.rho, self.e, t]
 
 

@@ -46,14 +46,16 @@ KEYS: Mapping[type, Mapping[str, str]] = {
 def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
     """Return the material of a case's `model`; `internal_energy` [J/kg] defines an ideal gas at rest."""
     heat, law = model.temperature, model.melting
+    of_state = parameters(eos.REGISTRY[model.eos.type], model.eos, **_of_eos(model.eos, model.density, internal_energy))
     heat_of_melting = None
     if heat.type == "isentrope" and heat.melting_point is not None and heat.heat_of_melting is not None:
         heat_of_melting = heat.melting_point, heat.heat_of_melting
     return Material(
         name=model.name,
         density=model.density,
-        eos=parameters(eos.REGISTRY[model.eos.type], model.eos, **_of_eos(model.eos, model.density, internal_energy)),
-        strength=parameters(strength.REGISTRY[model.strength.type], model.strength, shear_modulus=model.shear_modulus),
+        eos=of_state,
+        strength=parameters(strength.REGISTRY[model.strength.type], model.strength, shear_modulus=model.shear_modulus,
+                            bulk_modulus=model.density * of_state.ambient_sound_speed(model.density) ** 2),
         damage=parameters(damage.REGISTRY[model.damage.type], model.damage,
                           void_growth=getattr(model.damage, "high_triaxiality", "") == "void_growth"),
         porosity=None if model.porosity is None else parameters(Porosity, model.porosity),
@@ -107,9 +109,8 @@ def _spall(model: DamageModel) -> dict[str, float]:
 
 
 def _failed_friction(model: DamageModel) -> float:
-    if model.type == "none" or model.type == "johnson_holmquist":
-        return 0.0
-    return {"unchanged": KEEPS_STRESS, "rubble": model.friction}.get(model.failed_strength, 0.0)
+    rest = {"unchanged": KEEPS_STRESS, "rubble": getattr(model, "friction", 0.0)}
+    return rest.get(getattr(model, "failed_strength", ""), 0.0)
 
 
 def start_of(name: str, model: Any, material: Material) -> tuple[float, float]:

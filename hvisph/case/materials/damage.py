@@ -187,6 +187,36 @@ class JohnsonHolmquistDamage(StrictModel):
     )
 
 
+Residual = Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)]
+_RESIDUAL = "Share of shear stress and moduli, and of the fibre's compressive strength, left by an open mode [-], 0 to 1"
+Strengths = tuple[PositivePressure, PositivePressure, PositivePressure]
+
+
+class HashinDamage(StrictModel):
+    """Hashin's modes of fibre, matrix and delamination, each for good; goes with `orthotropic` strength."""
+
+    type: Literal["hashin"] = "hashin"
+    fibre_tension: PositivePressure = Field(description="XT [Pa]")
+    fibre_compression: PositivePressure = Field(description="XC [Pa], beyond the confinement")
+    matrix_tension: PositivePressure = Field(description="YT [Pa]")
+    matrix_compression: PositivePressure = Field(description="YC [Pa]")
+    shear: PositivePressure = Field(description="S12, also S13 [Pa]")
+    transverse_shear: PositivePressure = Field(description="S23 [Pa]")
+    delamination_tension: PositivePressure | None = Field(default=None, description="ZT [Pa]; YT unless given")
+    delamination_shear: PositivePressure | None = Field(default=None, description="SZ [Pa]; S12 unless given")
+    residual: Residual = Field(default=0.2, description=_RESIDUAL)
+
+
+class MaxStressDamage(StrictModel):
+    """Each stress along the material axes against its own limit; goes with `orthotropic` strength."""
+
+    type: Literal["max_stress"] = "max_stress"
+    tension: Strengths = Field(description="X, Y, Z in tension [Pa]")
+    compression: Strengths = Field(description="X, Y, Z in compression beyond that of the other axes [Pa]")
+    shear: Strengths = Field(description="S12, S13, S23 [Pa]")
+    residual: Residual = Field(default=0.2, description=_RESIDUAL)
+
+
 Damage = Annotated[
     NoDamage
     | PressureCutoff
@@ -195,6 +225,8 @@ Damage = Annotated[
     | GradySpallDamage
     | PrincipalStressDamage
     | CockcroftLathamDamage
-    | JohnsonHolmquistDamage,
+    | JohnsonHolmquistDamage
+    | HashinDamage
+    | MaxStressDamage,
     Field(discriminator="type"),
 ]

@@ -14,9 +14,11 @@ from hvisph.core.errors import CaseError
 from .damage import Damage, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
 from .eos import ElasticEos, Eos, IdealGasEos, PolynomialEos
 from .strength import (
+    FabricStrength,
     JohnsonCookStrength,
     JohnsonHolmquistStrength,
     NoStrength,
+    OrthotropicStrength,
     RockStrength,
     SteinbergGuinanStrength,
     Strength,
@@ -55,7 +57,7 @@ class Material(StrictModel):
     def _problems(self) -> Iterator[Problem]:
         given = getattr(self.strength, "shear_modulus", None)
         implied = self.eos.shear_modulus if isinstance(self.eos, ElasticEos) else None
-        has_shear = not isinstance(self.strength, NoStrength)
+        has_shear = not isinstance(self.strength, NoStrength | OrthotropicStrength | FabricStrength)
         if has_shear and given is None and implied is None:
             yield Problem(
                 ("strength", "shear_modulus"),
@@ -86,6 +88,7 @@ class Material(StrictModel):
                     ("damage", "d5"), "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
                 )
         yield from self._ceramic()
+        yield from self._anisotropic()
         yield from self._thermal()
 
     def _ceramic(self) -> Iterator[Problem]:
@@ -98,6 +101,27 @@ class Material(StrictModel):
             yield Problem(("damage", "type"), message)
         if strength is not None and strength.hel_pressure >= strength.hugoniot_elastic_limit:
             yield Problem(("strength", "hel_pressure"), "must be below the hugoniot_elastic_limit")
+
+    def _anisotropic(self) -> Iterator[Problem]:
+        """Yield what is no solid with directions, or no cloth."""
+        directed = self.strength.type == "orthotropic"
+        if self.damage.type in ("hashin", "max_stress") and not directed:
+            yield Problem(("damage", "type"), f"'{self.damage.type}' goes with `strength: {{type: orthotropic}}`")
+        if not (directed or self.strength.type == "fabric"):
+            return
+        allowed = ("none", "pressure_cutoff", "hashin", "max_stress") if directed else ("none",)
+        if self.damage.type not in allowed:
+            yield Problem(("damage", "type"), f"`{self.strength.type}` goes with {', '.join(allowed)} alone")
+        elif getattr(self.damage, "failed_strength", "fluid") != "fluid":
+            yield Problem(("damage", "failed_strength"), "of an orthotropic solid nothing is left: leave it out")
+        if directed and self.porosity is not None:
+            yield Problem(("porosity",), "`orthotropic` moduli are those of the whole with its pores; leave it out")
+        if not directed and self.porosity is None:
+            yield Problem(("porosity",), "missing: cloth is loose and crushes; give distension, elastic_pressure and "
+                          "solid_pressure")  # fmt: skip
+        if self.eos.type in ("jwl", "ideal_gas", "elastic"):
+            yield Problem(("eos", "type"), f"`{self.strength.type}` strength needs a bulk modulus beside its own "
+                          f"constants: a `{self.eos.type}` equation of state has none; give mie_gruneisen")  # fmt: skip
 
     def _thermal(self) -> Iterator[Problem]:
         strength = self.strength
@@ -117,10 +141,10 @@ class Material(StrictModel):
 
     @property
     def shear_modulus(self) -> float:
-        """Shear modulus G [Pa], 0 for a fluid."""
+        """Shear modulus G [Pa], 0 for a fluid and where it depends on the direction."""
         if isinstance(self.strength, NoStrength):
             return 0.0
-        given = self.strength.shear_modulus
+        given = getattr(self.strength, "shear_modulus", None)
         if given is not None:
             return given
         return self.eos.shear_modulus if isinstance(self.eos, ElasticEos) else 0.0

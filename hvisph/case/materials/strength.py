@@ -11,6 +11,7 @@ from hvisph.case.model import StrictModel
 from hvisph.case.units import (
     NonNegativeNumber,
     NonNegativePressure,
+    Number,
     PositiveHeatCapacity,
     PositiveNumber,
     PositivePressure,
@@ -175,6 +176,29 @@ class JohnsonHolmquistStrength(RateDependent):
     fractured_limit: PositiveNumber | None = Field(default=None, description="SFMAX, limit of q_f/s_H [-]")
 
 
+class OrthotropicStrength(StrictModel):
+    """Three material axes, along which the body's `axes` lie: fibre 1, across in the ply 2, thickness 3."""
+
+    type: Literal["orthotropic"] = "orthotropic"
+    moduli: tuple[PositivePressure, PositivePressure, PositivePressure] = Field(description="E1, E2, E3 [Pa]")
+    poisson: tuple[Number, Number, Number] = Field(
+        description="nu12, nu13, nu23 [-]: contraction along the second axis over the strain, pulled along the first"
+    )
+    shear_moduli: tuple[PositivePressure, PositivePressure, PositivePressure] = Field(description="G12, G13, G23 [Pa]")
+
+
+class FabricStrength(StrictModel):
+    """Dry cloth: yarns along axes 1 and 2 that bear tension alone; compression is that of `porosity`."""
+
+    type: Literal["fabric"] = "fabric"
+    moduli: tuple[PositivePressure, PositivePressure] = Field(
+        description="E1, E2 of the cloth at rest [Pa]: the fibre's times half of its share of the volume"
+    )
+    tensile_strength: tuple[PositivePressure, PositivePressure] = Field(
+        description="X1, X2 of the cloth at rest [Pa], likewise"
+    )
+
+
 Strength = Annotated[
     NoStrength
     | ElasticStrength
@@ -186,6 +210,8 @@ Strength = Annotated[
     | ZerilliArmstrongStrength
     | CowperSymondsStrength
     | RockStrength
-    | JohnsonHolmquistStrength,
+    | JohnsonHolmquistStrength
+    | OrthotropicStrength
+    | FabricStrength,
     Field(discriminator="type"),
 ]

@@ -8,6 +8,7 @@ from .grady_kipp import GradyKipp
 from .johnson_cook import JohnsonCookDamage
 from .johnson_holmquist import JohnsonHolmquistDamage
 from .no_damage import NoDamage
+from .orthotropic import Hashin, MaxStress
 from .pressure_cutoff import PressureCutoff
 from .tensile import CockcroftLatham, GradySpall, PrincipalStress
 
@@ -16,6 +17,7 @@ REGISTRY: dict[str, type[Model]] = {
     for model in (
         *(NoDamage, PressureCutoff, JohnsonCookDamage, GradyKipp),
         *(GradySpall, PrincipalStress, CockcroftLatham, JohnsonHolmquistDamage),
+        *(Hashin, MaxStress),
     )
 }
 
@@ -24,8 +26,10 @@ __all__ = [
     "CockcroftLatham",
     "GradyKipp",
     "GradySpall",
+    "Hashin",
     "JohnsonCookDamage",
     "JohnsonHolmquistDamage",
+    "MaxStress",
     "NoDamage",
     "PressureCutoff",
     "PrincipalStress",

@@ -30,9 +30,11 @@ from . import (
 from .cowper_symonds import CowperSymonds
 from .elastic import ElasticStrength
 from .johnson_cook import JohnsonCook
+from .fabric import Fabric
 from .johnson_holmquist import JohnsonHolmquist
 from .linear_hardening import LinearHardening
 from .no_strength import NoStrength
+from .orthotropic import Orthotropic
 from .rock import Rock
 from .steinberg import SteinbergGuinan, SteinbergLund
 from .von_mises import VonMises
@@ -43,6 +45,7 @@ REGISTRY: dict[str, type[Model]] = {
     for model in (
         *(NoStrength, ElasticStrength, VonMises, LinearHardening, JohnsonCook),
         *(SteinbergGuinan, SteinbergLund, ZerilliArmstrong, CowperSymonds, Rock, JohnsonHolmquist),
+        *(Orthotropic, Fabric),
     )
 }
 

@@ -101,7 +101,7 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
-AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = 0
+AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
 FILLER_VOLUME = 1e-12
@@ -130,6 +130,9 @@ def accumulate(near, n, rows, i, constants, out):
         ih, inverse_r = reciprocals(0.5 * (h + b[H]), r)
         g, e = -2.0 * scale(ih) * slope(r * ih), multiply(inverse_r, dx)
         za, zb = zn, b[ZN]
+        if ANISOTROPIC:  # along the line of centres
+            za = np.sqrt(dot(symmetric_dot(own_symmetric(rows, i, Z_SQUARED, DIM), e), e))
+            zb = np.sqrt(dot(symmetric_dot(symmetric(b, Z_SQUARED, DIM), e), e))
         jump, lever = subtract(vector(b, U, DIM), u), dx
         du_n = dot(jump, e)
         approach, half, weight, other, gate = -du_n, broadcast_lanes(0.5), broadcast_lanes(1.0), zero, zero

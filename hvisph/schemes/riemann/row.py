@@ -45,7 +45,8 @@ RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = 0
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
                following: bool = False, revolved: bool = False, unlike: bool = False,
-               faces: bool = False, spins: bool = False, leads: bool = False) -> RowLayout:  # fmt: skip
+               faces: bool = False, spins: bool = False, leads: bool = False,
+               anisotropic: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
     TENSION_LIMIT and SHEAR_LIMIT are the tractions it bears, ENERGY its energy, LATTICE_ORDER o, SPIN_STRESS w,
@@ -53,11 +54,12 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
     N_SURFACE N, F and O of its body, N_PREVIOUS O as it was before, DEPTH how deep it lies in it, RING and HOOP
     radius and hoop
     stress of a ring, REST_AREA the area of its section at rest over h^2, INV_NUMBER_DENSITY 1 over the number of
-    particles, CORRECTION_DECAY and DENSITY_RELAXATION at what rates lead and density go.
+    particles, Z_SQUARED the squares of the impedances by direction, CORRECTION_DECAY and DENSITY_RELAXATION at what rates lead and density go.
     """
     return RowLayout(dim, select_fields(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
         parted and ("body", "scalar"), faces and ("n_previous", "vector"), ("zn", "scalar"), ("zt", "scalar"),
+        anisotropic and ("z_squared", "symmetric"),
         consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
         consistent and ("energy", "scalar"), consistent and ("lattice_order", "scalar"), revolved and ("ring",
         "radius"), revolved and leads and ("rest_area", "scalar"),

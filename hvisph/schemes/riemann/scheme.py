@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.compiler.logarithmic_growth import growth_factor
-from hvisph.compiler.tensors import add_identity, multiply, put
+from hvisph.compiler.tensors import add, add_identity, multiply, own_symmetric, put
 from hvisph.compiler.tensors3d import plane_components
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import WHOLE
@@ -63,6 +63,8 @@ class Riemann:
         Whether surfaces of one connected body are in contact, too.
     spins
         Whether pairs of the consistent form take back the angular momentum that they make; not of rings, nor in 1D.
+    anisotropic
+        Whether the speed of waves depends on their direction in a material.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -78,6 +80,7 @@ class Riemann:
     unlike: bool = False
     face_contact: bool = False
     spins: bool = False
+    anisotropic: bool = False
 
     name = "riemann"
     corrects = repels = False
@@ -119,7 +122,8 @@ class Riemann:
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
-                                  self.meets_unlike, self.face_contact, self.spins, self.leads)  # fmt: skip
+                                  self.meets_unlike, self.face_contact, self.spins, self.leads,
+                                  self.anisotropic)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
@@ -135,7 +139,7 @@ class Riemann:
             "share": self.reconstruction.share,
             "TENSION_STABILIZED": int(self.consistent and self.held), "GRAD_H": int(self.follows),
             "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM": int(self.spins), "DENSITY_CORRECTION":
-            int(self.leads),
+            int(self.leads), "ANISOTROPIC": int(self.anisotropic),
         }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
         slips=self.parted,
             rings=self.revolved, spins=self.spins, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
@@ -182,7 +186,8 @@ class Riemann:
         """Return the packing function and its bound constants."""
         return _pack, {"SEPARATING": int(self.parted), "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM":
         int(self.spins),
-                       "CORRECTED_VARIANT": int(self.consistent), "DENSITY_CORRECTION": int(self.leads)}  # fmt: skip
+                       "CORRECTED_VARIANT": int(self.consistent), "DENSITY_CORRECTION": int(self.leads),
+                       "ANISOTROPIC": int(self.anisotropic)}  # fmt: skip
 
     def sparsest(self, dim: int) -> float:
         """Return the least rho h^dim/m: W(0) of an isolated particle, where density is the number density."""
@@ -190,7 +195,8 @@ class Riemann:
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the packing function of strength limits and its constants; None in the original variant."""
-        ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads}
+        ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads,
+                "ANISOTROPIC": self.anisotropic}  # fmt: skip
         return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
 
 
@@ -206,6 +212,8 @@ def _pack(rows, s, coefficients, one):
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
     rows[s, ZT] = one.rho * max(one.c_t, SHEAR_IMPEDANCE_MIN * one.c_l)
     put(rows, s, T, plane_components(add_identity(one.s, -one.p), DIM))
+    if ANISOTROPIC:
+        put(rows, s, Z_SQUARED, plane_components(multiply(one.rho * one.rho, one.waves), DIM))
     if SEPARATING:
         rows[s, BODY] = one.body
     if AXISYMMETRIC:
@@ -233,6 +241,10 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
         rows[s, FREE_LENGTH] = limits.free
     if AXISYMMETRIC and DENSITY_CORRECTION:
         rows[s, REST_AREA] = rows[s, V] * max(rho / limits.at_rest, THIN) / (rows[s, H] * rows[s, H])
+    if ANISOTROPIC:
+        square, lost = rho * c * rho * c, 1.0 if limits.failed else 0.0
+        of_liquid = plane_components((lost * square, lost * square, lost * square, 0.0, 0.0, 0.0), DIM)
+        put(rows, s, Z_SQUARED, add(multiply(1.0 - lost, own_symmetric(rows, s, Z_SQUARED, DIM)), of_liquid))
     if limits.failed:
         rows[s, ZN] = rho * c
         rows[s, ZT] = SHEAR_IMPEDANCE_MIN * rho * c

@@ -105,6 +105,7 @@ def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
         "axial": ("xy",) if dim == 2 else ("yz", "zx", "xy"),
         "symmetric": SYMMETRIC_COMPONENTS,
         "gradient": tuple(a + b for a in vector for b in vector),
+        "quaternion": ("", "yz", "zx", "xy"),  # the material is the same in a mirror along any of its axes
     }[rank]
     return np.array([(-1.0) ** name.count("xyz"[axis]) for name in names])
 

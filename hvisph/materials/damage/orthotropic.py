@@ -1,0 +1,147 @@
+"""Failure of orthotropic solids mode by mode: Hashin 1980 and maximum stress.
+
+With sigma in material axes, tension positive, and c = max(-(s22 + s33)/2, 0) the confinement of the fibres,
+
+    Hashin   fibre          s11 >= 0: (s11/XT)^2 + (s12^2 + s13^2)/S12^2 >= 1,   else -s11 - c >= XC
+             matrix         s22 + s33 >= 0: ((s22 + s33)/YT)^2 + h >= 1
+                            else ((YC/(2 S23))^2 - 1)(s22 + s33)/YC + ((s22 + s33)/(2 S23))^2 + h >= 1
+                            h = (s23^2 - s22 s33)/S23^2 + (s12^2 + s13^2)/S12^2
+             delamination   s33 >= 0: (s33/ZT)^2 + (s13^2 + s23^2)/SZ^2 >= 1
+    max stress   each normal and shear stress against its own limit: 11; 22 and 12; 33, 13 and 23
+                 (compression beyond that of the other two axes)
+
+An open mode leaves s11 within -(residual XC + c) and 0; s22 <= 0; s33 <= 0; of the shear stress and moduli 12 and 23
+(matrix), 13 and 23 (delamination) the share `residual` is left, and pressure below zero is no longer borne. Fibre and
+delamination together are failure (max stress: any two modes). Compression is counted beyond the confinement as in Yen
+2002, Proc. 7th Int. LS-DYNA Users Conf.: pressure alone breaks no fibre. Neither rate nor energy of softening: the
+result depends on the spacing as that of all damage here does. Hashin 1980, J. Appl. Mech. 47, 329.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from hvisph.compiler.jit import inline
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+
+XT, XC, YT, YC, ZT, ZC, S12, S13, S23, RESIDUAL = slots.DAMAGE
+SZ = ZC  # Hashin's modes have no compression along 3, and one strength in shear along fibres
+
+
+@dataclass(frozen=True)
+class Hashin:
+    """Parameters of Hashin's criteria in 3D."""
+
+    fibre_tension: float  # XT [Pa]
+    fibre_compression: float  # XC [Pa]
+    matrix_tension: float  # YT [Pa]
+    matrix_compression: float  # YC [Pa]
+    shear: float  # S12 [Pa]
+    transverse_shear: float  # S23 [Pa]
+    delamination_tension: float = 0.0  # ZT [Pa]; YT unless given
+    delamination_shear: float = 0.0  # SZ [Pa]; S12 unless given
+    residual: float = 0.2  # share of shear, and of XC, that is left [-]
+
+    name: ClassVar[str] = "hashin"
+    tag: ClassVar[int] = tags.HASHIN
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "fibre_tension", "fibre_compression", "matrix_tension", "matrix_compression",
+                               "shear", "transverse_shear")  # fmt: skip
+        slots.require_not_negative(self, "delamination_tension", "delamination_shear")
+        require_share(self.residual, self.name)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[XT], row[XC], row[YT], row[YC] = (
+            self.fibre_tension, self.fibre_compression, self.matrix_tension, self.matrix_compression)  # fmt: skip
+        row[S12], row[S23] = self.shear, self.transverse_shear
+        row[ZT] = self.delamination_tension or self.matrix_tension
+        row[SZ] = self.delamination_shear or self.shear
+        row[RESIDUAL] = self.residual
+
+
+@dataclass(frozen=True)
+class MaxStress:
+    """Parameters of maximum stress."""
+
+    tension: tuple[float, float, float]  # X, Y, Z [Pa]
+    compression: tuple[float, float, float]  # [Pa]
+    shear: tuple[float, float, float]  # S12, S13, S23 [Pa]
+    residual: float = 0.2  # as of Hashin [-]
+
+    name: ClassVar[str] = "max_stress"
+    tag: ClassVar[int] = tags.MAX_STRESS
+
+    def __post_init__(self) -> None:
+        for key in ("tension", "compression", "shear"):
+            if not all(value > 0.0 for value in getattr(self, key)):
+                raise CaseError(f"{key} must be above zero", where=self.name)
+        require_share(self.residual, self.name)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[[XT, YT, ZT]], row[[XC, YC, ZC]], row[[S12, S13, S23]] = self.tension, self.compression, self.shear
+        row[RESIDUAL] = self.residual
+
+
+def require_share(value: float, where: str) -> None:
+    """Raise `CaseError` unless the residual share is within [0, 1]."""
+    if not 0.0 <= value <= 1.0:
+        raise CaseError(f"residual is {value!r}, but must be within 0 and 1", where=where)
+
+
+@inline
+def hashin_modes(s, row):
+    """Return what the criteria of fibre, matrix and delamination come to [-], each 1 at failure.
+
+    `s` are six components of the stress [Pa] in material axes.
+    """
+    s11, s22, s33, s12, s13, s23 = s
+    along = (s12 * s12 + s13 * s13) / (row[S12] * row[S12])
+    confinement = max(-0.5 * (s22 + s33), 0.0)
+    fibre = (s11 / row[XT]) * (s11 / row[XT]) + along if s11 >= 0.0 else (-s11 - confinement) / row[XC]
+    both, square = s22 + s33, row[S23] * row[S23]
+    shared = (s23 * s23 - s22 * s33) / square + along
+    matrix = shared + (both / row[YT]) * (both / row[YT])
+    if both < 0.0:
+        matrix = shared + (row[YC] * row[YC] / (4.0 * square) - 1.0) * both / row[YC] + both * both / (4.0 * square)
+    pulled = max(s33, 0.0) / row[ZT]
+    apart = pulled * pulled + (s13 * s13 + s23 * s23) / (row[SZ] * row[SZ])
+    delamination = apart if s33 >= 0.0 else 0.0
+    return fibre, matrix, delamination
+
+
+@inline
+def max_stress_modes(s, row):
+    """Return what maximum stress along 1, 2 and 3 comes to [-], each 1 at failure; see `hashin_modes`."""
+    s11, s22, s33, s12, s13, s23 = s
+    first = max(s11 / row[XT], (-s11 - max(-0.5 * (s22 + s33), 0.0)) / row[XC])
+    second = max(max(s22 / row[YT], (-s22 - max(-0.5 * (s11 + s33), 0.0)) / row[YC]), abs(s12) / row[S12])
+    third = max(s33 / row[ZT], (-s33 - max(-0.5 * (s11 + s22), 0.0)) / row[ZC])
+    return first, second, max(third, max(abs(s13) / row[S13], abs(s23) / row[S23]))
+
+
+@inline
+def shear_shares(modes, row):
+    """Return the shares of the shear moduli 12, 13 and 23 that open modes leave [-]."""
+    left = row[RESIDUAL]
+    of_matrix, of_layers = (left if modes[1] > 0.0 else 1.0), (left if modes[2] > 0.0 else 1.0)
+    return of_matrix, of_layers, min(of_matrix, of_layers)
+
+
+@inline
+def capped(s, modes, row):
+    """Return the stress [Pa] in material axes that open modes still bear."""
+    s11, s22, s33, s12, s13, s23 = s
+    if modes[1] > 0.0:
+        s22 = min(s22, 0.0)
+    if modes[2] > 0.0:
+        s33 = min(s33, 0.0)
+    if modes[0] > 0.0:
+        s11 = min(max(s11, -row[RESIDUAL] * row[XC] - max(-0.5 * (s22 + s33), 0.0)), 0.0)
+    return s11, s22, s33, s12, s13, s23
