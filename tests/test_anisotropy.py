@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_runs import METAL, final, row_of
+from small_runs import METAL, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.compiler.jit import python_twin
@@ -68,7 +68,7 @@ def pulled(turn, stress=1e6):
     return turn @ tensor([*v[:3], *(0.5 * v[3:])]) @ turn.T
 
 
-@pytest.mark.parametrize("axis, modulus, sides", [(0, 60e9, (0.25, 0.3)), (1, 30e9, (0.125, 0.2)), (2, 12e9, (0.06, 0.08))])  # fmt: skip
+@pytest.mark.parametrize(("axis", "modulus", "sides"), [(0, 60e9, (0.25, 0.3)), (1, 30e9, (0.125, 0.2)), (2, 12e9, (0.06, 0.08))])  # fmt: skip
 def test_tension_along_each_axis(axis, modulus, sides):
     strain = 1e-4 * np.insert(-np.array(sides), axis, 1.0)
     expected = np.zeros((3, 3))
@@ -76,7 +76,7 @@ def test_tension_along_each_axis(axis, modulus, sides):
     assert np.abs(Point().step(np.diag(strain)) - expected).max() < 1e-8 * modulus * 1e-4
 
 
-@pytest.mark.parametrize("angle, modulus, contraction, coupling", [
+@pytest.mark.parametrize(("angle", "modulus", "contraction", "coupling"), [
     (10, 52.304e9, 0.3199, -0.7094), (30, 30e9, 0.5, -0.6495), (45, 24e9, 0.5, -0.2), (60, 24e9, 0.4, 0.1732),
 ])  # fmt: skip
 def test_tension_off_the_axes(angle, modulus, contraction, coupling):
@@ -151,7 +151,8 @@ def test_waves_along_the_axes_and_between():
     assert speeds[3] == pytest.approx([5126.1, 3289.4, 1825.7], abs=0.1)
     directions = np.random.default_rng(0).normal(size=(3000, 3))
     roots = [np.linalg.eigvalsh(SOLID.christoffel(n / np.linalg.norm(n)))[2] for n in directions]
-    assert max(roots) <= SOLID.fastest * (1 + 1e-12) and max(roots) > 0.99 * SOLID.fastest
+    assert max(roots) <= SOLID.fastest * (1 + 1e-12)
+    assert max(roots) > 0.99 * SOLID.fastest
 
 
 def test_speeds_that_pairs_take_are_exact_along_the_axes():
@@ -183,7 +184,7 @@ HASHIN = Hashin(1200e6, 1000e6, 60e6, 200e6, 80e6, 70e6)
 MAXIMUM = MaxStress((1200e6, 60e6, 60e6), (1000e6, 200e6, 200e6), (80e6, 80e6, 70e6))
 
 
-@pytest.mark.parametrize("angle, maximum, hashin", [
+@pytest.mark.parametrize(("angle", "maximum", "hashin"), [
     (10, 467.8, 437.6), (30, 184.8, 146.4), (45, 120.0, 96.0), (60, 80.0, 73.4),
 ])  # fmt: skip
 def test_strength_off_the_axes(angle, maximum, hashin):
@@ -198,33 +199,51 @@ def test_strength_off_the_axes(angle, maximum, hashin):
 def test_modes_open_one_by_one():
     point = Point(damage=HASHIN)
     point.step(np.diag([0.0, 3e-3, 0.0]))  # across the fibres in the ply: 95 MPa
-    assert point.axes[4] == 2.0 and point.damage == 0.0
+    assert point.axes[4] == 2.0
+    assert point.damage == 0.0
     stress = point.step(np.diag([4e-3, 0.0, 0.0]))
-    assert stress[1, 1] <= 0.0 and stress[0, 0] > 150e6  # fibres go on bearing
+    assert stress[1, 1] <= 0.0
+    assert stress[0, 0] > 150e6
     shear = np.zeros((3, 3))
     shear[0, 1] = shear[1, 0] = 0.5e-3
     assert point.step(shear)[0, 1] == pytest.approx(0.2 * SHEAR[0] * 1e-3, rel=1e-8)
     point.step(np.diag([0.0, 0.0, 0.01]))
     assert point.axes[4] == 6.0
     stress = point.step(np.diag([0.03, 0.0, 0.0]))
-    assert point.axes[4] == 7.0 and point.damage == 1.0 and not stress.any()
+    assert point.axes[4] == 7.0
+    assert point.damage == 1.0
+    assert not stress.any()
     assert point.step(np.diag([-0.1, 0.0, 0.0]))[2, 2] == -point.p < 0.0  # compressed again: pressure alone
+
+
+def test_what_has_come_apart_bears_nothing_across_until_it_closes():
+    point = Point(damage=HASHIN)
+    for _ in range(10):
+        stress = point.step(np.diag([0.0, 0.0, 1e-3]))
+    assert point.axes[4] == 6.0
+    assert point.damage == 0.0
+    assert np.abs(stress).max() < 1e-6 * 60e6  # neither pulled nor pushed, and fibres not stretched
+    for _ in range(9):
+        stress = point.step(np.diag([0.0, 0.0, -1e-3]))
+    assert np.abs(stress).max() < 1e-6 * 60e6
+    stress = point.step(np.diag([0.0, 0.0, -3e-3]))  # closed, and 2e-3 beyond; when, is known to a step
+    assert -3e-3 * SOLID.stiffness[2, 2] < stress[2, 2] < -1e-3 * SOLID.stiffness[2, 2]
 
 
 def test_pressure_alone_opens_no_mode():
     for damage in (HASHIN, MAXIMUM):
         point = Point(Orthotropic((40e9,) * 3, (0.25,) * 3, (16e9,) * 3, 80e9 / 3), damage)
         stress = point.step(-0.05 * np.eye(3))
-        assert stress[0, 0] < -2e9 and point.axes[4] == 0.0
+        assert stress[0, 0] < -2e9
+        assert point.axes[4] == 0.0
 
 
 def test_a_fibre_in_compression_keeps_its_share():
     point = Point(damage=HASHIN)
-    for _ in range(10):
+    for _ in range(2):
         stress = point.step(1e-2 * np.diag([-1.0, 0.25, 0.3]))
     assert point.axes[4] == 1.0
-    confinement = max(-0.5 * (stress[1, 1] + stress[2, 2]), 0.0)
-    assert stress[0, 0] == pytest.approx(-0.2 * 1000e6 - confinement, rel=1e-9)
+    assert stress[0, 0] == pytest.approx(-0.2 * 1000e6, rel=1e-9)  # nothing confines it
 
 
 def test_fabric():
@@ -238,7 +257,9 @@ def test_fabric():
     point = Point(**at_rest)
     point.volume = -0.021
     assert point.step(21 * pull)[0, 0] == 0.0  # 420 MPa: broken
-    assert point.axes[4] == 1.0 and point.step(pull)[0, 0] == 0.0 and point.damage == 0.0
+    assert point.axes[4] == 1.0
+    assert point.step(pull)[0, 0] == 0.0
+    assert point.damage == 0.0
     point.step(np.diag([0.0, 0.05, 0.0]))
     assert point.damage == 1.0
     alike = Material("cloth", 2700.0, Linear(50e9), Fabric((20e9, 20e9), (4e8, 4e8)), porosity=pores)
@@ -253,7 +274,7 @@ LENGTH, SPACING = 20e-3, 0.8e-3
 ALONG = {1: ("x", "y"), 2: ("z", "x"), 3: ("y", "z")}
 
 
-@pytest.mark.parametrize("axis, up, stress, speed", IMPACTS)
+@pytest.mark.parametrize(("axis", "up", "stress", "speed"), IMPACTS)
 def test_plate_impact(axis, up, stress, speed, tmp_path):
     # A strip between planes of symmetry, 25 spacings a plate: the plateau is known to 1 %, the front to half a spacing.
     width, end = 6 * SPACING, 0.75 * LENGTH / speed
@@ -291,7 +312,11 @@ def test_a_turned_blob_collision(tmp_path):
     for axes in ({"one": "y", "two": "z"}, {"one": "z", "two": [0, -1, 0]}):
         damage = {"type": "hashin", "fibre_tension": 1.2e9, "fibre_compression": 1e9, "matrix_tension": 6e7,
                   "matrix_compression": 2e8, "shear": 8e7, "transverse_shear": 7e7}  # fmt: skip
-        plate = {"material": RAW | {"damage": damage}, "shape": {"type": "box", "size": [2e-3, 5e-3, 5e-3]}, "axes": axes}
+        plate = {
+            "material": RAW | {"damage": damage},
+            "shape": {"type": "box", "size": [2e-3, 5e-3, 5e-3]},
+            "axes": axes,
+        }
         ball = {"material": METAL, "shape": {"type": "sphere", "diameter": 3e-3}, "velocity": [1500, 0, 0]}
         case = load_case({"kinematics": "three_d", "resolution": 0.5e-3, "bodies": {"ball": ball, "plate": plate},
                           "time": {"end": 1.5e-6}, "output": {"every": 1.5e-6}})  # fmt: skip
@@ -301,11 +326,14 @@ def test_a_turned_blob_collision(tmp_path):
     assert (first["damage"] >= 1.0).any()
     # y of one is z of the other; chaos of broken pieces multiplies round-off, energy and momentum hold
     for one, other in ((1, 2), (2, 1)):
-        assert np.abs(np.sort(np.abs(first["velocity"][:, one])) - np.sort(np.abs(turned["velocity"][:, other]))).max() < 1e-6 * 1500.0
+        assert (
+            np.abs(np.sort(np.abs(first["velocity"][:, one])) - np.sort(np.abs(turned["velocity"][:, other]))).max()
+            < 1e-6 * 1500.0
+        )
     assert first["damage"].sum() == turned["damage"].sum()
 
 
-@pytest.mark.parametrize("further, words", [
+@pytest.mark.parametrize(("further", "words"), [
     ({"kinematics": "plane_strain"}, "fibres out of the plane"),
     ({"kinematics": "plane_stress"}, "not available"),
     ({"kinematics": "uniaxial_strain"}, "same in all directions about x"),

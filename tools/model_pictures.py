@@ -47,6 +47,8 @@ def _state(model: Any) -> list[Panel]:
 
 def _strength(model: Any) -> list[Panel]:
     material = material_of(model)
+    if material.has_axes:
+        return _directions(material)
     strains = Panel("strain, uniaxial stress, adiabatic", "von Mises stress [MPa]")
     for rate in RATES:
         record = drive(material, "uniaxial_stress", rate, -0.2, 80)
@@ -64,6 +66,15 @@ def _strength(model: Any) -> list[Panel]:
             )
         return [strains, warm]
     return [strains]
+
+
+def _directions(material: Any) -> list[Panel]:
+    """Return stresses along the axes, each pulled at strains across of zero."""
+    pulled = Panel("strain along the axis, none across", "stress along the axis [MPa]")
+    for axis in range(3):
+        record = drive(material, "uniaxial_strain", 1e4, 0.03, 200, axis=axis)
+        pulled.curves.append((f"axis {axis + 1}", record.strain, record["xx"] * 1e-6))
+    return [pulled]
 
 
 def _damage(model: Any) -> list[Panel]:

@@ -63,6 +63,11 @@ MATERIALS = {
                       "yield_stress: 250 MPa, hardening_modulus: 500 MPa, reference_rate: 40.4 1/s, exponent: 5}}",
     "rock": "granite",
     "strength johnson_holmquist": "glass-soda-lime",
+    "strength orthotropic": "cfrp-quasi-isotropic",
+    "fabric": "nextel-af62",
+    "hashin": "{base: cfrp-quasi-isotropic, damage: {type: hashin, fibre_tension: 500 MPa, fibre_compression: 400 MPa, "
+              "matrix_tension: 60 MPa, matrix_compression: 200 MPa, shear: 90 MPa, transverse_shear: 75 MPa}}",
+    "max_stress": "cfrp-quasi-isotropic",
     "pressure_cutoff": f"{{base: {METAL}, damage: {{type: pressure_cutoff, pressure: -1.2 GPa, permanent: true}}}}",
     "damage johnson_cook": METAL,
     "grady_kipp": "basalt",

@@ -152,7 +152,8 @@ class Library:
             own = [one for one in self.names() if _letters(one).startswith(EXPLOSIVES)]
             return f"; the library's explosives are {', '.join(own)}; another is an eos {{type: jwl}} written out"
         if wanted.startswith(FABRICS):
-            return "; the library has no fabrics: a plate of the same mass per area, of little strength, stands in"
+            own = [one for one in self.names() if _letters(one).startswith(FABRICS)]
+            return f"; the library's fabrics are {', '.join(own)}; another is a strength {{type: fabric}} written out"
         names = self.names()
         kin = [one for one in names if len(wanted) > 2 and wanted in _letters(one)]
         if kin:

@@ -88,8 +88,12 @@ CATALOGUE: dict[str, Field] = {
         Field("flaw_exponent", "scalar", "", "exponent of the number of active flaws"),
         Field("flaws", "scalar", "", "number of flaws"),
         Field("strain_rate", "scalar", "1/s", "smoothed equivalent strain rate"),
-        Field("material_axes", "quaternion", "", "rotation w, x, y, z from x, y, z to the axes 1, 2, 3 of the material"),
-        Field("failure_modes", "scalar", "", "open modes of failure: 1 fibre (or yarn 1) + 2 matrix (yarn 2) + 4 layers"),
+        Field(
+            "material_axes", "quaternion", "", "rotation w, x, y, z from x, y, z to the axes 1, 2, 3 of the material"
+        ),
+        Field(
+            "failure_modes", "scalar", "", "open modes of failure: 1 fibre (or yarn 1) + 2 matrix (yarn 2) + 4 layers"
+        ),
     )
 }
 

@@ -161,7 +161,8 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     axes = now.axes
     if ANISOTROPIC:
         s, plastic_strain, damage, p, c, memory, axes = update_with_axes(
-            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, axes, full)  # fmt: skip
+            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, axes,
+            full)  # fmt: skip
     else:
         s, plastic_strain, damage, p, c, memory = update_stress(
             table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip

@@ -18,7 +18,18 @@ from math import pi
 import numpy as np
 
 from hvisph.compiler.exact_sum import add_lane_vectors, add_lanes, sum_lanes
-from hvisph.compiler.tensors import add, divergence, dot, multiply, no_axial, no_symmetric, no_vector, own_axial, own_vector, put
+from hvisph.compiler.tensors import (
+    add,
+    divergence,
+    dot,
+    multiply,
+    no_axial,
+    no_symmetric,
+    no_vector,
+    own_axial,
+    own_vector,
+    put,
+)
 from hvisph.compiler.tensors3d import extend_vector
 from hvisph.compiler.vector.api import LANES, broadcast_strict, extract_lane, first_lanes, gather
 from hvisph.compiler.vector.partition import NONE, list_equal_keys
@@ -153,8 +164,8 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
     shear takes a share of it), DENSITY_CORRECTION (1 where density gives up its lead over the number of particles),
     ANGULAR_MOMENTUM (1 where
     pairs take back the angular momentum that they made), AHEAD (share of the step that the stage is ahead),
-    REMEMBERS (1 where particles have a memory), NOTHING (else), ANISOTROPIC (1 where a material has directions), NO_AXES
-    (else), columns of the state (S_...) and of the rates (R_...),
+    REMEMBERS (1 where particles have a memory), NOTHING (else), ANISOTROPIC (1 where a material has directions),
+    NO_AXES (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of `hvisph.materials`
     and `pack`.
 

@@ -6,7 +6,8 @@ In material axes T = R_q^T (sigma + p I) R_q does not turn:
     T += (C - K0 I I) : (D_before + D_after)/2 dt,    D_before, D_after  in the axes before and after the step
 
 Then modes open where sigma = T - p I reaches its strength, and T turns back into space. T has six components and a
-trace; it takes the place of the deviator. Where pressure is cut off, or a particle has failed, T goes, too.
+trace; it takes the place of the deviator. Where pressure is cut off, or a particle has failed, T goes, too. Where a
+mode is open, pressure below zero is not borne: sigma = T then, and K0 is not subtracted.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, me
     damage = spall_damage(damage, solid, dt, e, row)
     p = damaged_pressure(harm, solid, felt_damage(damage, row), row)
     q, modes = (axes[0], axes[1], axes[2], axes[3]), open_modes(axes[4])
-    after = turned(q, multiply(0.25 * dt, curl(l)))
+    after = rotate_axes(q, multiply(0.25 * dt, curl(l)))
     into, out = transpose(quaternion_rotation(q)), quaternion_rotation(after)
     d = symmetric_part(l)
     strain = multiply(0.5 * dt, add(rotate(d, into), rotate(d, transpose(out))))
@@ -58,10 +59,11 @@ def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, me
         if modes[0] + modes[1] > 1.0:
             damage = 1.0
     else:
-        t = orthotropic.strained(t, strain, failure.shear_shares(modes, row), row)
+        t = orthotropic.add_strain(t, strain, failure.shear_shares(modes, row), row)
         if p > solid:
             t = no_symmetric(3)
         if harm >= tags.HASHIN:
+            t = add_identity(t, row[orthotropic.BULK] * _slack(p, modes) * (strain[0] + strain[1] + strain[2]))
             t, p, modes, damage = _fail(harm, t, p, modes, damage, row)
     if damage >= 1.0:
         t, p = no_symmetric(3), max(p, 0.0)
@@ -72,7 +74,7 @@ def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, me
 
 
 @inline
-def turned(q, a):
+def rotate_axes(q, a):
     """Return the unit quaternion `q` after the rotation of the half-angle vector `a`."""
     a = half_tangent(a)
     q = quaternion_product((1.0, a[0], a[1], a[2]), q)
@@ -92,19 +94,22 @@ def open_modes(number):
 def _pull(t, strain, modes, rho, row):
     """Return T of a fabric after an increment of strain, and its broken yarns."""
     full = fabric.packing(rho, row)
-    first, one = fabric.stretched(t[0], strain[0], modes[0], full, row[fabric.E1], row[fabric.X1])
-    second, two = fabric.stretched(t[1], strain[1], modes[1], full, row[fabric.E2], row[fabric.X2])
+    first, one = fabric.pull_yarn(t[0], strain[0], modes[0], full, row[fabric.E1], row[fabric.X1])
+    second, two = fabric.pull_yarn(t[1], strain[1], modes[1], full, row[fabric.E2], row[fabric.X2])
     return (first, second, 0.0, 0.0, 0.0, 0.0), (one, two, 0.0)
+
+
+@inline
+def _slack(p, modes):
+    """Return 1 where a mode is open and the volume above that at rest: T alone is the stress then, else 0."""
+    return 1.0 if p < 0.0 and modes[0] + modes[1] + modes[2] > 0.0 else 0.0
 
 
 @inline
 def _fail(harm, t, p, modes, damage, row):
     """Return T, pressure, open modes and damage after the criteria of a step."""
-    s = add_identity(t, -p)
-    if harm == tags.HASHIN:
-        reached = failure.hashin_modes(s, row)
-    else:
-        reached = failure.max_stress_modes(s, row)
+    s = add_identity(t, (_slack(p, modes) - 1.0) * p)
+    reached = failure.hashin_modes(s, row) if harm == tags.HASHIN else failure.max_stress_modes(s, row)
     first = 1.0 if reached[0] >= 1.0 else modes[0]
     second = 1.0 if reached[1] >= 1.0 else modes[1]
     third = 1.0 if reached[2] >= 1.0 else modes[2]
@@ -113,10 +118,10 @@ def _fail(harm, t, p, modes, damage, row):
     left = failure.shear_shares(modes, row)
     # what a share of the modulus bears at the same strain
     lost = (_ratio(left[0], before[0]), _ratio(left[1], before[1]), _ratio(left[2], before[2]))
-    if first + second + third > 0.0:
-        p = max(p, 0.0)
-    s = add_identity((t[0], t[1], t[2], t[3] * lost[0], t[4] * lost[1], t[5] * lost[2]), -p)
-    t = add_identity(failure.capped(s, modes, row), p)
+    slack = _slack(p, modes)
+    p = p * (1.0 - slack)
+    s = (s[0], s[1], s[2], s[3] * lost[0], s[4] * lost[1], s[5] * lost[2])
+    t = add_identity(failure.limit_stress(s, modes, slack, row), p)
     if first * third > 0.0 or (harm == tags.MAX_STRESS and first + second + third > 1.0):
         damage = 1.0
     return t, p, modes, damage

@@ -120,7 +120,9 @@ def snapshot_from(header: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> S
 
 def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
     """Return one field as hvisph has it; raises `ValueError` when it has not the shape that it is written with."""
-    rows = {"scalar": (), "vector": (3,), "axial": (3,), "symmetric": (6,), "gradient": (9,), "quaternion": (4,)}[_rank(name)]
+    rows = {"scalar": (), "vector": (3,), "axial": (3,), "symmetric": (6,), "gradient": (9,), "quaternion": (4,)}[
+        _rank(name)
+    ]
     if (
         values.dtype.kind not in "fiu"
         or values.shape[:1] != (count,)

@@ -16,6 +16,7 @@ from hvisph.exact.hugoniot import shock
 from hvisph.exact.shock_train import last_waves
 from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.material_table import Material, pack
+from hvisph.materials.strength import Orthotropic
 from hvisph.materials.thermodynamics import flow_stress
 from hvisph.materials.validity_limits import range_of
 from hvisph.setup.material_point import drive, flow_at, knows_heat
@@ -41,7 +42,17 @@ def derive_properties(model: Any) -> dict[str, tuple[float, str]]:
     if isinstance(material.eos, JonesWilkinsLee):
         speed, pressure = material.eos.chapman_jouguet()
         numbers |= {"detonation speed": (speed, "m/s"), "detonation pressure": (pressure, "Pa")}
-    if g > 0.0:
+    if isinstance(material.strength, Orthotropic):
+        solid = material.strength
+        for k, direction in enumerate(np.eye(3)):
+            waves = np.sqrt(np.linalg.eigvalsh(solid.christoffel(direction)) / rho)
+            numbers[f"longitudinal sound speed along {k + 1}"] = (float(waves[2]), "m/s")
+        numbers |= {
+            "bulk modulus of Reuss": (solid.reuss, "Pa"),
+            "bulk modulus of Voigt": (solid.voigt, "Pa"),
+            "bulk modulus of a state, above which it is stable": (solid.stable_limit, "Pa"),
+        }
+    elif g > 0.0 and not material.has_axes:
         numbers["shear sound speed"] = (float(np.sqrt(g / rho)), "m/s")
         numbers["Young's modulus"] = (material.young_modulus, "Pa")
         numbers["Poisson's ratio"] = ((3.0 * bulk - 2.0 * g) / (2.0 * (3.0 * bulk + g)), "")

@@ -26,7 +26,9 @@ def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, t
     for f in range(np.uint64(3), np.uint64(COMPONENTS)):
         squares += 2.0 * state[s, np.uint64(S_DEVIATOR) + f] ** 2
     if ANISOTROPIC:  # stress beside the pressure has a trace
-        trace = state[s, np.uint64(S_DEVIATOR)] + state[s, np.uint64(S_DEVIATOR + 1)] + state[s, np.uint64(S_DEVIATOR + 2)]
+        trace = (
+            state[s, np.uint64(S_DEVIATOR)] + state[s, np.uint64(S_DEVIATOR + 1)] + state[s, np.uint64(S_DEVIATOR + 2)]
+        )
         squares = max(squares - trace * trace / 3.0, 0.0)
     von_mises[s] = np.sqrt(1.5 * squares)
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
-from hvisph.core.kinematics import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
 from hvisph.materials.material_table import Material
 
@@ -41,7 +41,11 @@ def material_axes(case: Case, name: str, model: Any, material: Material) -> np.n
     strength: Any = material.strength
     if kinematics.dim < 3:
         along = [k for k in range(3) if abs(triad[k, 0]) > 1.0 - _ALONG]
-        if not (along and strength.is_same_about(along[0]) and _fails_alike(material.damage, along[0])):
+        if not (
+            along
+            and strength.is_same_about(along[0])
+            and (kinematics.dim == 1 or _fails_alike(material.damage, along[0]))
+        ):  # uniaxial strain stays so
             raise CaseError(
                 f"{kinematics.words} needs a material that is the same in all directions about x, such as a "
                 "quasi-isotropic laminate or a cloth with both yarns alike, axis 3 along x (E1 = E2, nu13 = nu23, "
@@ -52,8 +56,9 @@ def material_axes(case: Case, name: str, model: Any, material: Material) -> np.n
         across = np.abs(triad @ normal)
         alike = [k for k in range(3) if across[k] < _ALONG and strength.is_same_about(k)]
         if not (across.max() > 1.0 - _ALONG or (alike and _fails_alike(material.damage, alike[0]))):
-            raise CaseError(f"the material of '{name}' is not its own image there: none of its axes lies along "
-                            f"{plane.axis}; turn the axes, or leave the plane out", where=f"symmetry.{number}")  # fmt: skip
+            raise CaseError(f"the material of '{name}' is not its own image there: none of its axes lies "
+                            f"along {plane.axis}; turn the axes, or leave the plane out",
+                            where=f"symmetry.{number}")  # fmt: skip
     return quaternion_of(triad.T)
 
 
@@ -62,12 +67,13 @@ def _refuse_kinematics(case: Case, where: str) -> None:
     revolved = KINEMATICS[case.kinematics].revolved
     if case.dim == 2 and not revolved:
         raise CaseError(f"an anisotropic material in {KINEMATICS[case.kinematics].words} is not available: fibres out "
-                        "of the plane would turn into it; use three_d, or axisymmetric", where=f"{where}.material")  # fmt: skip
-    kind = case.formulation.type
+                        "of the plane would turn into it; use three_d, or axisymmetric",
+                        where=f"{where}.material")  # fmt: skip
+    kind, contact = case.formulation.type, getattr(case.formulation, "contact", None)
     if kind == "projection":
         raise CaseError("'projection' has no trace of the stress beside its own pressure, which an anisotropic "
                         "material needs; use another formulation", where="formulation.type")  # fmt: skip
-    if revolved and (kind in ("total_lagrangian", "adaptive") or case.formulation.contact.type == "penalty"):
+    if revolved and (kind in ("total_lagrangian", "adaptive") or (contact is not None and contact.type == "penalty")):
         raise CaseError(f"'{kind}' takes the hoop stress from a deviator without trace, which an anisotropic material "
                         "does not have; use riemann, eulerian or three_d", where="formulation.type")  # fmt: skip
 
@@ -95,5 +101,3 @@ def quaternion_of(r: np.ndarray) -> np.ndarray:
     ])  # fmt: skip
     vectors = np.linalg.eigh(k + np.triu(k, 1).T)[1]
     return np.asarray(vectors[:, 3])
-
-

@@ -19,9 +19,9 @@ from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.neighbours.symmetry_planes import AXIS, Plane
 
+from .axes import material_axes
 from .bodies import PlacedBody, placed_bodies
 from .formulations import formulation_of
-from .axes import material_axes
 from .gauges import PlacedGauge, placed_gauges
 from .impact_pressure import stiff_enough
 from .initial_fields import MEMORY, body_material, initial_history

@@ -134,7 +134,7 @@ def flow_at(
 
 
 def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, strain: float = 0.2,
-          steps: int = 400) -> PointRecord:  # fmt: skip
+          steps: int = 400, axis: int = 0) -> PointRecord:  # fmt: skip
     """Drive a material point along a path.
 
     Parameters
@@ -150,6 +150,8 @@ def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, 
         Strain at the end; below 0 for compression. In a rotation the angle [rad].
     steps
         Number of steps.
+    axis
+        Axis of an anisotropic material that lies along x: 0, 1 or 2.
 
     Raises
     ------
@@ -161,6 +163,8 @@ def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, 
     if not (rate > 0.0 and steps > 0 and strain != 0.0):
         raise CaseError("rate and steps must be above zero, and the strain must not be zero")
     point = _Point(material)
+    if axis:  # turned by a third of a circle about (1, 1, 1), once or twice
+        point.axes = (-0.5 * (-1.0) ** axis, -0.5, -0.5, -0.5, 0.0)
     length = 4.0 * abs(strain) if path == "cycle" else abs(strain)
     dt = length / rate / steps
     if path == "rotation":

@@ -188,7 +188,9 @@ class JohnsonHolmquistDamage(StrictModel):
 
 
 Residual = Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)]
-_RESIDUAL = "Share of shear stress and moduli, and of the fibre's compressive strength, left by an open mode [-], 0 to 1"
+_RESIDUAL = (
+    "Share of shear stress and moduli, and of the fibre's compressive strength, left by an open mode [-], 0 to 1"
+)
 Strengths = tuple[PositivePressure, PositivePressure, PositivePressure]
 
 

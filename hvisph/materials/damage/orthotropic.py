@@ -10,11 +10,13 @@ With sigma in material axes, tension positive, and c = max(-(s22 + s33)/2, 0) th
     max stress   each normal and shear stress against its own limit: 11; 22 and 12; 33, 13 and 23
                  (compression beyond that of the other two axes)
 
-An open mode leaves s11 within -(residual XC + c) and 0; s22 <= 0; s33 <= 0; of the shear stress and moduli 12 and 23
-(matrix), 13 and 23 (delamination) the share `residual` is left, and pressure below zero is no longer borne. Fibre and
-delamination together are failure (max stress: any two modes). Compression is counted beyond the confinement as in Yen
-2002, Proc. 7th Int. LS-DYNA Users Conf.: pressure alone breaks no fibre. Neither rate nor energy of softening: the
-result depends on the spacing as that of all damage here does. Hashin 1980, J. Appl. Mech. 47, 329.
+An open mode bears no tension: s11 within -(residual XC + c) and 0, s22 <= 0, s33 <= 0, by strains of cracks normal to
+the axes; nothing at all normal to it while the volume is above that at rest (pressure below zero). Of the shear stress
+and moduli 12 and 23 (matrix), 13 and 23 (delamination) the share `residual` is left. Fibre and delamination together
+are failure (max stress: any two modes). Compression is counted beyond the confinement as in Yen 2002, Proc. 7th Int.
+LS-DYNA Users Conf.: pressure alone breaks no fibre. Neither rate nor energy of softening: the result depends on the
+spacing as that of all damage here does. Hashin 1980, J. Appl. Mech. 47, 329; cracks of fixed direction: Rashid 1968,
+Nucl. Eng. Des. 7, 334.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ import numpy as np
 from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
+from hvisph.materials.strength.orthotropic import BULK, R11, R12, R13, R22, R23, R33
 
 XT, XC, YT, YC, ZT, ZC, S12, S13, S23, RESIDUAL = slots.DAMAGE
 SZ = ZC  # Hashin's modes have no compression along 3, and one strength in shear along fibres
@@ -135,13 +138,26 @@ def shear_shares(modes, row):
 
 
 @inline
-def capped(s, modes, row):
-    """Return the stress [Pa] in material axes that open modes still bear."""
+def limit_stress(s, modes, slack, row):
+    """Return the stress [Pa] in material axes that open modes still bear.
+
+    A crack normal to axis i takes the strain x that makes its excess s_ii zero: s_jj falls by C_ij x. With `slack`
+    above zero the volume is above that at rest, and cracks are open whatever the stress is.
+    """
     s11, s22, s33, s12, s13, s23 = s
-    if modes[1] > 0.0:
-        s22 = min(s22, 0.0)
+    bulk = row[BULK]
     if modes[2] > 0.0:
-        s33 = min(s33, 0.0)
+        x = (s33 if slack > 0.0 else max(s33, 0.0)) / (row[R33] + bulk)
+        s11, s22, s33 = s11 - (row[R13] + bulk) * x, s22 - (row[R23] + bulk) * x, s33 - (row[R33] + bulk) * x
+    if modes[1] > 0.0:
+        x = (s22 if slack > 0.0 else max(s22, 0.0)) / (row[R22] + bulk)
+        s11, s22, s33 = s11 - (row[R12] + bulk) * x, s22 - (row[R22] + bulk) * x, s33 - (row[R23] + bulk) * x
     if modes[0] > 0.0:
-        s11 = min(max(s11, -row[RESIDUAL] * row[XC] - max(-0.5 * (s22 + s33), 0.0)), 0.0)
+        low = 0.0 if slack > 0.0 else -row[RESIDUAL] * row[XC] - max(-0.5 * (s22 + s33), 0.0)
+        x = (s11 - min(max(s11, low), 0.0)) / (row[R11] + bulk)
+        s11, s22, s33 = s11 - (row[R11] + bulk) * x, s22 - (row[R12] + bulk) * x, s33 - (row[R13] + bulk) * x
+    if modes[1] > 0.0:  # what the other cracks have changed
+        s22 = 0.0 if slack > 0.0 else min(s22, 0.0)
+    if modes[2] > 0.0:
+        s33 = 0.0 if slack > 0.0 else min(s33, 0.0)
     return s11, s22, s33, s12, s13, s23

@@ -29,8 +29,8 @@ from . import (
 )
 from .cowper_symonds import CowperSymonds
 from .elastic import ElasticStrength
-from .johnson_cook import JohnsonCook
 from .fabric import Fabric
+from .johnson_cook import JohnsonCook
 from .johnson_holmquist import JohnsonHolmquist
 from .linear_hardening import LinearHardening
 from .no_strength import NoStrength

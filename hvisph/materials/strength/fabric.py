@@ -1,6 +1,7 @@
 """Dry fabric: yarns in two directions that bear tension alone, over P-alpha porosity.
 
-    sigma = -p(rho, e) I + t_1 a_1 a_1 + t_2 a_2 a_2,    dt_k/dt = E_k f (a_k . D a_k),    0 <= t_k <= X_k f,    f = rho/rho_rest
+    sigma = -p(rho, e) I + t_1 a_1 a_1 + t_2 a_2 a_2
+    dt_k/dt = E_k f (a_k . D a_k),    0 <= t_k <= X_k f,    f = rho/rho_rest
 
 E_k and X_k are those of the cloth at rest: the fibre's times its share of the volume, half of it each way,
 E_fibre rho/(2 rho_fibre). A yarn that reaches X_k breaks and bears nothing from then on; where both are broken the
@@ -60,7 +61,7 @@ def packing(rho, row):
 
 
 @inline
-def stretched(t, strain, broken, full, modulus, strength):
+def pull_yarn(t, strain, broken, full, modulus, strength):
     """Return tension [Pa] of a yarn after an increment of strain, and 1 where it is broken.
 
     `full` is `packing`; `modulus` and `strength` [Pa] those at rest.

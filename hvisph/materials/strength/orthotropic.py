@@ -27,7 +27,7 @@ from hvisph.materials.slots import SHEAR_MODULUS
 
 # C less K0 of the normal components, and the shear moduli.
 R11, R22, R33, R12, R13, R23, G12, G13, G23 = slots.STRENGTH[:9]
-SHEAR_GREATEST = slots.STRENGTH[9]
+SHEAR_GREATEST, BULK = slots.STRENGTH[9:11]
 _STARTS, _STEPS = 9, 60  # directions along an edge, and iterations, of the search for the fastest wave
 _ALIKE = 2e-3  # relative difference of constants that are the same: they are given to three digits
 
@@ -145,11 +145,11 @@ class Orthotropic:
         normal = c[:3, :3] - self.bulk_modulus
         row[[R11, R22, R33, R12, R13, R23]] = normal[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
         row[[G12, G13, G23]] = self.shear_moduli
-        row[SHEAR_GREATEST] = max(self.shear_moduli)
+        row[SHEAR_GREATEST], row[BULK] = max(self.shear_moduli), self.bulk_modulus
 
 
 @inline
-def strained(t, strain, borne, row):
+def add_strain(t, strain, borne, row):
     """Return T [Pa] after an increment of strain, six tensor components in material axes.
 
     `borne` are the shares of the shear moduli 12, 13 and 23 that are left.
