@@ -154,7 +154,7 @@ import hashlib, json, os, sys, tempfile
 sys.path[:0] = [{root!r}, {tests!r}]
 from small_runs import METAL, final, row_of
 import numpy as np
-from hvisph.compiler.cache import cache_folder
+from hvisph.compiler.cache_folder import cache_folder
 from hvisph.compiler.self_test import self_test
 from hvisph.simulation.run import run
 case = row_of([METAL], dim=1, formulation={{"type": "eulerian"}}, time={{"end": 1e-7}})

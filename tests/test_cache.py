@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissio
 
 PROGRAM = """
 import json
-from hvisph.compiler.cache import cache_folder
+from hvisph.compiler.cache_folder import cache_folder
 from hvisph.compiler.self_test import self_test
 found = self_test()
 print(json.dumps(found | {"folder": str(cache_folder())}))
@@ -27,6 +27,7 @@ FORCES = """
 import hashlib
 import json
 import numpy as np
+from hvisph.compiler.cache_folder import missing_loops
 from hvisph.compiler.template_binding import bind
 from hvisph.compiler.threads.parallel_for import particle_loop
 from hvisph.compiler.jit import report_compilation, specialise
@@ -42,11 +43,11 @@ lists = (np.arange(n + 1, dtype=np.uint64) * 8, random.integers(0, n, 8 * n).ast
 options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "AXISYMMETRIC": 0, "BY_PAIRS": 0, "slope": CUBIC_SPLINE.slope,
            "scale": specialise(scale, DIM=2, NORM=CUBIC_SPLINE.norm(2)), "DIM": 2, "WIDTH": width, "WEIGHTS": 3}
 loop = particle_loop(bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2)))
-found = np.zeros((n, rates.width(2)))
+found, missing = np.zeros((n, rates.width(2))), missing_loops()
 with report_compilation(heard.append):
     loop(n, random.random((n + 1, layout.width)), np.ones(n, np.uint8), 1, random.random(n), lists,
          (random.random((n, 2)), random.random(n)), (1.0, 2.0), 10.0, 1.0, found)
-print(json.dumps({"compiled": bool(heard), "bits": hashlib.sha256(found).hexdigest()}))
+print(json.dumps({"compiled": bool(heard), "missing": [missing, missing_loops()], "bits": hashlib.sha256(found).hexdigest()}))
 """
 
 
@@ -90,6 +91,7 @@ def test_a_loop_gives_the_same_bits_compiled_here_or_taken_from_the_cache(tmp_pa
     fresh, cached = (result(started(tmp_path / "cache", FORCES)) for _ in range(2))
     assert (fresh["compiled"], cached["compiled"]) == (True, False)
     assert fresh["bits"] == cached["bits"]
+    assert (fresh["missing"], cached["missing"]) == ([["accumulate"], []], [[], []])  # what `check` tells beforehand
 
 
 def test_a_read_only_cache_is_used(tmp_path):

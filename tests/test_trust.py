@@ -331,7 +331,7 @@ def test_a_cache_of_somebody_else_is_not_run(place, tmp_path):
     if place == "temporary":  # the home takes no files
         (home / ".cache").write_text("")
     os.chown(planted, 12345, 12345)
-    program = "from hvisph.compiler.cache import cache_folder; print(cache_folder())"
+    program = "from hvisph.compiler.cache_folder import cache_folder; print(cache_folder())"
     clean = {k: v for k, v in os.environ.items() if k not in {"HVISPH_CACHE_DIR", "XDG_CACHE_HOME"}}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
                           env=clean | {"HOME": str(home), "TMPDIR": str(temporary)})  # fmt: skip

@@ -3,9 +3,7 @@
 A change of the program invalidates only the loops that it concerns, and several versions share the others. A file that
 cannot be read, is damaged or cannot be written counts as absent.
 
-Loops are unpickled and executed. The folder is therefore the user's own, or one that the user names in
-HVISPH_CACHE_DIR. A folder below the shared temporary folder is used only if it belongs to the user, is closed to
-others and is not a link.
+Loops are unpickled and executed; `cache_folder` says which folders are trusted.
 """
 
 from __future__ import annotations
@@ -15,12 +13,10 @@ import hashlib
 import io
 import os
 import pickle
-import stat
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,52 +26,10 @@ from numba.core.compiler import CompileResult
 from numba.core.environment import Environment
 from numba.core.serialize import dumps
 
-from .fingerprint import fingerprint
+from .cache_folder import SUFFIX, cache_folder, file_stem
 
-_SUFFIX = ".loop"
 _TIMEOUT, _INTERVAL = 120.0, 0.02  # longest wait for another process that compiles a loop, and between checks [s]
 _DIGEST = 32  # length of the hash in front of the pickled loop [bytes]
-
-
-@cache
-def cache_folder() -> Path | None:
-    """Return the folder of the compiled loops, or None where no folder can be written or read."""
-    from platformdirs import user_cache_path
-
-    chosen = os.environ.get("HVISPH_CACHE_DIR")
-    folder = Path(chosen or user_cache_path("hvisph", appauthor=False)) / "loops"
-    # the home may belong to somebody else, as under sudo: its loops are not executed
-    trusted = chosen or not folder.is_dir() or _belongs_to_user(folder, 0o022)
-    if trusted and (_is_writable(folder) or any(folder.glob(f"*{_SUFFIX}"))):
-        return folder
-    return _private_folder()
-
-
-def _is_writable(folder: Path) -> bool:
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.mkdir(mode=0o700, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
-
-
-def _private_folder() -> Path | None:
-    """Return a folder below the temporary folder that nobody else can write to, or None."""
-    try:
-        folder = Path(tempfile.gettempdir()) / f"hvisph-cache-{os.getuid() if hasattr(os, 'getuid') else ''}"
-        folder.mkdir(mode=0o700, exist_ok=True)
-    except OSError:  # there is no usable temporary folder
-        return None
-    return folder if _belongs_to_user(folder, 0o077) and _is_writable(folder) else None
-
-
-def _belongs_to_user(folder: Path, forbidden: int) -> bool:
-    """Whether a folder is the user's, no link, and has none of the `forbidden` permissions; Windows has its own."""
-    status = folder.lstat()
-    owned = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & forbidden)
-    return stat.S_ISDIR(status.st_mode) and owned
 
 
 class LoopCache(NullCache):
@@ -96,8 +50,8 @@ class LoopCache(NullCache):
         loop = None
         if self._folder:
             processor = repr((sig, target_context.codegen().magic_tuple()))
-            digest = hashlib.sha256((fingerprint(self._function) + processor).encode()).hexdigest()[:32]
-            self._path = self._folder / f"{self._function.__name__.split('_')[0] or 'loop'}-{digest}{_SUFFIX}"
+            digest = hashlib.sha256(processor.encode()).hexdigest()[:16]
+            self._path = self._folder / f"{file_stem(self._function)}-{digest}{SUFFIX}"
             loop = _read(self._path, target_context)
             if loop is None:
                 self._compilation.enter_context(_lock(self._path))

@@ -44,10 +44,9 @@ _READS = {
 @cache
 def compiler_hash() -> str:
     """Return the hash of this package's code generation and of the versions of Python, numba, LLVM and NumPy."""
-    import llvmlite
-    import numba
+    from importlib.metadata import version  # numba itself takes 0.4 s to import
 
-    versions = (sys.version_info[:3], numba.__version__, llvmlite.__version__, np.__version__)
+    versions = (sys.version_info[:3], version("numba"), version("llvmlite"), np.__version__)
     digest = hashlib.sha256(repr(versions).encode())
     for name in _MACHINERY:
         digest.update(Path(__file__).parent.joinpath(f"{name.replace('.', '/')}.py").read_bytes())

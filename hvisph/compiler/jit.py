@@ -153,6 +153,11 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
     return _made[full]
 
 
+def bound_loops() -> list[CompiledFunction]:
+    """Return all loops that `specialise` has made in this process."""
+    return [one for one in _made.values() if one.inlined is None]
+
+
 def _register_operations() -> None:
     from . import scalar_functions  # noqa: F401  takes 0.03 s
 

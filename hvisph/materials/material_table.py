@@ -301,12 +301,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def bind_models(function: object, table: np.ndarray, models: np.ndarray) -> Any:
-    """Return a compiled function without the branches of models absent from the table, see `model_flags`."""
-    most = models.max(axis=0, initial=0)
-    return bind_constants(
-        function,
-        FURTHER_EOS=bool(most[slots.EOS_TAG] > tags.IDEAL_GAS),
-        FURTHER_STRENGTH=bool(most[slots.STRENGTH_TAG] > tags.JOHNSON_COOK),
-        FURTHER_DAMAGE=bool(most[slots.DAMAGE_TAG] > tags.JOHNSON_COOK_DAMAGE),
-        POROUS=bool((table[:, slots.DISTENSION] > 1.0).any()),
-    )
+    """Return a compiled function with the common models alone if the table has no others, see `model_flags`."""
+    common = np.array([tags.IDEAL_GAS, tags.JOHNSON_COOK, tags.JOHNSON_COOK_DAMAGE])
+    further = (models > common).any() or (table[:, slots.DISTENSION] > 1.0).any()
+    return bind_constants(function, FURTHER=bool(further))

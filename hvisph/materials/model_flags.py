@@ -1,11 +1,8 @@
-"""Flags of rare models: compiled loops contain only the branches of the models in use.
+"""Flag of rare models, which the compiled loops of common materials leave out.
 
-What most cases have - the common equations of state, strengths and failure - is in every loop, so that another metal
-needs no other loop. The rest is half of what a loop would be made of: `table.fitted` takes out what no material of
-a case has.
+Every loop contains the common equations of state, strengths and damage. If a material of a case has another model, its
+loops contain all models. A further material thus needs no further loop; results and speed are the same by both
+(`tests/test_materials_fitted.py`).
 """
 
-FURTHER_EOS = True  # Tillotson, polynomial, Murnaghan, JWL, tables
-FURTHER_STRENGTH = True  # beyond Johnson-Cook
-FURTHER_DAMAGE = True  # beyond Johnson-Cook
-POROUS = True
+FURTHER = True  # models beyond the common ones of `tags`, pores among them

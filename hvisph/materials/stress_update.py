@@ -40,7 +40,7 @@ from hvisph.compiler.tensors3d import curl, rotate, rotate_in_plane, rotation, s
 from . import tags
 from .damage import grady_kipp, johnson_holmquist, rated_spall, tensile
 from .damage import johnson_cook as damage_model
-from .model_flags import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
+from .model_flags import FURTHER
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
@@ -130,25 +130,25 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
     first = memory[0]
-    if FURTHER_EOS and models[m, EOS_TAG] == tags.JWL:
+    if FURTHER and models[m, EOS_TAG] == tags.JWL:
         first += dt
     solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, first, row)
-    if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
+    if FURTHER and damage_tag == tags.CRUSHING:
         solid += first
-    if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
+    if FURTHER and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
     damage = spall_damage(damage, solid, dt, e, row)
     limit = memory[1]
-    if FURTHER_DAMAGE and damage_tag == tags.GRADY_SPALL and damage < 1.0:
+    if FURTHER and damage_tag == tags.GRADY_SPALL and damage < 1.0:
         damage, limit = _spall(solid, rho, c, divergence(l), limit, row)
     memory = (first, limit, memory[2], memory[3], memory[4])
     felt = felt_damage(damage, row)
     p = damaged_pressure(damage_tag, solid, felt, row)
     friction = row[FAILED_FRICTION]
-    owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
+    owns = FURTHER and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
     if strength == tags.NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
         if (
-            FURTHER_DAMAGE
+            FURTHER
             and strength == tags.NO_STRENGTH
             and damage < 1.0
             and damage_tag == tags.PRINCIPAL_STRESS
@@ -158,7 +158,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         return no_symmetric(3), plastic_strain, damage, p, c, memory
 
     shear, filled = row[SHEAR_MODULUS], 1.0
-    if POROUS and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
+    if FURTHER and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
         rho, filled = rho * first, 1.0 / first
     d = add_identity(symmetric_part(l), divergence(l) * (-1.0 / 3.0))
     homologous, logged, factor, offset = 0.0, 0.0, 1.0, 0.0
@@ -169,10 +169,10 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     if smooths:
         strain_rate = _smooth_rate(strain_rate, memory[4], dt, row)
         memory = (first, limit, memory[2], memory[3], strain_rate)
-    if FURTHER_STRENGTH and heated:  # the modulus may vary
+    if FURTHER and heated:  # the modulus may vary
         homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
         shear *= share
-    if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
+    if FURTHER and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
         s = multiply(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     shear *= filled
     if damage_tag == tags.JOHNSON_COOK_DAMAGE:
@@ -184,11 +184,11 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     flow, increment = inf, 0.0
     rubble = felt >= 1.0 and not owns
     trial_squared = 1.5 * double_dot(s, s)
-    simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or FURTHER_DAMAGE)
+    simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or FURTHER)
     # Elastic at any rate: neither temperature nor logarithm are needed. No return here: lanes could not follow it.
     sure = row[SURE_STRESS] * filled
-    elastic = simple and not FURTHER_STRENGTH and e < row[SURE_ENERGY] and trial_squared <= sure * sure
-    if heated and not FURTHER_STRENGTH and not elastic:
+    elastic = simple and e < row[SURE_ENERGY] and trial_squared <= sure * sure
+    if heated and not FURTHER and not elastic:
         homologous, logged, factor, offset, _ = circumstances(strength, rho, e, p, strain_rate, felt, row)
     if simple and not elastic:  # below its least yield stress no power is needed
         flow = yield_stress(strength, 0.0, factor, offset, row) * filled
@@ -210,11 +210,11 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         if fails:
             damage += increment / damage_model.fracture_strain(p, reached, logged, homologous, row)
             damage = min(damage, 1.0)
-    if FURTHER_DAMAGE and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
+    if FURTHER and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
         flowed = (increment, flow, strain_rate)
         s, damage, p, first = _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
         memory = (first, memory[1], memory[2], memory[3], memory[4])
-    if felt_damage(damage, row) >= 1.0 and not (FURTHER_DAMAGE and damage_tag == tags.CRUSHING):
+    if felt_damage(damage, row) >= 1.0 and not (FURTHER and damage_tag == tags.CRUSHING):
         p = max(p, 0.0)
         if friction == 0.0 and not owns:
             s = no_symmetric(3)

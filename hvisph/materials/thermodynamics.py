@@ -15,7 +15,7 @@ from . import tags
 from .eos import pressure_and_sound_speed
 from .isentrope import temperature
 from .melting import melt_temperature
-from .model_flags import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
+from .model_flags import FURTHER
 from .porosity import load_pores
 from .slots import (
     DAMAGE_TAG,
@@ -50,9 +50,9 @@ def damaged_pressure(damage_tag, p, felt, row):
     if p < 0.0:
         if felt >= 1.0:
             return 0.0
-        if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP:
+        if FURTHER and damage_tag == tags.GRADY_KIPP:
             return (1.0 - felt) * p
-        if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
+        if FURTHER and damage_tag == tags.CRUSHING:
             return max(p, -row[TENSION] * (1.0 - felt))
     return p
 
@@ -66,10 +66,10 @@ def least_pressure(damage_tag, damage, row):
 @inline
 def solid_pressure(tag, rho, e, memory, row):
     """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
-    if POROUS and row[DISTENSION] > 1.0:
+    if FURTHER and row[DISTENSION] > 1.0:
         return load_pores(tag, rho, e, memory, row)
     p, c = pressure_and_sound_speed(tag, rho, e, row)
-    if FURTHER_EOS and tag == tags.JWL and row[BURN_RATE] > 0.0:
+    if FURTHER and tag == tags.JWL and row[BURN_RATE] > 0.0:
         p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
     return p, c, memory
 
@@ -79,7 +79,7 @@ def remembered_state(table, models, m, rho, e, damage, memory):
     """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
     row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
     p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
-    if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
+    if FURTHER and damage_tag == tags.CRUSHING:
         p += memory
     return damaged_pressure(damage_tag, p, felt_damage(damage, row), row), c
 
@@ -129,7 +129,7 @@ def temperature_of(table, models, m, rho, e, p, memory):
     row = parameters(table, m)
     if not row[INVERSE_HEAT_CAPACITY] > 0.0:
         return nan
-    if POROUS and row[DISTENSION] > 1.0:
+    if FURTHER and row[DISTENSION] > 1.0:
         rho, p = rho * memory, p * memory
     return temperature(between_voids(models[m, EOS_TAG], rho, e, p, row), e, row)
 
@@ -144,12 +144,12 @@ def _of_the_solid(rho, row):
 def shear_modulus(table, models, m, rho, e, p):
     """Shear modulus [Pa] of the current state."""
     strength = models[m, STRENGTH_TAG]
-    if not FURTHER_STRENGTH or strength <= tags.JOHNSON_COOK or strength == tags.ORTHOTROPIC:
+    if not FURTHER or strength <= tags.JOHNSON_COOK or strength == tags.ORTHOTROPIC:
         return table[m, SHEAR_MODULUS]
     row = parameters(table, m)
     if strength == tags.FABRIC:
         return row[SHEAR_MODULUS] * packing(rho, row)
-    if POROUS and row[DISTENSION] > 1.0:
+    if FURTHER and row[DISTENSION] > 1.0:
         rho = _of_the_solid(rho, row)
     melt = melt_temperature(rho, p, row)
     return row[SHEAR_MODULUS] * shear_share(strength, rho, p, temperature(rho, e, row), melt, row)
@@ -176,19 +176,19 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     row, strength = parameters(table, m), models[m, STRENGTH_TAG]
     felt = felt_damage(damage, row)
     shear = row[SHEAR_MODULUS]
-    owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)
+    owns = FURTHER and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)
     broken = strength != tags.NO_STRENGTH and felt >= 1.0 and not owns
     friction = row[FAILED_FRICTION] * max(p, 0.0) if broken else inf
-    if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH) or (FURTHER_STRENGTH and strength >= tags.ORTHOTROPIC):
+    if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH) or (FURTHER and strength >= tags.ORTHOTROPIC):
         return friction, shear
-    if POROUS and row[DISTENSION] > 1.0:
+    if FURTHER and row[DISTENSION] > 1.0:
         rho = _of_the_solid(rho, row)
     _, _, factor, offset, share = circumstances(strength, rho, e, p, rate, felt, row)
     flow = yield_stress(strength, plastic_strain, factor, offset, row)
     if models[m, DAMAGE_TAG] == tags.JOHNSON_COOK_DAMAGE:
         flow *= borne_share(damage, row)
     flow = min(flow, friction)
-    cracked = FURTHER_DAMAGE and models[m, DAMAGE_TAG] == tags.GRADY_KIPP and not owns
+    cracked = FURTHER and models[m, DAMAGE_TAG] == tags.GRADY_KIPP and not owns
     return (flow * (1.0 - felt) if cracked and not broken else flow), shear * share
 
 

@@ -321,6 +321,9 @@ MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 
                 "adaptive": {1: 0.3, 2: 0.45, 3: 1.2}}  # fmt: skip
 STEP_OVERHEAD = 2e-4  # whatever the number of particles [s]
 THREAD_GAIN = 0.85  # of each further thread
+# Compilation of a loop over particles with the models of materials, over pairs, and of any other [s of a core].
+COMPILATION = {"update": 9.0, "deform": 9.0, "_diagnose": 1.5, "sweep": 3.0}
+OTHER_LOOP = 0.5
 # Work of a step that a further thread must find [s]. A step shares out its work four to eight times, and each costs
 # the waking of a thread, 0.05 ms and far more on a busy machine: `benchmarks/small_cases.py`.
 WORTH_A_THREAD = 1.5e-3
@@ -353,6 +356,14 @@ def fewer_threads_reason(threads: int, case: Case, particles: int) -> str:
 def step_seconds(case: Case, particles: int, threads: int) -> float:
     """Return the wall time of a step on so many threads [s]."""
     return STEP_OVERHEAD + _work(case, particles) / (1.0 + THREAD_GAIN * (threads - 1))
+
+
+def compilation() -> tuple[int, float]:
+    """Return how many loops of the objects built in this process are not in the cache, and the time they take [s]."""
+    from hvisph.compiler.cache_folder import missing_loops
+
+    missing = missing_loops()
+    return len(missing), sum(COMPILATION.get(name, OTHER_LOOP) for name in missing)
 
 
 def available_threads() -> int:

@@ -148,14 +148,16 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
                 f"{number(shock.target.shock_speed, 'm/s')} into the bodies at rest",
             )
         )
-    from hvisph.precheck.estimate import available_threads, of_cores
+    from hvisph.precheck.estimate import available_threads, compilation, of_cores
 
     threads = of_cores(taken.threads, available_threads())
+    loops, seconds = compilation()
+    before = f"after the compilation of {loops} loops, about {duration(seconds)}" if loops else "all loops are compiled"
     facts += [
         ("steps", f"about {round_two_figures(taken.steps)} to t = {number(case.time.end, 's')}"),
         (
             "time",
-            f"about {duration(taken.seconds)} on {threads}, after up to 15 s of compilation the first time",
+            f"about {duration(taken.seconds)} on {threads}; {before}",
         ),
         ("memory", f"about {size(taken.memory)}"),
         (

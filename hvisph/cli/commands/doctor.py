@@ -17,12 +17,16 @@ from hvisph.cli.text.formatting import duration, echo_json, say, size, table
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 
 
-COMMON = ("quickstart", "sphere_on_plate_axisymmetric", "sphere_on_plate")  # one case of each kinematics
+# Materials of two bodies: of common models, of further ones, of those with history variables, and an explosive. One
+# loop of each kinematics and formulation serves all materials of such a class.
+PAIRS = (("aluminium-6061-t6", "steel-4340"), ("tungsten", "tantalum"), ("granite", "tungsten"),
+         ("composition-b", "copper-ofhc"))  # fmt: skip
 
 
 def doctor(
     compile_loops: Annotated[
-        bool, typer.Option("--compile", help="Compile the loops of contact SPH and standard SPH for later runs.")
+        bool,
+        typer.Option("--compile", help="Compile contact SPH and standard SPH for all materials: minutes."),
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -39,19 +43,28 @@ def doctor(
 
 
 def _compile_common(tell: bool) -> None:
-    """Take one step of each of the common cases by contact SPH and by standard SPH."""
+    """Take one step of each pair of materials by contact SPH and by standard SPH, in each of the common kinematics."""
     from tempfile import TemporaryDirectory
 
     from hvisph.casefile.loader import load_case
+    from hvisph.core.kinematics import KINEMATICS
     from hvisph.simulation.run import run
 
-    with TemporaryDirectory() as folder:
-        for name in COMMON:
-            for formulation in ("riemann", "eulerian"):
+    for kinematics in ("axisymmetric", "plane_strain", "three_d"):
+        dim = KINEMATICS[kinematics].dim
+        shape = {"type": "cylinder", "diameter": 8e-3, "length": 8e-3}
+        shape = shape if kinematics == "axisymmetric" else {"type": "box", "size": [8e-3] * dim}
+        for formulation in ("riemann", "eulerian"):
+            for pair in PAIRS:
                 if tell:
-                    say(f"compiling {formulation}: {name}")
-                settings = f"formulation={{type: {formulation}}}", "time.max_steps=1", "expected=null"
-                run(load_case(name, settings), folder, force=True)
+                    say(f"compiling {kinematics}, {formulation}: {' on '.join(pair)}")
+                still = [0.0] * (dim - 1)
+                bodies = {name: {"material": name, "shape": shape, "velocity": [speed, *still]}
+                          for name, speed in zip(pair, (500.0, 0.0), strict=True)}  # fmt: skip
+                case = {"kinematics": kinematics, "resolution": 1e-3, "bodies": bodies,
+                        "formulation": {"type": formulation}, "time": {"end": 1e-6, "max_steps": 1}}  # fmt: skip
+                with TemporaryDirectory() as folder:
+                    run(load_case(case), folder, force=True)
 
 
 def _facts() -> dict[str, Any]:
@@ -59,7 +72,7 @@ def _facts() -> dict[str, Any]:
 
     import psutil
 
-    from hvisph.compiler.cache import cache_folder
+    from hvisph.compiler.cache_folder import cache_folder
     from hvisph.compiler.self_test import self_test
     from hvisph.core.memory import free_memory
     from hvisph.precheck.estimate import available_threads

@@ -7,7 +7,7 @@ from math import sqrt
 
 from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
-from hvisph.materials.model_flags import FURTHER_EOS
+from hvisph.materials.model_flags import FURTHER
 from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 
 from . import ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson, us_up_table
@@ -69,10 +69,10 @@ def pressure_and_sound_speed(tag, rho, e, row):
     elif tag == tags.IDEAL_GAS:
         p = ideal_gas.pressure(rho, e, row)
         c_squared = ideal_gas.sound_speed_squared(rho, e, p, row)
-    elif FURTHER_EOS and tag == tags.TILLOTSON:
+    elif FURTHER and tag == tags.TILLOTSON:
         p, p_rho, p_e = tillotson.state(rho, e, row)
         c_squared = p_rho + p * p_e / (rho * rho)
-    elif FURTHER_EOS and tag >= tags.POLYNOMIAL:
+    elif FURTHER and tag >= tags.POLYNOMIAL:
         p, c_squared = _state_of_rare_models(tag, rho, e, row)
     else:  # linear and elastic are one law
         p = linear.pressure(rho, e, row)

@@ -6,7 +6,7 @@ from math import inf
 
 from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
-from hvisph.materials.model_flags import FURTHER_STRENGTH
+from hvisph.materials.model_flags import FURTHER
 from hvisph.materials.slots import (
     INVERSE_HEAT_CAPACITY,
     INVERSE_MELT_RANGE,
@@ -111,7 +111,7 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, dama
     """
     if tag == tags.JOHNSON_COOK:
         return johnson_cook.rate_and_heat_factor(logged, homologous, row), 0.0, 1.0
-    if FURTHER_STRENGTH and tag > tags.JOHNSON_COOK:
+    if FURTHER and tag > tags.JOHNSON_COOK:
         return _conditions_of_rare_models(tag, rho, e, p, temperature, melt, rate, damage, row)
     return 1.0, 0.0, 1.0
 
@@ -137,7 +137,7 @@ def yield_stress(tag, plastic_strain, factor, offset, row):
         return linear_hardening.yield_stress(plastic_strain, row)
     if tag == tags.JOHNSON_COOK:
         return johnson_cook.yield_stress(plastic_strain, factor, row)
-    if FURTHER_STRENGTH:
+    if FURTHER:
         return _further_yield(tag, plastic_strain, factor, offset, row)
     return offset
 
