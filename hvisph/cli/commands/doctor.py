@@ -17,10 +17,10 @@ from hvisph.cli.text.formatting import duration, echo_json, say, size, table
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 
 
-# Materials of two bodies: of common models, of further ones, of those with history variables, and an explosive. One
-# loop of each kinematics and formulation serves all materials of such a class.
+# Materials of two bodies: of common models, of further ones, of those with history variables, an explosive, a fabric.
+# One loop of each kinematics and formulation serves all materials of such a class.
 PAIRS = (("aluminium-6061-t6", "steel-4340"), ("tungsten", "tantalum"), ("granite", "tungsten"),
-         ("composition-b", "copper-ofhc"))  # fmt: skip
+         ("composition-b", "copper-ofhc"), ("steel-4340", "kevlar-km2"))  # fmt: skip
 
 
 def doctor(
@@ -47,7 +47,7 @@ def _compile_common(tell: bool) -> None:
     from tempfile import TemporaryDirectory
 
     from hvisph.casefile.loader import load_case
-    from hvisph.core.kinematics import KINEMATICS
+    from hvisph.core.catalogues import KINEMATICS
     from hvisph.simulation.run import run
 
     for kinematics in ("axisymmetric", "plane_strain", "three_d"):
