@@ -27,10 +27,9 @@ FORCES = """
 import hashlib
 import json
 import numpy as np
-from hvisph.compiler.cache_folder import missing_loops
 from hvisph.compiler.template_binding import bind
 from hvisph.compiler.threads.parallel_for import particle_loop
-from hvisph.compiler.jit import report_compilation, specialise
+from hvisph.compiler.jit import missing_loops, report_compilation, specialise
 from hvisph.sph.neighbours import particle_layout as rates
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.kernels.kernel import scale

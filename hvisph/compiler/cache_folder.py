@@ -1,4 +1,4 @@
-"""Folder of the compiled loops, and which loops it contains; numba is not imported.
+"""Folder of the compiled loops and names of its files; numba is not imported.
 
 Loops are unpickled and executed. The folder is therefore the user's own, or one that the user names in
 HVISPH_CACHE_DIR. A folder below the shared temporary folder is used only if it belongs to the user, is closed to
@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 from .fingerprint import fingerprint
-from .jit import bound_loops
 
 SUFFIX = ".loop"
 
@@ -64,10 +63,3 @@ def _belongs_to_user(folder: Path, forbidden: int) -> bool:
 def file_stem(function: Any) -> str:
     """Return the name of a loop's file up to the hash of its argument types and processor."""
     return f"{function.__name__.split('_')[0] or 'loop'}-{fingerprint(function)}"
-
-
-def missing_loops() -> list[str]:
-    """Return the names of the loops that this process has bound and that are not in the cache."""
-    folder, loops = cache_folder(), bound_loops()
-    stored = set() if folder is None else {file.name.rsplit("-", 1)[0] for file in folder.glob(f"*{SUFFIX}")}
-    return [loop.__name__.rsplit("_", 1)[0] for loop in loops if file_stem(loop.py_func) not in stored]

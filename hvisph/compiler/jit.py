@@ -153,9 +153,14 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
     return _made[full]
 
 
-def bound_loops() -> list[CompiledFunction]:
-    """Return all loops that `specialise` has made in this process."""
-    return [one for one in _made.values() if one.inlined is None]
+def missing_loops() -> list[str]:
+    """Return the names of the loops that `specialise` has made in this process and that are not in the cache."""
+    from .cache_folder import SUFFIX, cache_folder, file_stem
+
+    folder = cache_folder()
+    stored = set() if folder is None else {file.name.rsplit("-", 1)[0] for file in folder.glob(f"*{SUFFIX}")}
+    loops = [one.py_func for one in _made.values() if one.inlined is None]
+    return [loop.__name__.rsplit("_", 1)[0] for loop in loops if file_stem(loop) not in stored]
 
 
 def _register_operations() -> None:

@@ -360,7 +360,7 @@ def step_seconds(case: Case, particles: int, threads: int) -> float:
 
 def compilation() -> tuple[int, float]:
     """Return how many loops of the objects built in this process are not in the cache, and the time they take [s]."""
-    from hvisph.compiler.cache_folder import missing_loops
+    from hvisph.compiler.jit import missing_loops
 
     missing = missing_loops()
     return len(missing), sum(COMPILATION.get(name, OTHER_LOOP) for name in missing)
