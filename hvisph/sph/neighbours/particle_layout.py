@@ -106,10 +106,15 @@ class RowLayout:
 
     def mirror_signs(self, axis: int) -> np.ndarray:
         """Return the sign (width,) of each slot under reflection along `axis`."""
-        names = [c for _, rank in (*self.fields, *self.made) for c in _components(rank, self.dim)]
-        signs = np.ones(self.width)
-        signs[: len(names)] = [(-1.0) ** c.count(_AXES[axis]) for c in names]
-        return signs
+        return _mirror_signs(self, axis)
+
+
+@cache
+def _mirror_signs(layout: RowLayout, axis: int) -> np.ndarray:
+    names = [c for _, rank in (*layout.fields, *layout.made) for c in _components(rank, layout.dim)]
+    signs = np.ones(layout.width)
+    signs[: len(names)] = [(-1.0) ** c.count(_AXES[axis]) for c in names]
+    return signs
 
 
 def width(dim: int) -> int:
