@@ -18,6 +18,7 @@ from .bodies import Body
 from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
 from .gauges import Gauge
+from .gravity import Gravity, OptionalOverburden
 from .limits import RunLimits, Witness
 from .model import StrictModel, refuse
 from .output import Output
@@ -70,6 +71,16 @@ class Case(StrictModel):
     clamped: tuple[Clamp, ...] = Field(default=(), description="Regions that are held fixed", max_length=100)
     initial_loads: tuple[InitialLoad, ...] = Field(
         default=(), description="Impulses: pressures that act during the first step", max_length=100
+    )
+    gravity: Gravity | None = Field(
+        default=None,
+        description="Acceleration of gravity, one component per dimension [m/s^2], or `{type: sphere, ...}`, the field "
+        "of a homogeneous sphere; none unless given",
+    )
+    overburden: OptionalOverburden = Field(
+        default=None,
+        description="`true`: bodies start with the pressure of their own weight, `{lateral: K0}`: with that ratio of "
+        "horizontal to vertical stress; they start without stress unless given",
     )
     formulation: Formulation = Field(default=RiemannFormulation(), description="Scheme that computes the run")
     time: Time = Field(description="Duration and time stepping")

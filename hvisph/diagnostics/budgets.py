@@ -9,6 +9,7 @@ import numpy as np
 from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
+from hvisph.integrators.gravity import UNIFORM, Gravity
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.schemes.standard.scheme import fallbacks
 from hvisph.setup.build import Setup
@@ -20,6 +21,8 @@ FALLBACKS_COLUMN = "correction_fallbacks"
 SLIP_COLUMN = "slip_work"
 # Work of plastic flow, and what viscosity, Riemann fluxes and friction dissipated, up to the record [J].
 WORK_COLUMNS = ("plastic_work", "shock_heating")
+# Potential energy in the field of gravity [J], zero at the start.
+GRAVITY_COLUMN = "gravity_energy"
 # Highest pressure of any particle up to the record [Pa].
 HIGHEST_COLUMN = "highest_pressure"
 # Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
@@ -41,7 +44,9 @@ class Budget:
     `plastic_work`, `shock_heating` (viscosity, Riemann fluxes, friction) and `slip_work` in J; `impulse` on the clamped
     particles (3,) [kg m/s]; `retired` number, mass [kg], momentum (3) and energy [J] of particles that left the domain
     (6,); `highest_pressure` [Pa]; initial `angular_momentum` [kg m^2/s], None where it is not recorded; `pending`
-    momentum (3) and energy that the next step removes from retired particles, per time (4,).
+    momentum (3) and energy that the next step removes from retired particles, per time (4,); `gravity_energy` the
+    potential energy since the start [J], `potential` that at the start, `weight` the momentum given by a uniform field
+    (3,) [kg m/s]; `scale` is the energy to which drifts refer [J].
     """
 
     def __init__(self, setup: Setup):
@@ -59,6 +64,13 @@ class Budget:
         self.pending = np.zeros(4)
         self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
         self._setup = setup
+        self.gravity: Gravity | None = getattr(setup.stepper, "gravity", None)
+        self.weight, self.gravity_energy, self.scale, self.potential = np.zeros(3), 0.0, self.energy, 0.0
+        if self.gravity is not None:
+            self.potential = self._total_potential()
+            potential = self.gravity.potential(particles["position"])
+            mean = self.potential / share.exact_sum(particles["mass"])
+            self.scale += share.exact_sum(particles["mass"] * np.abs(potential - mean))
         # planes and clamps give angular momentum of which no account is kept
         held = share.get_maxima(float((particles.tags[:, FLAGS] & CLAMPED).any()))[0]
         kept = not setup.planes and not held
@@ -79,6 +91,20 @@ class Budget:
         self.impulse += dt * sums[column.SUPPORT : column.SUPPORT + 3]
         self.retired[2:] += dt * self.pending
         self.pending[:] = 0.0
+        if self.gravity is not None:
+            particles = self._setup.particles
+            self.gravity_energy = self._total_potential() - self.potential
+            if self.gravity.kind == UNIFORM:
+                free = (particles.tags[:, FLAGS] & CLAMPED) == 0
+                pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
+                self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
+
+    def _total_potential(self) -> float:
+        """Return the potential energy of all particles in the field of gravity [J]."""
+        assert self.gravity is not None
+        particles = self._setup.particles
+        potential = self.gravity.potential(particles["position"])
+        return float(self._setup.subdomain.exact_sum(particles["mass"] * potential))
 
     def highest(self) -> float:
         """Return the highest pressure of any particle of all processes so far [Pa]."""
@@ -92,19 +118,22 @@ class Budget:
                  "internal": float(sums[column.INTERNAL]) if kept else None,
                  "plastic_work": self.plastic_work if kept else None,
                  "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
+        energies |= {} if self.gravity is None else {"gravity": self.gravity_energy}
         return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
 
     def energy_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
         if not self._has_energy:
             return None
-        stored = self._stepper.stored_energy
+        stored = self._stepper.stored_energy + self.gravity_energy
         total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
-        return (total - self.energy) / self.energy if self.energy > 0.0 else None
+        return (total - self.energy) / self.scale if self.scale > 0.0 else None
 
     def momentum_drift(self, sums: np.ndarray) -> float | None:
-        """Return the change of momentum over the sum of m |v| at the start; None where nothing moved."""
-        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.impulse + self.retired[2:5]
+        """Return the change of momentum over the sum of m |v| at the start; None if nothing moved, or for a sphere."""
+        if self.gravity is not None and self.gravity.kind != UNIFORM:
+            return None
+        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.impulse + self.retired[2:5] - self.weight
         change = float(np.linalg.norm((now - self.momentum) * self._free))
         return change / self.size if self.size > 0.0 else None
 
@@ -171,6 +200,7 @@ class Observer:
         counted = (*counted, SLIP_COLUMN) if self._slips else counted
         self._works = setup.stepper.has_energy
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
+        counted = (*counted, GRAVITY_COLUMN) if getattr(setup.stepper, "gravity", None) else counted
         self._repels = formulation.repels
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
@@ -194,6 +224,7 @@ class Observer:
             *((int(share.total(np.array([fallbacks(self._setup.stepper)]))[0]),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
+            *((budget.gravity_energy,) if budget.gravity else ()),
             *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
             budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
         ]  # fmt: skip

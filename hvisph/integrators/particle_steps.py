@@ -103,11 +103,12 @@ def remember(state, i, u, rate):
         state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
 
 
-def move(state, i, now, rate, free, u, dt):
+def move(state, i, now, rate, free, pull, u, dt):
     """Advance position, velocity and energy by a step; return the state, velocity gradient, swelling and hoop rate.
 
     `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
-    the evaluation or, with PREVIOUS, the means of them and of the one before. `free` is 0 of a particle that is held.
+    the evaluation or, with PREVIOUS, the means of them and of the one before. `free` is 0 of a particle that is held,
+    `pull` the acceleration of gravity, whose work is no internal energy.
     """
     a, power, l, density, hoop = rate.a, rate.power, rate.l, rate.density, rate.hoop
     if PREVIOUS:
@@ -119,7 +120,7 @@ def move(state, i, now, rate, free, u, dt):
             density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
         if AXISYMMETRIC:
             hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
-    a = multiply(free, a)
+    a = multiply(free, add(a, pull) if GRAVITY else a)
     # Mean velocity of the step; the work of the forces at it is what the energy receives.
     mean = add(now.u, multiply(0.5 * dt, a))
     missing = dot(rate.a, subtract(mean, u))

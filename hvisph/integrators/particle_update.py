@@ -47,8 +47,8 @@ AT_AXIS = 0.5
 AFAR = 0.5
 
 
-def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
-            rounders):  # fmt: skip
+def advance_lanes(particles, here, alike, materials, coefficients, gravity, times_ahead, h_limits, rows, limits,
+                  counted, most, rounders):  # fmt: skip
     """Advance LANES particles of one material, all clamped or all free.
 
     `here` are the valid lanes; others repeat the last of these. `alike` are material and clamp. `counted` (2, COUNTED,
@@ -72,12 +72,16 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
             resting = multiply(0.5, add(resting, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
         add_lane_vectors(counted, SUPPORT, here, extend_vector(multiply(mass, resting)), of_force)
     a = no_vector(DIM) if held else rate.a
+    pull = no_vector(DIM)
+    if GRAVITY:  # at the places of the evaluation; what has left the domain has no mass
+        pull = multiply(free if mass > 0.0 else 0.0, gravity_at(own_vector(rows, s, 0, DIM), gravity))
+        a = add(a, pull)
     thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
     ring = ring_radius(now.x, now.h) if AXISYMMETRIC else 0.0
     least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
     if complete:
         u, before = own_vector(rows, s, U, DIM), now
-        now, l, swelling, hoop = move(state, s, now, acting, free, u, dt)
+        now, l, swelling, hoop = move(state, s, now, acting, free, pull, u, dt)
         now, p, c, l, thicker = strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
         store(state, s, now)
         flowed, dissipated = works(before, now, l, pressures[s], dt)
@@ -153,21 +157,19 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
 
 
-def update(chunk, count, state, tags, place, rates, materials, coefficients, times_ahead, h_limits, rows, limits, sums,
-           rounders):  # fmt: skip
+def update(chunk, count, state, tags, place, rates, materials, coefficients, gravity, times_ahead, h_limits, rows,
+           limits, sums, rounders):  # fmt: skip
     """Complete a step and pack the stage of the next one for a chunk of particles (template).
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
-    DRIFT (share of the acceleration in the stage's
-    position), PLANE_STRESS, AXISYMMETRIC, SWITCH (share of the viscosity), SHEARS (1 where
-    shear takes a share of it), DENSITY_CORRECTION (1 where density gives up its lead over the number of particles),
-    ANGULAR_MOMENTUM (1 where
-    pairs take back the angular momentum that they made), AHEAD (share of the step that the stage is ahead),
-    REMEMBERS (1 where particles have a memory), NOTHING (else), ANISOTROPIC (1 where a material has directions),
-    NO_AXES (else), columns of the state (S_...) and of the rates (R_...),
-    slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of `hvisph.materials`
-    and `pack`.
+    DRIFT (share of the acceleration in the stage's position), PLANE_STRESS, AXISYMMETRIC, SWITCH (share of the
+    viscosity), SHEARS (1 where shear takes a share of it), DENSITY_CORRECTION (1 where density returns to the number
+    density), ANGULAR_MOMENTUM (1 where pairs return the angular momentum that they made), AHEAD (share of the step that
+    the stage is ahead), GRAVITY (kind of the field), REMEMBERS (1 where particles have history variables), NOTHING
+    (else), ANISOTROPIC (1 where a material has directions), NO_AXES (else), columns of the state (S_...) and of the
+    rates (R_...), slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of
+    `hvisph.materials` and `pack`.
 
     Parameters
     ----------
@@ -181,6 +183,8 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
         Table and models of the packed materials.
     coefficients
         Numbers that `pack` and the switches read.
+    gravity
+        Numbers of the field of gravity, see `integrators.gravity`; GRAVITY is its kind.
     times_ahead
         Length of the step [s], how far the next stage is ahead of its end [s], whether to complete the step.
     h_limits
@@ -217,7 +221,7 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
             most = advance_lanes(
                 (gather(state, near, k), gather(tags, near, k), gather(rates, placed, k)),
                 first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
-                materials, coefficients, times_ahead, h_limits, gather(rows, near, k),
+                materials, coefficients, gravity, times_ahead, h_limits, gather(rows, near, k),
                 (gather(lengths, near, k), gather(signals, near, k), gather(pressures, near, k)), counted, most,
                 rounders)  # fmt: skip
         key = above

@@ -14,6 +14,7 @@ from hvisph.core.particles import Particles, reorder, take_rows
 from hvisph.integrators import particle_steps as carrying
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
+from hvisph.integrators.gravity import NONE, Gravity, gravity_at
 from hvisph.materials import anisotropic_stress, plane_stress, stress_update, thermodynamics, traction_limits
 from hvisph.materials.material_table import Material, bind_models, pack
 from hvisph.sph.neighbours import particle_layout
@@ -70,6 +71,8 @@ class Stepper:
         Planes of symmetry.
     drift
         kappa of the integrator.
+    gravity
+        Field of gravity, if any.
 
     Attributes
     ----------
@@ -106,11 +109,12 @@ class Stepper:
 
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (),
-                 drift: float = 0.5):  # fmt: skip
+                 drift: float = 0.5, gravity: Gravity | None = None):  # fmt: skip
         dim, count = particles.dim, particles.count
         self.particles, self.formulation, self.stage_share = particles, formulation, stage
         self.table, self.models = pack(materials)
         self.coefficients = formulation.coefficients()
+        self.gravity = gravity
         layout = formulation.layout(dim)
         self.pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), self.coefficients,
                            particles["position"], h, planes)  # fmt: skip
@@ -141,6 +145,7 @@ class Stepper:
             "ANGULAR_MOMENTUM": int("torque_residual" in particles.offsets), "AHEAD": self.stage_share,
             "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
             "NO_AXES": anisotropic_stress.NO_AXES, "ANISOTROPIC": int("material_axes" in particles.offsets),
+            "GRAVITY": self.gravity.kind if self.gravity else NONE,
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
         offered |= {of.py_func.__name__: bind_models(of, self.table, self.models) for of in OF_MATERIALS}
@@ -151,7 +156,8 @@ class Stepper:
             "LIMITED": int(limits is not None),
             "show_limits": bind(*limits, offered) if limits else pack,
         }  # never called without
-        parts = *carrying.PARTS, single.advance_lanes
+        self._pull = self.gravity.numbers() if self.gravity else np.zeros((1, dim + 2))
+        parts = *carrying.PARTS, gravity_at, single.advance_lanes
         return chunk_loop(bind(single.update, shown, offered, parts=parts), single.CHUNK)
 
     @property
@@ -212,8 +218,9 @@ class Stepper:
     def _carry(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
         self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
-                     (self.table, self.models), self.coefficients, (dt, stage, complete), (self.h_low, self.h_high),
-                     self.rows, (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
+                     (self.table, self.models), self.coefficients, self._pull, (dt, stage, complete),
+                     (self.h_low, self.h_high), self.rows,
+                     (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
         self._show_pieces()
         self._sum_up()
 

@@ -19,6 +19,7 @@ from hvisph.sph.neighbours.symmetry_planes import Plane
 
 from .bodies import PlacedBody
 from .gauges import Gauges
+from .initial_fields import gravity_option
 from .initial_state import Beginning, begin, set_loads
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def set_up(case: Case, start: Beginning) -> Setup:
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
     stepper = formulation.stepper(
         particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,
-        **scheme.stepper_options(),
+        **scheme.stepper_options(), **gravity_option(case),
     )  # fmt: skip
     if isinstance(stepper, Stepper):
         stepper.h_low *= start.spread

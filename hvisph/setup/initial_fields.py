@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.core.particles import Particles
+from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
 from hvisph.materials.damage import GradyKipp
 from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.eos.jwl import BURN_SPACINGS
@@ -15,6 +18,12 @@ from hvisph.materials.stress_update import NOTHING
 
 from .bodies import PlacedBody
 from .materials import material_of
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+# Points of the column along which the pressure of the overburden is integrated.
+COLUMN = 400
 
 # Fields that hold a particle's memory, in the order of `materials.stress_update.NOTHING`.
 MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
@@ -60,3 +69,73 @@ def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, 
         volume = float(body.volumes.sum()) * dx ** (3 - drawn)
         memory[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)
     return memory
+
+
+def gravity_of(case: Case) -> Gravity | None:
+    """Return the field of gravity of a case, if any."""
+    model = case.gravity
+    if model is None:
+        return None
+    if model.type == "uniform":
+        return Gravity(UNIFORM, model.acceleration)
+    centre = model.centre or (0.0,) * case.dim
+    return Gravity(SPHERE, centre, GRAVITATIONAL_CONSTANT * model.mass, model.radius)
+
+
+def gravity_option(case: Case) -> dict[str, Gravity]:
+    """Return the option of a stepper that follows from the gravity of a case."""
+    gravity = gravity_of(case)
+    return {} if gravity is None else {"gravity": gravity}
+
+
+def add_overburden(case: Case, body: PlacedBody, material: Material, particles: Particles, part: slice) -> None:
+    """Set density, mass and deviator of a body under its own weight.
+
+    The vertical stress -P follows from dP/ds = rho |g| along the depth s below the free face. With the ratio K0 of
+    horizontal to vertical stress the pressure is (1 + 2 K0) P/3 and the deviator -(1 - K0) P (e e - I/3), e being the
+    direction of gravity. Density follows from the pressure at the initial energy.
+    """
+    gravity, overburden = gravity_of(case), case.overburden
+    if gravity is None or overburden is None:
+        return
+    x, energy = body.positions, float(particles["internal_energy"][part][0])
+    field = gravity.acceleration(x)
+    size = np.sqrt((field**2).sum(axis=1))
+    down = field / np.where(size > 0.0, size, 1.0)[:, None]
+    from_centre = np.sqrt(((x - np.array(gravity.vector)) ** 2).sum(axis=1))
+    height = -(x @ down[0]) if gravity.kind == UNIFORM else from_centre
+    depth = height.max() + 0.5 * float(body.spacing[height.argmax()]) - height
+    order = np.argsort(depth)
+    points = np.linspace(0.0, float(depth.max()), COLUMN)
+    pull = np.interp(points, depth[order], size[order])
+    share, step = (1.0 + 2.0 * overburden.lateral) / 3.0, float(points[1] - points[0])
+    densities, weight = np.empty(COLUMN), np.zeros(COLUMN)
+    densities[0] = density_under_pressure(material, 0.0, energy)
+    for k in range(1, COLUMN):  # the midpoint rule, its density from the pressure half a step above
+        mean = 0.5 * step * (pull[k - 1] + pull[k])
+        middle = density_under_pressure(material, share * (weight[k - 1] + 0.5 * mean * densities[k - 1]), energy)
+        weight[k] = weight[k - 1] + mean * middle
+        densities[k] = density_under_pressure(material, share * weight[k], energy)
+    stress = np.interp(depth, points, weight)
+    particles["density"][part] = np.interp(depth, points, densities)
+    particles["mass"][part] = particles["density"][part] * body.volumes
+    full = np.zeros((len(x), 3))
+    full[:, : x.shape[1]] = down
+    components = particles["deviator"][part].shape[1]
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))[:components]
+    for column, (a, b) in enumerate(places):
+        shape = full[:, a] * full[:, b] - (1.0 / 3.0 if a == b else 0.0)
+        particles["deviator"][part, column] = -(1.0 - overburden.lateral) * stress * shape
+
+
+def density_under_pressure(material: Material, pressure: float, energy: float) -> float:
+    """Return the density [kg/m^3] of a material at a pressure [Pa] and an energy [J/kg], by bisection.
+
+    Pores are taken at their initial distension.
+    """
+    of, distension = material.pressure_function(), 1.0 if material.porosity is None else material.porosity.distension
+    low, high = 0.5 * material.density_at_rest * distension, 2.0 * material.density_at_rest * distension
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if of(middle, energy) < pressure * distension else (low, middle)
+    return high / distension

@@ -24,7 +24,7 @@ from .bodies import PlacedBody, placed_bodies
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .impact_pressure import stiff_enough
-from .initial_fields import MEMORY, body_material, initial_history
+from .initial_fields import MEMORY, add_overburden, body_material, initial_history
 from .materials import start_of
 
 if TYPE_CHECKING:
@@ -208,6 +208,7 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
         particles["mass"][part] = density * body.volumes
         particles["density"][part] = density
         particles["internal_energy"][part] = energy
+        add_overburden(case, body, material, particles, part)
         if material.remembers:
             for name, values in zip(
                 MEMORY, initial_history(body, material, dim, case.drawing_dimensions, dx).T, strict=True

@@ -96,7 +96,8 @@ class Keeper:
                        "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
                        "pending": budget.pending.tolist(),
                        "slip_work": budget.slip_work, "plastic_work": budget.plastic_work,
-                       "shock_heating": budget.shock_heating,
+                       "shock_heating": budget.shock_heating, "gravity_energy": budget.gravity_energy,
+                       "potential": budget.potential, "scale": budget.scale, "weight": budget.weight.tolist(),
                        "highest_pressure": budget.highest()},
             "first_step": self.watch.first,
             "files": vars(self.files),
@@ -140,9 +141,19 @@ class Keeper:
         stepper.restore(carried, history)
         for name, value in header["clock"].items():
             setattr(clock, name, value)
-        for name in ("momentum", "impulse", "retired", "pending"):
+        for name in ("momentum", "impulse", "retired", "pending", "weight"):
             getattr(budget, name)[...] = header["budget"][name]
-        for name in ("energy", "size", "slip_work", "plastic_work", "shock_heating", "highest_pressure"):
+        for name in (
+            "energy",
+            "size",
+            "slip_work",
+            "plastic_work",
+            "shock_heating",
+            "highest_pressure",
+            "gravity_energy",
+            "potential",
+            "scale",
+        ):
             setattr(budget, name, header["budget"][name])
         self.watch.first = header["first_step"]
         self.series[:] = [(time, name) for time, name in header["series"]]

@@ -65,6 +65,8 @@ class Domain:
         budget.retired[1] += total(mass, units[MOMENTUM])
         budget.retired[2 : 2 + particles.dim] += total(mass[:, None] * velocity, units[MOMENTUM])
         energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][gone]
+        if budget.gravity is not None:
+            energy += budget.gravity.potential(particles["position"][gone])
         budget.retired[5] += total(mass * energy, units[INTERNAL])
         if particles.has_previous:  # the step under way still gives the others half of what the last forces did
             force = mass[:, None] * particles["previous_acceleration"][gone]

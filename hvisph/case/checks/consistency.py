@@ -10,6 +10,7 @@ from hvisph.case.context import Surroundings
 from hvisph.case.expectations import Expectations
 from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.gauges import Gauge, gauge_problems
+from hvisph.case.gravity import gravity_problems
 from hvisph.case.model import Path, Problem
 from hvisph.case.output import Output
 from hvisph.case.regions import Clamp, SymmetryPlane, box_problems, region_problems
@@ -63,6 +64,7 @@ def problems_of(case: Case) -> list[Problem]:
         *axisymmetric_problems(case),
         *_symmetry(case),
         *_regions(case),
+        *gravity_problems(case),
         *gauge_problems(case.gauges, case.dim),
         *case.formulation.problems(case),
         *_schedule(case),

@@ -19,6 +19,7 @@ import numpy as np
 from hvisph.core.particles import Particles
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
+from hvisph.integrators.gravity import Gravity
 from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.materials.material_table import Material, pack
 from hvisph.schemes.stepper import fastest_sound
@@ -58,10 +59,12 @@ class CompositeStepper(CompositeState):
     workspace = None
 
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
-                 previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip
+                 previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5,
+                 gravity: Gravity | None = None):  # fmt: skip
         dim, count = particles.dim, particles.count
         self.particles, self.formulation, self.stage_share = particles, formulation, stage
         self.materials, self.planes, self.h = materials, planes, h
+        self.gravity = gravity
         self.contact: BodyContact | None = None
         self._averages = previous != 0.0
         self.table, self.models = pack(materials)

@@ -135,6 +135,8 @@ class Pairs:
         self._sweeps = []
         self._skips = all(one.skips for one in passes)
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
+        if "RING" in self.slots:  # a radial velocity strains the hoop
+            self._zero = np.append(self._zero, np.uint64(self.slots["U"] + 1))
         for one in passes:
             widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
             offered = shared | self.slots | particle_layout.slots(dim) | widths

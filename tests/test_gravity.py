@@ -1,0 +1,135 @@
+"""Gravity and overburden: free fall, columns at rest, the field of a sphere, the balance of energy."""
+
+import numpy as np
+import pytest
+from small_runs import DAMAGED, FORMULATIONS, LIQUID, METAL, OPTIONS, assert_same_results, final, row_of
+
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
+from hvisph.simulation.resume import resume
+from hvisph.simulation.run import run
+
+FIELD = tuple(name for name in FORMULATIONS if name != "projection")
+
+
+def column(**further):
+    """A column of water, 1 m high, on a plane of symmetry, with its overburden."""
+    return load_case({
+        "kinematics": "uniaxial_strain", "resolution": 0.01, "gravity": [-9.81], "overburden": True,
+        "bodies": {"water": {"material": LIQUID, "shape": {"type": "interval", "length": 1.0}, "position": [0.5]}},
+        "symmetry": [{"axis": "x"}], "time": {"end": 1e-4}, "output": {"every": 1e-4},
+    } | further)  # fmt: skip
+
+
+@pytest.mark.parametrize("formulation", FIELD)
+@pytest.mark.parametrize(("dim", "kinematics"), [(1, "uniaxial_strain"), (2, "plane_strain"), (3, "three_d")])
+def test_free_fall(formulation, dim, kinematics, tmp_path):
+    """A body falls by g t^2/2 without a strain; its kinetic energy is that which gravity gives, to round-off."""
+    g, end = np.array([3e8, -2e8, 1e8])[:dim], 2e-6
+    case = row_of([DAMAGED], dim, speed=0.0, kinematics=kinematics, gravity=g.tolist(), time={"end": end},
+                  formulation={"type": formulation} | OPTIONS.get(formulation, {}))  # fmt: skip
+    outcome = run(case, tmp_path / "run")
+    end_state = final(tmp_path / "run")
+    assert np.allclose(end_state.fields["velocity"], g * end, rtol=1e-12, atol=0.0)
+    assert np.abs(end_state.fields["pressure"]).max() < 1e-3
+    assert abs(outcome.summary["conservation"]["energy_drift"]) < 1e-12
+
+
+def test_the_balance_of_an_impact_under_gravity(tmp_path):
+    case = row_of([METAL, METAL], 2, gravity=[2e9, 1e9], time={"end": 1e-6})
+    conservation = run(case, tmp_path / "run").summary["conservation"]
+    assert abs(conservation["energy_drift"]) < 1e-12
+    assert abs(conservation["momentum_drift"]) < 1e-12
+
+
+def test_resume_under_gravity_gives_the_same_bits(tmp_path):
+    case = row_of([METAL, METAL], 2, gravity=[2e9, 0.0], time={"end": 5e-7}, output={"every": 1e-7})
+    run(case, tmp_path / "whole")
+    run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 9})}), tmp_path / "part")
+    resume(tmp_path / "part", max_steps=10**6)
+    assert_same_results(tmp_path / "whole", tmp_path / "part")
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "eulerian"])
+def test_a_column_stays_at_rest(formulation, tmp_path):
+    """After half a transit of sound the pressure is that of the overburden, and nothing moves.
+
+    The pair sums at the free face see half of a neighbourhood: the rows there start with an error of rho g dx.
+    """
+    run(column(formulation={"type": formulation}, time={"end": 6.7e-3}, output={"every": 6.7e-3}), tmp_path / "run")
+    state = final(tmp_path / "run").fields
+    depth = 1.0 - state["position"][:, 0]
+    inside = (depth > 0.1) & (depth < 0.95)
+    exact = 1000.0 * 9.81 * depth
+    assert np.abs(state["pressure"] - exact)[inside].max() < 0.03 * exact.max()
+    assert np.abs(state["velocity"]).max() < 1e-3 * np.sqrt(9.81)
+
+
+def test_overburden_with_a_lateral_ratio(tmp_path):
+    """Vertical stress rho g s, horizontal K0 of it; the weight is that of the compressed rows."""
+    rock = METAL | {"strength": {"type": "elastic", "shear_modulus": 27e9}}
+    case = load_case({
+        "kinematics": "plane_strain", "resolution": 1.0, "gravity": [0.0, -10.0], "overburden": {"lateral": 0.5},
+        "bodies": {"rock": {"material": rock, "shape": {"type": "box", "size": [6.0, 20.0]}, "position": [0.0, 10.0]}},
+        "symmetry": [{"axis": "y"}], "time": {"end": 1e-6}, "output": {"every": 1e-6},
+    })  # fmt: skip
+    run(case, tmp_path / "run")
+    state = final(tmp_path / "run").fields
+    stress = 2785.0 * 10.0 * (20.0 - state["position"][:, 1])
+    vertical = state["deviator"][:, 1] - state["pressure"]
+    horizontal = state["deviator"][:, 0] - state["pressure"]
+    assert np.allclose(vertical, -stress, rtol=1e-4)  # the rock is denser by p/K below, 1e-5 of it
+    assert np.allclose(horizontal, -0.5 * stress, rtol=1e-4)
+
+
+@pytest.mark.parametrize("kind", [UNIFORM, SPHERE])
+def test_acceleration_is_the_slope_of_the_potential(kind):
+    field = Gravity(kind, (0.3, -0.2, 0.1), 4.0, 0.7)
+    x = np.random.default_rng(1).normal(size=(50, 3))
+    step = 1e-6
+    slopes = [(field.potential(x + step * e) - field.potential(x - step * e)) / (2 * step) for e in np.eye(3)]
+    assert np.allclose(field.acceleration(x), -np.stack(slopes, 1), atol=1e-6)
+
+
+def test_an_orbit_about_a_sphere(tmp_path):
+    """Ten turns of an elastic stone: energy is kept, radius and period are those of Kepler.
+
+    The tide, of the order of the square of the stone's size over the radius, is 7e-4.
+    """
+    mass, radius = 4.33e9, 75.5
+    r = 2.0 * radius
+    speed = float(np.sqrt(GRAVITATIONAL_CONSTANT * mass / r))
+    period = 2.0 * np.pi * r / speed
+    soft = {"density": 1000.0, "eos": {"type": "elastic", "youngs_modulus": 0.2, "poisson_ratio": 0.3},
+            "strength": {"type": "elastic"}}  # fmt: skip
+    stone = {"material": soft, "shape": {"type": "box", "size": [4.0, 4.0]}, "position": [r, 0.0]}
+    case = load_case({
+        "kinematics": "plane_strain", "resolution": 1.0, "formulation": {"type": "total_lagrangian"},
+        "gravity": {"type": "sphere", "mass": mass, "radius": radius, "centre": [0.0, 0.0]},
+        "bodies": {"stone": stone | {"velocity": [0.0, speed]}},
+        "time": {"end": 10.0 * period}, "output": {"every": 5.0 * period},
+    })  # fmt: skip
+    outcome = run(case, tmp_path / "run")
+    assert outcome.exit_code == 0
+    x = final(tmp_path / "run").fields["position"].mean(axis=0)
+    assert np.hypot(*x) == pytest.approx(r, rel=1e-3)
+    assert abs(np.arctan2(x[1], x[0])) < 20.0 * np.pi * 7e-4
+    assert abs(outcome.summary["conservation"]["energy_drift"]) < 1e-4
+
+
+@pytest.mark.parametrize(("settings", "words"), [
+    ({"gravity": [1.0, 2.0]}, "needs 1 in 1D"),
+    ({"gravity": None, "overburden": True}, "needs `gravity`"),
+    ({"symmetry": []}, "nothing supports the bodies"),
+    ({"symmetry": [{"axis": "x", "at": 1.0, "keep": "below"}]}, "nothing supports the bodies"),
+    ({"formulation": {"type": "total_lagrangian"}}, "free of stress"),
+])  # fmt: skip
+def test_what_is_refused(settings, words):
+    with pytest.raises(CaseError, match=words):
+        column(**settings)
+
+
+def test_gravity_across_the_axis_is_refused():
+    with pytest.raises(CaseError, match="along the axis x alone"):
+        row_of([METAL], 2, kinematics="axisymmetric", gravity=[1.0, 2.0])
