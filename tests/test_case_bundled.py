@@ -168,7 +168,7 @@ def test_library():
         assert material.source
         # what a slip of units or a swapped pair of constants would leave
         assert 9e2 < material.density < 2.5e4
-        if material.strength.type != "none":
+        if material.strength.type not in ("none", "orthotropic", "fabric"):
             assert 4e8 < material.shear_modulus < 5e11  # ice that a shock has softened bears least
 
 

@@ -18,6 +18,7 @@ from hvisph.materials.damage import (
     PressureCutoff,
     PrincipalStress,
 )
+from hvisph.materials.damage.orthotropic import Hashin, MaxStress
 from hvisph.materials.eos import MieGrueneisen, StiffenedGas
 from hvisph.materials.material_table import Material, pack
 from hvisph.materials.strength import (
@@ -33,6 +34,8 @@ from hvisph.materials.strength import (
     VonMises,
     ZerilliArmstrong,
 )
+from hvisph.materials.strength.fabric import Fabric
+from hvisph.materials.strength.orthotropic import Orthotropic
 from hvisph.materials.stress_update import respond, rotate_by_half_angle
 from hvisph.materials.thermodynamics import equilibrium_state, flow_stress, longitudinal_speed, shear_speed
 from hvisph.materials.traction_limits import bearable_shear
@@ -326,9 +329,17 @@ def test_every_parameter_reaches_the_table(model):
         assert (before != after).any(), field.name
 
 
+# Models with directions, which have tests of their own.
+ANISOTROPIC = [Orthotropic((60e9, 30e9, 12e9), (0.25, 0.3, 0.2), (8e9, 6e9, 4e9), 12e9), Fabric((5e9, 5e9), (1e9, 1e9))]
+CRITERIA = [Hashin(1.2e9, 1e9, 6e7, 2e8, 8e7, 8e7), MaxStress((1e9,) * 3, (1e9,) * 3, (1e8,) * 3)]
+
+
 @pytest.mark.parametrize(
     ("registry", "models"),
-    [(strength.REGISTRY, STRENGTHS + LATER_STRENGTHS), (damage.REGISTRY, DAMAGES + LATER_DAMAGES)],
+    [
+        (strength.REGISTRY, STRENGTHS + LATER_STRENGTHS + ANISOTROPIC),
+        (damage.REGISTRY, DAMAGES + LATER_DAMAGES + CRITERIA),
+    ],
 )
 def test_registries_name_every_model_and_tags_differ(registry, models):
     assert {m.name: type(m) for m in models} == registry

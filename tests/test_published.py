@@ -81,7 +81,7 @@ def values(twin, impact, measure):
 def test_rows_finish_and_conserve(twin):
     assert len(twin) == len(IMPACTS) * len(TWIN)
     for found in twin.values():
-        assert (found.status, found.time) == ("done", pytest.approx(8e-6))
+        assert (found.status, found.end_time) == ("done", pytest.approx(8e-6))
         # pair forces are equal and opposite, and each pair's work is what its particles' energies receive
         assert abs(found.conservation["energy_drift"]) < 1e-11
         assert found.conservation["momentum_drift"] < 1e-11

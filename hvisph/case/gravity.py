@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo
@@ -18,17 +18,25 @@ Components = Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST, Field(min_lengt
 class UniformGravity(StrictModel):
     """Uniform field of gravity."""
 
-    type: Literal["uniform"]
+    type: Literal["uniform"] = "uniform"
     acceleration: Components = Field(description="Acceleration, one component per dimension [m/s^2]")
+
+    def words(self, number: Callable[[float, str], str]) -> str:
+        """Return the field in words, with quantities by `number`."""
+        return ", ".join(number(value, "m/s^2") for value in self.acceleration)
 
 
 class SphereGravity(StrictModel):
     """Field of a homogeneous sphere: G M/r^2 outside, proportional to r inside."""
 
-    type: Literal["sphere"]
+    type: Literal["sphere"] = "sphere"
     mass: Annotated[float, Quantity(MASS, above=0)] = Field(description="Mass of the sphere [kg], above 0")
     radius: PositiveLength = Field(description="Radius of the sphere [m], above 0")
     centre: Position = Field(default=(), description="Centre of the sphere [m]; the origin unless given")
+
+    def words(self, number: Callable[[float, str], str]) -> str:
+        """Return the field in words, with quantities by `number`."""
+        return f"of a sphere of {number(self.mass, 'kg')}, radius {number(self.radius, 'm')}"
 
 
 class Overburden(StrictModel):

@@ -259,7 +259,7 @@ def _about(name: str, spot: Spot) -> list[str]:
     return lines
 
 
-_FORMS = {"string": "text", "number": "number", "object": "block"}
+_FORMS = {"string": "text", "number": "number", "object": "block", "array": "list", "boolean": "`true`, `false`"}
 DERIVED = {
     "arrangement": "by dimensions",
     "velocity": "at rest",
