@@ -125,7 +125,8 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     ]
     facts = [("particles", f"{about}{taken.particles}")]
     if case.gravity is not None:
-        facts.append(("gravity", case.gravity.words(number) + (", bodies under their weight" if case.overburden else "")))
+        weight = ", bodies under their weight" if case.overburden else ""
+        facts.append(("gravity", case.gravity.words(number) + weight))
     kind = regime(case)
     facts += [("regime", kind.words), *([("", text)] if (text := tears(case)) else [])]
     if known := experience(case, kind):
