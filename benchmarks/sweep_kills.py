@@ -26,8 +26,8 @@ import psutil
 
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import run
+from hvisph.sweeps.driver import begin
 from hvisph.sweeps.folder import SweepFolder
-from hvisph.sweeps.start import begin
 
 SPEED = "bodies.projectile.velocity.0"
 SETTINGS = {"resolution": "0.6 mm", "time.end": "3 us", "output.every": "3 us", "output.formats": ["hdf5"],

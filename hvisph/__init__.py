@@ -17,7 +17,7 @@ _LAZY = {
     "measure": ("hvisph.measures.measure", "measure"),
     "open_run": ("hvisph.postprocessing.run_data", "open_run"),
     "report": ("hvisph.visualization.html.report", "report"),
-    "sweep": ("hvisph.sweeps.start", "sweep"),
+    "sweep": ("hvisph.sweeps.driver", "sweep"),
 }
 
 

@@ -18,7 +18,7 @@ from hvisph.schemes.standard.options import GrayArtificialStress
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.setup.build import build
 from hvisph.sph.neighbours import particle_layout as slots_of
-from hvisph.verification.materials import ELASTIC
+from hvisph.verification.problem import ELASTIC
 
 FORMULATIONS = {
     "standard": Eulerian(artificial_stress=GrayArtificialStress(), spins=True),

@@ -14,11 +14,10 @@ from hvisph.core.errors import CaseError
 from hvisph.sweeps import calibration
 from hvisph.sweeps.analysis import following, verdict
 from hvisph.sweeps.design import points
+from hvisph.sweeps.driver import begin
 from hvisph.sweeps.plan import load_plan
-from hvisph.sweeps.start import begin
+from hvisph.sweeps.statistics import combine_uncertainties, logistic_limit
 from hvisph.sweeps.surrogate import Surrogate, sensitivity
-from hvisph.sweeps.threshold import logistic_limit
-from hvisph.sweeps.uncertainty import combine_uncertainties
 
 SPEEDS = {"slow": 169, "middle": 262, "fast": 373}
 A, B, N = 324.0, 114.0, 0.42  # 6061-T6 of the library
@@ -125,7 +124,7 @@ def test_a_computed_bar_gives_its_yield_stress_back(tmp_path):
     from typer.testing import CliRunner
 
     from hvisph.cli.main import app
-    from hvisph.sweeps.start import sweep
+    from hvisph.sweeps.driver import sweep
 
     (tmp_path / "bar.yaml").write_text(json.dumps(BAR))
     shots = [("s", "-200 m/s"), ("f", "-300 m/s")]
@@ -229,7 +228,7 @@ def test_v50_of_mixed_shots_is_the_middle_of_their_zone():
 
 def test_a_shot_that_is_not_decided_goes_on(tmp_path):
     """The sphere is still in the plate after 0.2 us: the shot goes on to the longest time, and no further."""
-    from hvisph.sweeps.start import sweep
+    from hvisph.sweeps.driver import sweep
 
     vary = {"type": "bisect", "path": "bodies.projectile.velocity.0", "bracket": ["2 km/s", "3 km/s"], "tolerance": "1 km/s",
             "longest": "0.5 us"}  # fmt: skip

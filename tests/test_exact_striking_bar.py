@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hvisph.exact.striking_bar import rebound, stiffness
-from hvisph.verification.materials import POISSON_RATIO, RHO, YOUNGS_MODULUS
+from hvisph.verification.problem import POISSON_RATIO, RHO, YOUNGS_MODULUS
 from hvisph.verification.problems.bars import LEFT, SIZES, SPEED
 
 METAL = (YOUNGS_MODULUS, POISSON_RATIO, RHO)

@@ -8,8 +8,8 @@ import pytest
 from hvisph.casefile.loader import load_case
 from hvisph.core.catalogues import unstrained_kinematics
 from hvisph.diagnostics.budgets import turning
-from hvisph.diagnostics.mass_fractions import shares
 from hvisph.diagnostics.sanity_checks import UNNOTICED, Watch
+from hvisph.diagnostics.summary import shares
 from hvisph.materials.melting import Lindemann
 from hvisph.materials.validity_limits import range_of
 from hvisph.output.reader import list_snapshots, read_snapshot

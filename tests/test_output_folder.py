@@ -13,8 +13,7 @@ from hvisph.output import file_names
 from hvisph.output.atomic_write import replacing, write_text
 from hvisph.output.history import HistoryWriter
 from hvisph.output.reader import list_snapshots, read_history, read_summary
-from hvisph.output.run_folder import RunFolder, clear_unfinished
-from hvisph.output.run_log import RunLog
+from hvisph.output.run_folder import RunFolder, RunLog, clear_unfinished
 
 COLUMNS = ["step", "time", "energy", "limited_by"]
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import library, load_material
-from hvisph.diagnostics.model_validity import Holds
-from hvisph.diagnostics.warnings import remarks
+from hvisph.diagnostics.warnings import Holds, remarks
 from hvisph.materials.eos import IdealGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.validity_limits import outside_range, range_of

@@ -18,12 +18,10 @@ from hvisph.core.text import format_differences, format_value
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.sweeps.analysis import following, verdict
 from hvisph.sweeps.comparison import against_experiment
-from hvisph.sweeps.folder import SweepFolder
+from hvisph.sweeps.driver import begin, sweep
+from hvisph.sweeps.folder import SweepFolder, table_text
 from hvisph.sweeps.plan import load_plan
-from hvisph.sweeps.start import begin, sweep
-from hvisph.sweeps.statistics import convergence
-from hvisph.sweeps.table import table_text
-from hvisph.sweeps.threshold import Bracket, bracket, lambert_jonas, next_values
+from hvisph.sweeps.statistics import Bracket, bracket, convergence, lambert_jonas, next_values
 from hvisph.visualization.sweeps import sweep_figure
 
 SPEED = "bodies.projectile.velocity.0"

@@ -18,8 +18,8 @@ from test_sweeps import SMALL, SPEED, alone, same
 import hvisph.sweeps.cluster as crews
 from hvisph.core.errors import OutputError
 from hvisph.sweeps.cluster import DaskCrew
-from hvisph.sweeps.selection import Selection
-from hvisph.sweeps.start import begin, driver
+from hvisph.sweeps.driver import begin, driver
+from hvisph.sweeps.folder import Selection
 
 distributed = pytest.importorskip("distributed")
 SETTINGS = SMALL | {"time.end": "1.2 us", "output.every": "0.6 us", "output.checkpoint_every": 0.02}

@@ -10,9 +10,8 @@ from typing import Any
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.output import file_names
-from hvisph.sweeps.folder import SweepFolder
-from hvisph.sweeps.start import begin
-from hvisph.sweeps.table import Row, rows
+from hvisph.sweeps.driver import begin
+from hvisph.sweeps.folder import Row, SweepFolder, rows
 from hvisph.verification.problem import Ran
 
 from .comparison import PENDING, compared

@@ -1,4 +1,4 @@
-"""Budgets of energy and momentum: the columns of the history."""
+"""Budgets of energy and momentum, the columns of the history, and histories of particles."""
 
 from __future__ import annotations
 
@@ -263,3 +263,35 @@ def _mirror_axis(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray 
     for plane in planes:
         centre[plane.axis] = plane.at
     return np.asarray(centre[1:])
+
+
+class Followed:
+    """Rows `rows` (n, ...), one a particle, that are reordered and migrate with the particles."""
+
+    def __init__(self, setup: Setup, rows: np.ndarray):
+        self.rows = rows
+        setup.subdomain.follow(lambda: self.rows, self._replace)
+
+    def permute(self, order: np.ndarray) -> None:
+        """Reorder the rows with the particles."""
+        self.rows[:] = self.rows.take(order, axis=0)
+
+    def _replace(self, rows: np.ndarray) -> None:
+        self.rows = rows.copy()
+
+
+class Peaks(Followed):
+    """Maximum pressure of each particle [Pa]."""
+
+    def __init__(self, setup: Setup):
+        super().__init__(setup, np.full(setup.particles.count, -np.inf))
+        self._setup = setup
+
+    @property
+    def highest(self) -> np.ndarray:
+        """Maximum of each particle [Pa]."""
+        return self.rows
+
+    def record(self) -> None:
+        """Update the maxima with the last pressures."""
+        np.maximum(self.rows, self._setup.stepper.pressures, out=self.rows)

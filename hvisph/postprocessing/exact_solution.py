@@ -1,28 +1,37 @@
-"""Exact solution of a one-dimensional case by wave tracking.
+"""Exact solution of a one-dimensional case by wave tracking: tables, pictures, comparison with gauges of runs.
 
-Layers without strength whose pressure follows density alone are exact in closed form
-(`exact.plate_impact`); other materials go through the jump conditions of an elastic-plastic solid
-(`exact.plate_impact`), good to about 1e-3.
+Layers without strength whose pressure depends on density alone are exact in closed form; other materials are
+solved by the jump conditions of an elastic-plastic solid, to about 1e-3 (both in `exact.plate_impact`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hvisph.core.errors import CaseError
+from hvisph.case.case import Case
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError, OutputError, RunError
 from hvisph.core.fields import component_names
 from hvisph.exact.plate_impact import layered_impact, with_reflections
 from hvisph.exact.wave_curves import State
 from hvisph.exact.wave_fronts import Tracked
+from hvisph.measures.compare import mean_difference
+from hvisph.output import file_names
+from hvisph.output.atomic_write import reason, write_text
+from hvisph.output.reader import read_history
 from hvisph.setup.bodies import PlacedBody, placed_bodies
 from hvisph.setup.materials import material_of
+from hvisph.visualization.curves import Curve, curves_picture, gauge_panels, steps
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
     from hvisph.case.gauges import Gauge
+
 
 # What a state of the exact solution says of the columns of a gauge.
 COLUMNS = {
@@ -145,15 +154,13 @@ def _refuse_unsolvable(case: Case) -> None:
         "symmetry": bool(case.symmetry) and "planes of symmetry are not in the exact solution; write out both halves",
         "clamped": bool(case.clamped) and "clamped regions are not in the exact solution",
     }
-    for where, reason in reasons.items():
-        if reason:
-            raise CaseError(reason, where=where)
+    for where, obstacle in reasons.items():
+        if obstacle:
+            raise CaseError(obstacle, where=where)
     for name, body in case.bodies.items():
         if body.material.damage.type != "none":
-            raise CaseError(
-                "damage is not in the exact solution; set the type to none",
-                where=f"bodies.{name}.material.damage",
-            )
+            message = "damage is not in the exact solution; set the type to none"
+            raise CaseError(message, where=f"bodies.{name}.material.damage")
 
 
 def _gauge(name: str, model: Gauge, placed: list[PlacedBody], tracked: Tracked, barotropic: bool) -> ExactGauge:
@@ -167,3 +174,144 @@ def _gauge(name: str, model: Gauge, placed: list[PlacedBody], tracked: Tracked, 
         known = [c for c in known if c != "internal_energy"]
     times, states = tracked.gauge(start)
     return ExactGauge(name, tuple(known), times, states)
+
+
+# Moments drawn beside one another in the picture of profiles.
+MOST_DRAWN = 6
+
+
+def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list[Path]:
+    """Write gauges and profiles of an exact solution into `folder`, made if need be; return the files.
+
+    ``gauge.NAME.csv`` holds two lines for every jump, the values before and after it, so that straight
+    lines between its points are the exact history; ``profile_N.csv`` likewise two for every region, at
+    the moments of the case's output.
+
+    Raises
+    ------
+    OutputError
+        When something cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot write {folder}: {reason(error)}") from error
+    unitless, end = case.units == "none", case.time.end
+    files: list[Path] = []
+    panels: dict[str, Any] = {}
+    for gauge in solution.gauges:
+        table = {}
+        for column in gauge.columns:
+            table["time"], table[column] = steps(gauge.times, gauge.values(column), end)
+            panels.setdefault(column, []).append(Curve(gauge.name, table["time"], table[column]))
+        files.append(_write_table(folder / f"gauge.{gauge.name}.csv", table))
+    title = f"{case.title}, exact" if case.title else "exact"
+    if panels:
+        files.append(curves_picture(panels, folder / "gauges.png", title=title, unitless=unitless))
+    moments = _moments(case)
+    drawn = set(np.linspace(0, len(moments) - 1, MOST_DRAWN).round().astype(int)) if moments else set()
+    profiles: dict[str, list[Curve]] = {}
+    for number, time in enumerate(moments):
+        profile = solution.profile(time)
+        files.append(_write_table(folder / f"profile_{number + 1:04d}.csv", profile))
+        for column in solution.columns():
+            if number in drawn:
+                label = f"t = {time:.4g}" if unitless else f"t = {1e6 * time:.4g} us"
+                profiles.setdefault(column, []).append(Curve(label, profile["x"], profile[column]))
+    files.append(curves_picture(profiles, folder / "profiles.png", title=title, across="x", unitless=unitless))
+    return files
+
+
+def _moments(case: Case) -> list[float]:
+    end, every = case.time.end, case.snapshot_interval
+    # the end itself is the first moment that the waves are not followed through
+    return [min(number * every, end * (1.0 - 1e-12)) for number in range(1, int(np.ceil(end / every - 1e-9)) + 1)]
+
+
+def _write_table(path: Path, table: dict[str, np.ndarray]) -> Path:
+    rows = zip(*(map(float, values) for values in table.values()), strict=True)
+    lines = [",".join(table), *(",".join(map(repr, row)) for row in rows)]
+    write_text(path, "\n".join(lines) + "\n")
+    return path
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Mean difference of a gauge from the exact solution, and the range of the exact values, in SI."""
+
+    mean: float
+    exact_range: float
+
+
+@dataclass
+class Overlay:
+    """Gauges of several runs.
+
+    Parameters
+    ----------
+    panels
+        Curves by field, for `hvisph.visualization.curves.curves_picture`.
+    differences
+        By run, then by column of its history: ``gauge.<name>.<field>``.
+    without
+        Runs without an exact solution, and why.
+    unitless
+        Whether a case is non-dimensional.
+    """
+
+    panels: dict[str, list[Curve]] = field(default_factory=dict)
+    differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
+    without: dict[str, str] = field(default_factory=dict)
+    unitless: bool = False
+
+
+def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:
+    """Return the gauges of runs by their names, beside the exact solutions if `exact`.
+
+    Raises
+    ------
+    CaseError
+        Where a folder holds no case, or a run has no gauges.
+    OutputError
+        Where a run has no history.
+    """
+    made = Overlay()
+    for name, folder in folders.items():
+        if not (folder / file_names.CASE).is_file():
+            raise CaseError(f"{folder} is no folder of a run: it has no {file_names.CASE}")
+        case = load_case(folder / file_names.CASE)
+        made.unitless |= case.units == "none"
+        beside = _exact(name, folder, case, made) if exact else {}
+        panels = gauge_panels(folder, beside, prefix=f"{name} " if len(folders) > 1 else "")
+        for column, curves in panels.items():
+            drawn = made.panels.setdefault(column, [])
+            drawn += [curve for curve in curves if not _is_drawn_already(curve, drawn)]
+    return made
+
+
+def _exact(name: str, folder: Path, case: Case, made: Overlay) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the exact gauges of a run by their columns, and note the differences, or why there are none."""
+    try:
+        solution = exact_solution(case)
+    except (CaseError, RunError) as error:
+        made.without[name] = str(error)
+        return {}
+    history = read_history(folder)
+    differences = made.differences.setdefault(name, {})
+    beside = {}
+    for column, values in solution.histories(history["time"]).items():
+        mean = mean_difference(history["time"], history[column], values)
+        differences[column] = Difference(mean, float(np.ptp(values)))
+    for gauge in solution.gauges:
+        for column in gauge.columns:
+            line = steps(gauge.times, gauge.values(column), float(history["time"][-1]))
+            beside[f"gauge.{gauge.name}.{column}"] = line
+    return beside
+
+
+def _is_drawn_already(curve: Curve, others: list[Curve]) -> bool:
+    """Whether an exact curve is there already, of another run of the same impact."""
+    return curve.exact and any(
+        other.exact and np.array_equal(other.x, curve.x) and np.array_equal(other.y, curve.y) for other in others
+    )

@@ -1,9 +1,11 @@
-"""Runs in Python: snapshots, history and summary."""
+"""Runs in Python: snapshots, history, summary, and progress, from the files of their folders."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -205,3 +207,71 @@ def _pandas() -> Any:
         return import_module("pandas")
     except ImportError:
         raise CaseError("needs pandas: pip install pandas") from None
+
+
+COLUMNS = ("kinetic_energy", "internal_energy", "centre_pressure", "dt", "energy_drift")
+
+
+@dataclass(frozen=True)
+class RunProgress:
+    """State of a run.
+
+    Parameters
+    ----------
+    status
+        ``running`` or how it ended.
+    progress
+        Time, steps and step in words.
+    histories
+        Columns of the history by name.
+    measures
+        Plain measures of the newest snapshot, or of the summary.
+    answer
+        Verdict on the layers.
+    ended
+        Whether there is a summary.
+    snapshots
+        How many there are.
+    """
+
+    status: str
+    progress: str
+    histories: Mapping[str, list[float]] = field(default_factory=dict)
+    measures: Mapping[str, Any] = field(default_factory=dict)
+    answer: str = ""
+    ended: bool = False
+    snapshots: int = 0
+
+
+def run_progress(folder: Path) -> RunProgress:
+    """Return the state of a run; files that do not exist yet are left out."""
+    history: Mapping[str, np.ndarray] = {}
+    summary: dict[str, Any] = {}
+    count, measures, answer = 0, {}, ""
+    with suppress(OutputError):
+        history = read_history(folder)
+    with suppress(OutputError):
+        count = len(list_snapshots(folder))
+    with suppress(OutputError):
+        summary = read_summary(folder)
+    histories = {name: _numbers(history[name]) for name in COLUMNS if name in history}
+    histories = {name: values for name, values in histories.items() if values}
+    progress = "nothing is written yet"
+    if len(history.get("time", ())):
+        time, step, dt, criterion = (history[name][-1] for name in ("time", "step", "dt", "criterion"))
+        progress = f"t = {float(time):.4g} s, step {int(step)}, next {float(dt):.3g} s, limited by {criterion}"
+    if summary:
+        answer = str(summary.get("answer") or "")
+        return RunProgress(summary["status"], progress, histories, summary["measures"], answer, True, count)
+    if count > 1:
+        with suppress(OutputError, CaseError):  # the newest snapshot may be unfinished
+            measured = measure(folder)
+            measures, answer = measured.as_dict()["measures"], measured.answer
+    return RunProgress("running, or cut off", progress, histories, measures, answer, False, count)
+
+
+def _numbers(column: np.ndarray) -> list[float]:
+    try:
+        return [float(value) for value in column]
+    except ValueError:  # empty cells
+        return [float(value) for value in column if value]

@@ -15,8 +15,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.particles import ID
-from hvisph.diagnostics.budgets import Budget
-from hvisph.diagnostics.peaks import Peaks
+from hvisph.diagnostics.budgets import Budget, Peaks
 from hvisph.diagnostics.sanity_checks import Watch
 from hvisph.output.checkpoint_file import Checkpoint, Ordered
 from hvisph.parallel.parallel_output import Slabs

@@ -15,7 +15,7 @@ from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE
 from hvisph.core.lazy_arrays import Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
-from hvisph.diagnostics.peaks import Followed, Peaks
+from hvisph.diagnostics.budgets import Followed, Peaks
 from hvisph.measures.frame.measurement_frame import reference
 from hvisph.output import file_names
 from hvisph.output.atomic_write import reason

@@ -16,9 +16,9 @@ from hvisph.core.errors import CaseError
 from hvisph.measures.correlations import RECHT, limit_speeds, recht_ipson
 from hvisph.precheck.correlation_input import impact_of
 
+from .folder import Row
 from .parameters import EXPERIMENT, FACTORS
 from .plan import Plan
-from .table import Row
 
 
 def against_experiment(rows: Sequence[Row]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from hvisph.core.errors import CaseError
 
 from .calibration import Calibration
 from .parameters import Scale, Values, plain, product
-from .uncertainty import perturbations
+from .statistics import perturbations
 
 
 def draw_sample(vary: models.Sample, base: Mapping[str, object]) -> list[Values]:

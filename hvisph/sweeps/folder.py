@@ -1,8 +1,8 @@
-"""Folder of a sweep: cases, claims and states. The folder is the queue.
+"""Folder of a sweep: cases, claims, states and table. The folder is the queue.
 
-A case of a sweep is an ordinary run's folder, which knows by itself whether it waits, was cut off or has ended.
-Beside it a claim says who took the case: a lock that its holder lets go whenever it ends, and a line
-for each start and end, so that a case which kills its worker twice is left alone.
+A case of a sweep is an ordinary run's folder, whose files show whether it waits, was interrupted or has ended.
+A claim beside it shows which process took the case: a lock that is released when its holder ends, and a line
+for each start and end, so that a case which kills its worker repeatedly is left alone.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import csv
 import io
 import json
 import os
+import re
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from typing import Any
 from hvisph.case.sweep import Sweep
 from hvisph.casefile.document import dump
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.text import format_value
 from hvisph.output import atomic_write, file_names
 from hvisph.output.run_folder import FileLock
 
@@ -271,3 +273,126 @@ def plain_or_json(cell: str) -> Any:
         except ValueError:
             pass
     return plain(cell)
+
+
+AGAIN = ("failed", "error", "killed", "interrupted")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Cases to take.
+
+    Parameters
+    ----------
+    statuses
+        What ended like this is begun again or gone on with first.
+    first, last
+        Only these numbers.
+    """
+
+    statuses: tuple[str, ...] = ()
+    first: int = 0
+    last: int = 10**9
+
+    @classmethod
+    def parse(cls, text: str | None) -> Selection:
+        """Return the selection that `--only` asks for: a status, or N..M; raises `CaseError`."""
+        if text is None:
+            return cls()
+        numbers = re.fullmatch(r"(\d+)(?:\.\.(\d+))?", text)
+        if numbers:
+            first, last = int(numbers[1]), int(numbers[2] or numbers[1])
+            if last < first:
+                raise CaseError(f"'{text}' holds no number; the smaller one comes first", where="--only")
+            return cls(first=first, last=last)
+        if text not in AGAIN:
+            raise CaseError(f"'{text}' is neither {', '.join(AGAIN)} nor numbers such as 3..7", where="--only")
+        return cls(statuses=("failed", "error", "killed") if text == "failed" else (text,))
+
+    def takes(self, member: Member, standing: Standing) -> bool:
+        """Tell whether a case is to be computed."""
+        inside = self.first <= member.number <= self.last
+        cut_off = standing.status == "interrupted" and standing.message == "limit"
+        return inside and standing.status not in ENDED and not cut_off
+
+    def require(self, members: Sequence[Member]) -> None:
+        """Raise `CaseError` where the sweep has no case of these numbers."""
+        last = max((member.number for member in members), default=-1)
+        if self.first > last:
+            raise CaseError(f"there is no case {self.first}: numbers go from 0 to {last}", where="--only")
+
+    @staticmethod
+    def by_cost(members: Sequence[Member]) -> list[Member]:
+        """Return the members, the costliest first, so that no long one is left for the end."""
+        return sorted(members, key=lambda member: (-member.cost, member.number))
+
+
+Row = dict[str, Any]
+
+
+def row(folder: SweepFolder, member: Member, standing: Standing) -> Row:
+    """Return a case as a plain mapping: number, values, status, measures, cost, folder."""
+    summary = standing.summary
+    return {
+        "number": member.number,
+        "values": member.values,
+        "status": standing.status,
+        "message": standing.message,
+        "measures": summary.get("measures", {}),
+        "missed": summary.get("missed", []),
+        "energy_drift": (summary.get("conservation") or {}).get("energy_drift"),
+        "wall_seconds": summary.get("wall_seconds"),
+        "folder": str(folder.run_folder(member)),
+    }
+
+
+def rows(folder: SweepFolder, members: Sequence[Member]) -> list[Row]:
+    """Return all cases as they stand."""
+    return [row(folder, member, folder.standing(member)) for member in members]
+
+
+def table_text(shown: Sequence[Row], record: Sequence[str] | None) -> str:
+    """Return rows as CSV; measures in SI, with the unit in the head and the uncertainty beside each."""
+    paths = list(dict.fromkeys(path for one in shown for path in one["values"]))
+    units: dict[str, str] = {}
+    for one in shown:
+        for name, measure in one["measures"].items():
+            units.setdefault(name, measure["unit"] or "")
+    chosen = [name for name in (record if record is not None else units) if name in units]
+    heads = [f"{name} [{units[name]}]" if units[name] else name for name in chosen]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["number", *paths, "status", *(cell for head in heads for cell in (head, f"± {head}")),
+                     "energy_drift", "wall_seconds", "folder", "message"])  # fmt: skip
+    for one in shown:
+        measures = [one["measures"].get(name, {}) for name in chosen]
+        cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
+        values = (format_value(one["values"][path]) if path in one["values"] else "" for path in paths)
+        writer.writerow([one["number"], *values, one["status"], *cells,
+                         one["energy_drift"], one["wall_seconds"], one["folder"], one["message"]])  # fmt: skip
+    return text.getvalue()
+
+
+class TableKeeper:
+    """Writes the table when a case ends, at most once a second and never two processes at once."""
+
+    def __init__(self, folder: SweepFolder, record: Sequence[str] | None):
+        self.folder, self.record = folder, record
+        self._next = 0.0
+
+    def write(self, members: Sequence[Member], *, last: bool = False) -> None:
+        """Write the table if it is time, or in any case when it is the last."""
+        begun = time.monotonic()
+        if begun < self._next and not last:
+            return
+        try:
+            lock = FileLock(self.folder.path / CLAIMS / "table.lock")
+        except BlockingIOError:  # another process writes the same
+            return
+        try:
+            text = table_text(rows(self.folder, members), self.record)
+            atomic_write.write_text(self.folder.path / TABLE, text)
+        finally:
+            lock.release()
+        took = time.monotonic() - begun
+        self._next = begun + max(1.0, 20.0 * took)

@@ -24,7 +24,7 @@ from hvisph.precheck.estimate import estimated_steps, rough_count
 from .calibration import with_data
 from .design import points
 from .parameters import EXPERIMENT, Values
-from .uncertainty import read_fit
+from .statistics import read_fit
 
 
 @dataclass(frozen=True)

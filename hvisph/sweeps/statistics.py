@@ -1,6 +1,6 @@
-"""Order of convergence, value at infinite resolution and grid convergence index, of results at several resolutions.
+"""Statistics of sweeps: convergence, limit of an event, combined uncertainty.
 
-With f1, f2, f3 from fine to coarse at spacings h1 < h2 < h3, errors that fall as h^p obey
+Convergence. With f1, f2, f3 from fine to coarse at spacings h1 < h2 < h3, errors that fall as h^p obey
 
     (f3 - f2)/(f2 - f1) = (h3^p - h2^p)/(h2^p - h1^p),
 
@@ -8,17 +8,32 @@ which has one solution where the three are monotone. Then
 
     f* = f1 + (f1 - f2)/(r^p - 1),    GCI = 1.25 |f2 - f1| / (|f1| (r^p - 1)),    r = h2/h1
 
-(Roache 1994; Celik et al. 2008). Differences below what the results are themselves uncertain by say nothing
-of an order.
+(Roache 1994; Celik et al. 2008). Differences below the uncertainty of the results determine no order.
+
+Limit. Lambert and Jonas 1976: above the ballistic limit v_bl a projectile leaves with v_r = a (v^p - v_bl^p)^(1/p);
+p = 2 and a = m/(m + m_plug) where it pushes out a plug (Recht and Ipson 1963).
+
+Uncertainty. All are half-widths of about 95 %: the grid convergence index times the value where the spacings converge,
+the largest difference between them where they do not; the change over the last tenth of the run, or half the bracket of
+a limit; 2 sqrt(g C g) of the material, with C the covariance of a fit and g finite differences over one standard
+deviation of each parameter at the coarsest spacing. The combined one is the root of their sum of squares, and a share
+is a square over that sum.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.measures.correlations import LambertJonas, lambert_jonas_velocity
+
+from .parameters import Values
 
 SAFETY = 1.25
 LOWEST, HIGHEST = 1e-3, 20.0  # orders that are looked for
@@ -112,3 +127,171 @@ def spread(results: Sequence[float]) -> dict[str, float]:
     x = np.asarray(results, float)
     statistics = {"count": len(x), "mean": float(x.mean()), "sd": float(x.std(ddof=1)) if len(x) > 1 else 0.0}
     return statistics | {f"p{q}": float(np.percentile(x, q)) for q in PERCENTILES}
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """Where a limit lies.
+
+    Parameters
+    ----------
+    below, above
+        The last value where it did not happen and the first where it did; None where none was seen.
+    mixed
+        Whether it did not happen beyond a value where it did: the limit is then a zone, between `above` and `below`.
+    """
+
+    below: float | None
+    above: float | None
+    mixed: bool
+
+    @property
+    def limit(self) -> float | None:
+        """The limit's middle estimate, as V50 would be; None where one side was not seen."""
+        return None if self.below is None or self.above is None else 0.5 * (self.below + self.above)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return asdict(self) | {"limit": self.limit}
+
+
+def bracket(values: Sequence[float], happened: Sequence[bool], falling: bool = False) -> Bracket:
+    """Return where the event begins to happen, as values grow or, `falling`, as they fall."""
+    pairs = list(zip(values, happened, strict=True))
+    last, first = (min, max) if falling else (max, min)
+    below = last((value for value, yes in pairs if not yes), default=None)
+    above = first((value for value, yes in pairs if yes), default=None)
+    mixed = below is not None and above is not None and (below < above if falling else below > above)
+    return Bracket(below, above, mixed)
+
+
+def logistic_limit(values: Sequence[float], happened: Sequence[bool]) -> tuple[float, float] | None:
+    """Return V50 and the standard deviation of the limit from a logistic fit; None where it has no maximum.
+
+    The likelihood is penalised by the determinant of its information (Firth 1993), which keeps the estimate finite
+    where a value separates all shots. The deviation is that of the logistic distribution, scale pi/sqrt(3).
+    """
+    from scipy.optimize import minimize
+
+    v, y = np.asarray(values, float), np.asarray(happened, float)
+    middle, width = float(v.mean()), float(v.std())
+    if len(v) < 3 or width == 0.0 or len(set(happened)) < 2:
+        return None
+    terms = np.column_stack([np.ones(len(v)), (v - middle) / width])
+
+    def loss(b: np.ndarray) -> float:
+        z = terms @ b
+        p = 1.0 / (1.0 + np.exp(-np.clip(z, -500.0, 500.0)))
+        information = terms.T @ (terms * (p * (1.0 - p))[:, None])
+        return float(np.logaddexp(0.0, z).sum() - y @ z - 0.5 * np.linalg.slogdet(information + 1e-12 * np.eye(2))[1])
+
+    options = {"xatol": 1e-6, "fatol": 1e-9, "maxiter": 4000}
+    fitted = minimize(loss, np.zeros(2), method="Nelder-Mead", options=options).x
+    if fitted[1] == 0.0:
+        return None
+    return middle - width * float(fitted[0] / fitted[1]), width * float(np.pi / np.sqrt(3.0) / abs(fitted[1]))
+
+
+def next_values(known: Bracket, points: int, width: float) -> list[float]:
+    """Return values that shrink the bracket by `points` + 1; none where it is narrow enough, open or mixed."""
+    if known.below is None or known.above is None or known.mixed:
+        return []
+    if abs(known.above - known.below) <= width * (1.0 + 1e-9):
+        return []
+    step = (known.above - known.below) / (points + 1)
+    return [known.below + k * step for k in range(1, points + 1)]
+
+
+def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known: Bracket) -> LambertJonas | None:
+    """Return the curve through shots that went through; None for fewer than two of them.
+
+    With fewer than four shots p is 2, and with two the limit is the bracket's.
+    """
+    v, r = np.asarray(velocities, float), np.asarray(residuals, float)
+    if len(v) < 2 or known.limit is None:
+        return None
+    from scipy.optimize import least_squares
+
+    free = min(len(v) - 1, 3)
+    start = [0.9, known.limit, 2.0][:free]
+    lower = min(float(v.min()), known.above or np.inf)
+    bounds = ([0.01, 0.0, 1.0][:free], [1.2, lower, 6.0][:free])
+    start[1:2] = [min(known.limit, 0.999 * lower)][: max(free - 1, 0)]
+
+    def full(x: np.ndarray) -> tuple[float, float, float]:
+        a = float(x[0])
+        limit = float(x[1]) if free > 1 else known.limit or 0.0
+        return a, float(x[2]) if free > 2 else 2.0, limit
+
+    sizes = np.maximum(np.abs(start), 1e-3)
+    fit = least_squares(lambda x: lambert_jonas_velocity(v, *full(x)) - r, start, bounds=bounds, x_scale=sizes)
+    a, p, limit = full(fit.x)
+    return LambertJonas(a, p, limit, float(np.sqrt(np.mean(fit.fun**2))))
+
+
+MATERIAL = "material."
+
+
+def read_fit(source: str | Mapping[str, Any] | None, folder: Path) -> dict[str, Any] | None:
+    """Return what a fit's folder says of its material: name, parameters, correlation; raises `CaseError`."""
+    if source is None or not isinstance(source, str):
+        return None if source is None else dict(source)
+    path = next((one for one in (folder / source, Path(source)) if one.is_dir()), Path(source))
+    try:
+        fit = json.loads((path / "results.json").read_text(encoding="utf-8"))["fit"]
+        paths = [name for name in fit["parameters"] if name.startswith(MATERIAL)]
+        chosen = [list(fit["parameters"]).index(name) for name in paths]
+        correlation = np.array(fit["correlation"])[np.ix_(chosen, chosen)].tolist()
+        keys = ("value", "deviation", "unit")
+        parameters = {name: {key: fit["parameters"][name][key] for key in keys} for name in paths}
+        return {"material": fit["material"]["name"], "parameters": parameters, "correlation": correlation}
+    except (OSError, ValueError, KeyError, TypeError):
+        raise CaseError(f"{source} is not the folder of a finished fit of a material", where="fit") from None
+
+
+def perturbations(fit: Any, base: Mapping[str, Any]) -> list[Values]:
+    """Return settings that raise each parameter of the fit by its standard deviation, in all bodies of its material."""
+    if fit is None:
+        return []
+    name = fit["material"]
+    materials = {body: one.get("material") for body, one in base.get("bodies", {}).items()}
+    bodies = [
+        body for body, one in materials.items() if name in (one, one.get("base") if isinstance(one, dict) else "")
+    ]
+    if not bodies:
+        raise CaseError(f"no body is made of {name}, the material of the fit", where="fit")
+    return [
+        {f"bodies.{body}.{path}": f"{one['value'] + one['deviation']:.8g} {one['unit']}".strip() for body in bodies}
+        for path, one in fit["parameters"].items()
+    ]
+
+
+def combine_uncertainties(
+    spacings: Sequence[float], values: Sequence[float], time: float, perturbed: Sequence[float | None],
+    correlation: Sequence[Sequence[float]],
+) -> dict[str, Any] | None:  # fmt: skip
+    """Return half-width and shares; None where a perturbed value is missing.
+
+    Parameters
+    ----------
+    spacings, values
+        Values at spacings.
+    time
+        Half-width by time at the finest.
+    perturbed
+        Values at the coarsest spacing with one parameter raised each.
+    correlation
+        Of the parameters.
+    """
+    if any(value is None for value in perturbed) or not values:
+        return None
+    finest, coarsest = (values[int(pick(spacings))] for pick in (np.argmin, np.argmax))
+    known = convergence(values, spacings)
+    spread = max(values) - min(values) if known.index is None else known.index * abs(finest)
+    g = np.array([float(value or 0.0) - coarsest for value in perturbed])
+    parts = {"spacing": float(spread), "time": float(time)}
+    if len(g):
+        parts["material"] = 2.0 * float(np.sqrt(max(g @ np.array(correlation) @ g, 0.0)))
+    total = float(np.sqrt(sum(one**2 for one in parts.values())))
+    return {"value": finest, "half_width": total, "parts": parts,
+            "shares": {kind: (one / total) ** 2 if total else 0.0 for kind, one in parts.items()}}  # fmt: skip

@@ -20,10 +20,8 @@ from hvisph.simulation.listener import Listener
 from hvisph.simulation.resume import resume
 from hvisph.simulation.run import run
 
-from .folder import ENDED, STEPPING, SweepFolder
+from .folder import ENDED, STEPPING, Selection, SweepFolder, TableKeeper
 from .plan import Member, Plan
-from .selection import Selection
-from .table import TableKeeper
 
 POLL = 0.5  # wall time between two looks when all that is left is with others [s]
 LOOK = 1.0  # wall time between two looks whether it is still wanted [s]

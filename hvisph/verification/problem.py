@@ -1,4 +1,4 @@
-"""A verification problem: its trials, finished runs, and figures compared with exact values."""
+"""A verification problem: its trials and materials, finished runs, and figures compared with exact values."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 
 from hvisph.case.case import Case
+from hvisph.casefile.material_library import library_values
 from hvisph.core.particles import Particles
+from hvisph.materials.material_table import Material
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.setup.bodies import PlacedBody
+from hvisph.setup.materials import material_of
 from hvisph.visualization.curves import Curve
 
 
@@ -247,3 +250,29 @@ class Problem:
     why_not: str = "projection has no equation of state"
     slow: bool = False
     agree: tuple[str, float] | None = None
+
+
+# Elastic aluminium of the bars, beams and discs.
+RHO, YOUNGS_MODULUS, POISSON_RATIO = 2700.0, 70e9, 0.33  # [kg/m^3], [Pa], [-]
+ELASTIC: dict[str, Any] = {
+    "density": RHO,
+    "eos": {"type": "elastic", "youngs_modulus": YOUNGS_MODULUS, "poisson_ratio": POISSON_RATIO},
+    "strength": {"type": "elastic"},
+}
+# Water that bears no tension to speak of.
+WATER: dict[str, Any] = {
+    "density": 1000.0,
+    "eos": {"type": "linear", "bulk_modulus": 2.2e9},
+    "damage": {"type": "pressure_cutoff", "pressure": -1e3},
+}
+
+
+def fluid(name: str) -> dict[str, Any]:
+    """Return a material of the library without its strength and damage."""
+    return library_values(name) | {"strength": {"type": "none"}, "damage": {"type": "none"}}
+
+
+def body_material(case: Case, body: str) -> Material:
+    """Return the material of a case's body."""
+    model = case.bodies[body]
+    return material_of(model.material, model.internal_energy)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from hvisph_validation.quantity import Judge, Key, Shot, Value
 
-from hvisph.sweeps.threshold import bracket
+from hvisph.sweeps.statistics import bracket
 
 WIDEST = 0.1  # of the limit: half the width of a bracket that tells it
 

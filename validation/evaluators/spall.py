@@ -13,7 +13,7 @@ import numpy as np
 from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
 from hvisph.measures.debris.fragments import FEWEST
-from hvisph.sweeps.threshold import bracket
+from hvisph.sweeps.statistics import bracket
 from hvisph.verification.problem import vectors
 
 THICK = "thick"

@@ -15,8 +15,24 @@ from hvisph.core.particles import Particles
 from hvisph.exact.hugoniot import impedance_match
 from hvisph.exact.structures import Ball, ThinRing
 from hvisph.setup.bodies import PlacedBody
-from hvisph.verification.materials import ELASTIC, POISSON_RATIO, RHO, YOUNGS_MODULUS, body_material, fluid
-from hvisph.verification.problem import SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, stress_xx, vectors
+from hvisph.verification.problem import (
+    ELASTIC,
+    POISSON_RATIO,
+    RHO,
+    SOLIDS,
+    YOUNGS_MODULUS,
+    Figure,
+    Options,
+    Problem,
+    Ran,
+    Start,
+    Trial,
+    body_material,
+    fluid,
+    limit,
+    stress_xx,
+    vectors,
+)
 from hvisph.visualization.curves import Curve
 
 from .cantilever import swing

@@ -8,8 +8,19 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 from hvisph.exact.structures import Cantilever
-from hvisph.verification.materials import ELASTIC, POISSON_RATIO, RHO, YOUNGS_MODULUS
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit
+from hvisph.verification.problem import (
+    ELASTIC,
+    POISSON_RATIO,
+    RHO,
+    YOUNGS_MODULUS,
+    Figure,
+    Options,
+    Problem,
+    Ran,
+    Start,
+    Trial,
+    limit,
+)
 from hvisph.visualization.curves import Curve
 
 LENGTH, HEIGHT, HELD = 32e-3, 4e-3, 2e-3  # [m]

@@ -14,8 +14,7 @@ import numpy as np
 
 from hvisph.output.snapshot import Snapshot
 from hvisph.setup.bodies import PlacedBody
-from hvisph.verification.materials import ELASTIC
-from hvisph.verification.problem import SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
+from hvisph.verification.problem import ELASTIC, SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 
 from .implosion import rings
 

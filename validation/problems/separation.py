@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.verification.materials import WATER
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, vectors
+from hvisph.verification.problem import WATER, Figure, Options, Problem, Ran, Start, Trial, vectors
 
 SPEED, END = 50.0, 20e-6  # of each half [m/s], [s]
 

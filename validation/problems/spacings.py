@@ -14,8 +14,21 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.verification.materials import ELASTIC, POISSON_RATIO, RHO, YOUNGS_MODULUS
-from hvisph.verification.problem import EULERIAN, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
+from hvisph.verification.problem import (
+    ELASTIC,
+    EULERIAN,
+    POISSON_RATIO,
+    RHO,
+    YOUNGS_MODULUS,
+    Figure,
+    Options,
+    Problem,
+    Ran,
+    Start,
+    Trial,
+    limit,
+    vectors,
+)
 from hvisph.visualization.curves import Curve
 
 SPEED, CENTRE, WIDTH = 10.0, -8e-3, 8e-3  # of the pulse [m/s], [m]

@@ -8,8 +8,7 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 from hvisph.output.snapshot import Snapshot
-from hvisph.verification.materials import ELASTIC
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
+from hvisph.verification.problem import ELASTIC, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
 
 DIAMETER, RIM = 20e-3, 100.0  # [m], speed of the rim [m/s]

@@ -17,7 +17,7 @@ from hvisph.cli.text.formatting import echo_json, say, show
 from hvisph.core.errors import CaseError, suggest_nearest
 
 if TYPE_CHECKING:
-    from hvisph.postprocessing.gauge_overlay import Overlay
+    from hvisph.postprocessing.exact_solution import Overlay
 
 
 def compare(
@@ -113,7 +113,7 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
 
 def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
     """Draw the gauges of all runs into one picture."""
-    from hvisph.postprocessing.gauge_overlay import overlay
+    from hvisph.postprocessing.exact_solution import overlay
     from hvisph.visualization.curves import curves_picture
 
     made = overlay(folders)

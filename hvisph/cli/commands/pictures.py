@@ -137,7 +137,7 @@ def gauges(
 ) -> None:
     """Draw the gauges of a run: one panel per field, one line per gauge."""
     from hvisph.casefile.loader import load_case
-    from hvisph.postprocessing.gauge_overlay import overlay
+    from hvisph.postprocessing.exact_solution import overlay
     from hvisph.visualization.curves import curves_picture
 
     folder = Path(run)

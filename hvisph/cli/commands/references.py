@@ -60,8 +60,7 @@ def exact(
     """Solve a 1D case exactly: histories at its gauges, profiles at its output times, pictures."""
     loaded = load(case, settings, resolution)
     from hvisph.casefile.paths import run_name
-    from hvisph.postprocessing.exact_files import write_exact
-    from hvisph.postprocessing.exact_solution import exact_solution
+    from hvisph.postprocessing.exact_solution import exact_solution, write_exact
 
     with locate_errors(case):
         solution = exact_solution(loaded)

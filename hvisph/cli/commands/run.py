@@ -126,7 +126,7 @@ def watch(
 
 def _look(folder: Path) -> tuple[str, bool, int]:
     """Return what is to be seen now, whether the run has ended, and how many snapshots it has."""
-    from hvisph.postprocessing.progress import run_progress
+    from hvisph.postprocessing.run_data import run_progress
 
     sight = run_progress(folder)
     lines = [f"{folder}: {sight.status}", sight.progress, ""]

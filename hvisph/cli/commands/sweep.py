@@ -42,7 +42,7 @@ def sweep(
     Exit codes: 0 all done and as expected, 1 missed an expectation or a limit, 2 invalid input, 3 a case failed,
     130 interrupted.
     """
-    from hvisph.sweeps.selection import Selection
+    from hvisph.sweeps.folder import Selection
 
     chosen = Selection.parse(only)
     how.refuse()
@@ -51,11 +51,11 @@ def sweep(
     elif dry:
         _list(source, how.as_json)
     elif table:
-        from hvisph.sweeps.start import existing
+        from hvisph.sweeps.driver import existing
 
         _show(existing(source), how)
     else:
-        from hvisph.sweeps.start import begin
+        from hvisph.sweeps.driver import begin
 
         folder = begin(source, how.out)
         go(folder, how, chosen, only)
@@ -74,8 +74,8 @@ def fit(
     Exit codes: 0 fitted, 1 a parameter is not determined or the fit not converged, 2 bad input, 3 a shot failed,
     130 interrupted.
     """
-    from hvisph.sweeps.selection import Selection
-    from hvisph.sweeps.start import begin
+    from hvisph.sweeps.driver import begin
+    from hvisph.sweeps.folder import Selection
 
     how.refuse()
     folder = begin(source, how.out)
@@ -148,9 +148,9 @@ def ballistic_limit(
 
 def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
     """Run a sweep that a command describes, and say what came out."""
+    from hvisph.sweeps.driver import SWEEPS, begin
+    from hvisph.sweeps.folder import Selection
     from hvisph.sweeps.parameters import plain
-    from hvisph.sweeps.selection import Selection
-    from hvisph.sweeps.start import SWEEPS, begin
 
     how.refuse()
     fixed = {}
@@ -185,7 +185,7 @@ def _sixteenth(low: str, high: str) -> str:
 
 
 def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) -> None:
-    from hvisph.sweeps.start import existing
+    from hvisph.sweeps.driver import existing
     from hvisph.sweeps.worker import Worker
 
     code = Worker(existing(source), threads, chosen, wanted).work()
@@ -210,7 +210,7 @@ def _list(source: str, as_json: bool) -> None:
 def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
     """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
     from hvisph.cli.text.sweep_log import Teller
-    from hvisph.sweeps.start import driver
+    from hvisph.sweeps.driver import driver
 
     under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
     teller = Teller(under_way, how.silent)
@@ -225,9 +225,8 @@ def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None
 
 def _show(folder: SweepFolder, how: How) -> None:
     """Print how a sweep stands and what it says, and leave the command with its exit code."""
-    from hvisph.sweeps.selection import Selection
-    from hvisph.sweeps.start import driver
-    from hvisph.sweeps.table import rows
+    from hvisph.sweeps.driver import driver
+    from hvisph.sweeps.folder import Selection, rows
 
     stands = driver(folder, None, None, Selection(), None)
     said = stands.conclude()

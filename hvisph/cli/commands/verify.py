@@ -93,7 +93,7 @@ def verify(
             if not as_json and not quiet:
                 say(_text(verdict))
     if pictures is not None:
-        from hvisph.verification.pictures import draw
+        from hvisph.verification.runner import draw
 
         draw(results, pictures)
     judged = [one for one in results if one.passed is not None]
@@ -107,7 +107,7 @@ def verify(
 
 
 def _require_known(name: str, known: list[str], what: str, where: str) -> None:
-    from hvisph.verification.checkout import FOLDER
+    from hvisph.verification.catalogue import FOLDER
 
     if name not in known:
         more = (
@@ -188,7 +188,7 @@ def validate(
 
     Exit codes: 0 all as asked, 1 some not, 2 invalid input, 3 a shot failed, 130 interrupted.
     """
-    from hvisph.verification.checkout import require_module
+    from hvisph.verification.catalogue import require_module
 
     require_module("experiments")
     if second and coarse:
@@ -239,7 +239,7 @@ def _compute_set(experiments: Experiments, form: Form, across: float | None, onl
     """Compute the remaining experiments of a set and return its results."""
     from hvisph_validation.evaluation import folders, result
 
-    from hvisph.sweeps.selection import Selection
+    from hvisph.sweeps.folder import Selection
 
     sweeps = folders(experiments, form, across, out, table)
     if not table:

@@ -15,7 +15,7 @@ from .formatting import duration, table, tables
 
 if TYPE_CHECKING:
     from hvisph.measures.compare import Row
-    from hvisph.postprocessing.gauge_overlay import Overlay
+    from hvisph.postprocessing.exact_solution import Overlay
 
 SHORT = {"angular_momentum_drift": "angular_drift", "kinetic_energy_ratio": "kinetic_ratio"}
 MISSED = " *"  # behind a value that is further from the published one than its tolerance

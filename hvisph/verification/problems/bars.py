@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.verification.materials import ELASTIC
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
+from hvisph.verification.problem import ELASTIC, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
 
 SPEED = 50.0  # [m/s]

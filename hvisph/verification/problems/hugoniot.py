@@ -15,8 +15,19 @@ import numpy as np
 
 from hvisph.exact.hugoniot import Impact, impedance_match
 from hvisph.setup.materials import material_of
-from hvisph.verification.materials import body_material, fluid
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, stress_xx, vectors
+from hvisph.verification.problem import (
+    Figure,
+    Options,
+    Problem,
+    Ran,
+    Start,
+    Trial,
+    body_material,
+    fluid,
+    limit,
+    stress_xx,
+    vectors,
+)
 from hvisph.visualization.curves import Curve
 
 METALS = {

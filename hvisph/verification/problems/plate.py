@@ -16,8 +16,7 @@ import numpy as np
 from hvisph.exact.plate_impact import PlateImpact, impact, with_reflections
 from hvisph.exact.wave_fronts import Tracked
 from hvisph.materials.material_table import Material
-from hvisph.verification.materials import body_material
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, body_material
 from hvisph.visualization.curves import Curve
 from hvisph.visualization.curves import steps as corners
 
