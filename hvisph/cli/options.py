@@ -14,36 +14,35 @@ import typer
 from hvisph.cli.text.formatting import say
 from hvisph.core.errors import CaseError
 
-CaseArgument = Annotated[
-    str, typer.Argument(metavar="CASE", help="Case file, or name of a bundled case (see `hvisph cases`).")
-]
+
+def option(usage: str, help: str, **more: Any) -> Any:
+    """Return an option by its usage, such as ``--out, -o FILE``, and what it does; `more` goes to `typer.Option`."""
+    *names, last = usage.split(", ")
+    name, _, metavar = last.partition(" ")
+    return typer.Option(*names, name, metavar=metavar or None, help=help, **more)
+
+
+def argument(metavar: str, help: str, **more: Any) -> Any:
+    """Return an argument by its name in the usage and what it is; `more` goes to `typer.Argument`."""
+    return typer.Argument(metavar=metavar, help=help, **more)
+
+
+CaseArgument = Annotated[str, argument("CASE", "Case file, or name of a bundled case (see `hvisph cases`).")]
 ResolutionOption = Annotated[
-    str | None,
-    typer.Option("--resolution", metavar="LENGTH", help="Particle spacing in place of the case's: 0.2mm."),
+    str | None, option("--resolution LENGTH", "Particle spacing in place of the case's: 0.2mm.")
 ]
 SetOption = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="Set any field of the case: time.end=2us. Repeatable."),
+    list[str] | None, option("--set PATH=VALUE", "Set any field of the case: time.end=2us. Repeatable.")
 ]
 ThreadsOption = Annotated[
-    int | None,
-    typer.Option(
-        "--threads",
-        min=1,
-        metavar="N",
-        help="Number of threads; unless given as many as the work of a step is worth.",
-    ),
+    int | None, option("--threads N", "Number of threads; unless given as many as the work of a step is worth.", min=1)
 ]
-PictureOption = Annotated[
-    str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON only, in SI units.")]
-ReportOption = Annotated[bool, typer.Option("--report", help="Write the run's report.html when it ends.")]
-AllOption = Annotated[bool, typer.Option("--all", help="Print all measures when the run ends.")]
-QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
-OutOption = Annotated[
-    Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; runs/NAME unless given.")
-]
+PictureOption = Annotated[str | None, option("--picture FILE", "Draw the set-up into this file: setup.png.")]
+JsonOption = Annotated[bool, option("--json", "Print JSON only, in SI units.")]
+ReportOption = Annotated[bool, option("--report", "Write the run's report.html when it ends.")]
+AllOption = Annotated[bool, option("--all", "Print all measures when the run ends.")]
+QuietOption = Annotated[bool, option("--quiet", "Print nothing but errors.")]
+OutOption = Annotated[Path | None, option("--out DIR", "Folder of the run; runs/NAME unless given.")]
 
 
 @dataclass(frozen=True)
@@ -51,21 +50,15 @@ class Running:
     """Where cases are computed and how much is said; each field is an option of the command."""
 
     workers: Annotated[
-        int | None,
-        typer.Option("--workers", min=1, metavar="N", help="Number of worker processes; one per core unless given."),
+        int | None, option("--workers N", "Number of worker processes; one per core unless given.", min=1)
     ] = None
     threads: ThreadsOption = None
     dask: Annotated[
         str | None,
-        typer.Option(
-            "--dask",
-            metavar="ADDRESS",
-            help="Address of a running Dask cluster for the workers, such as tcp://host:8786.",
-        ),
+        option("--dask ADDRESS", "Address of a running Dask cluster for the workers, such as tcp://host:8786."),
     ] = None
     cluster: Annotated[
-        str | None,
-        typer.Option("--cluster", metavar="KIND", help="Queue in which workers run as jobs: slurm, pbs or sge."),
+        str | None, option("--cluster KIND", "Queue in which workers run as jobs: slurm, pbs or sge.")
     ] = None
     quiet: QuietOption = False
     as_json: JsonOption = False
@@ -103,10 +96,8 @@ class Running:
 class How(Running):
     """How a sweep is run, written and shown; each field is an option of the command."""
 
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the sweep; sweeps/NAME unless given.")
-    ] = None
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the result: png, pdf, svg.")] = None
+    out: Annotated[Path | None, option("--out DIR", "Folder of the sweep; sweeps/NAME unless given.")] = None
+    plot: Annotated[Path | None, option("--plot FILE", "Draw the result: png, pdf, svg.")] = None
 
     def refuse(self) -> None:
         """Refuse before anything runs what would fail after it all; raises `CaseError`."""

@@ -39,12 +39,7 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
         facts: dict[str, Any] = {"particle": self.particle, "body": self.body}
         if self.position is not None:
             facts["position"] = [x if np.isfinite(x) else None for x in self.position]
-        return facts | {
-            "step": self.step,
-            "time": self.time,
-            "criterion": self.criterion,
-            "message": str(self),
-        }
+        return facts | {"step": self.step, "time": self.time, "criterion": self.criterion, "message": str(self)}
 
 
 class Watch:

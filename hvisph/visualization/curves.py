@@ -133,9 +133,7 @@ def curves_picture(
 
 
 def gauge_panels(
-    run: str | os.PathLike[str],
-    exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None,
-    prefix: str = "",
+    run: str | os.PathLike[str], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None, prefix: str = ""
 ) -> dict[str, list[Curve]]:
     """Return the panels of a run's gauges: one a field, one curve a gauge.
 

@@ -158,15 +158,9 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     before = f"after the compilation of {loops} loops, about {duration(seconds)}" if loops else "all loops are compiled"
     facts += [
         ("steps", f"about {round_two_figures(taken.steps)} to t = {number(case.time.end, 's')}"),
-        (
-            "time",
-            f"about {duration(taken.seconds)} on {threads}; {before}",
-        ),
+        ("time", f"about {duration(taken.seconds)} on {threads}; {before}"),
         ("memory", f"about {size(taken.memory)}"),
-        (
-            "disk",
-            f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})",
-        ),
+        ("disk", f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})"),
     ]
     facts += _fit_residuals(case, number, " m/s" if si else "")
     names = [name for name, _ in case.expected.items()]

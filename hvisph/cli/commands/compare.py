@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hvisph.cli.guard import FAILED, case_of_run, noted_interrupts, refuse_format
-from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption, argument, option
 from hvisph.cli.text.comparison_table import comparison_tables, gauge_table
 from hvisph.cli.text.formatting import echo_json, say, show
 from hvisph.core.errors import CaseError, suggest_nearest
@@ -23,35 +23,29 @@ if TYPE_CHECKING:
 def compare(
     sources: Annotated[
         list[str],
-        typer.Argument(
-            metavar="SOURCE...",
-            help="Folders of runs, snapshots, case files, names of bundled cases, folders of any of these.",
+        argument(
+            "SOURCE...", "Folders of runs, snapshots, case files, names of bundled cases, folders of any of these."
         ),
     ],
-    runs: Annotated[
-        Path, typer.Option("--runs", metavar="DIR", help="Folder for cases that have not been run.")
-    ] = Path("runs"),
+    runs: Annotated[Path, option("--runs DIR", "Folder for cases that have not been run.")] = Path("runs"),
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     threads: ThreadsOption = None,
     field: Annotated[
-        str | None,
-        typer.Option("--field", metavar="NAME", help="Field that colours the picture; pressure unless given."),
+        str | None, option("--field NAME", "Field that colours the picture; pressure unless given.")
     ] = None,
     picture: Annotated[
-        Path | None,
-        typer.Option("--picture", metavar="FILE", help="Draw the final states into one picture: png, pdf, svg."),
+        Path | None, option("--picture FILE", "Draw the final states into one picture: png, pdf, svg.")
     ] = None,
     gauges: Annotated[
         Path | None,
-        typer.Option(
-            "--gauges",
-            metavar="FILE",
-            help="Draw all gauges into one picture, in 1D with the exact solution and a table of differences.",
+        option(
+            "--gauges FILE",
+            "Draw all gauges into one picture, in 1D with the exact solution and a table of differences.",
         ),
     ] = None,
-    every: Annotated[bool, typer.Option("--all", help="Show all measures, not only the main ones.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Run all cases again.")] = False,
+    every: Annotated[bool, option("--all", "Show all measures, not only the main ones.")] = False,
+    force: Annotated[bool, option("--force", "Run all cases again.")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -11,7 +11,7 @@ import typer
 
 import hvisph
 from hvisph.cli.guard import FAILED
-from hvisph.cli.options import JsonOption
+from hvisph.cli.options import JsonOption, option
 from hvisph.cli.text.formatting import duration, echo_json, say, size, table
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
@@ -25,8 +25,7 @@ PAIRS = (("aluminium-6061-t6", "steel-4340"), ("tungsten", "tantalum"), ("granit
 
 def doctor(
     compile_loops: Annotated[
-        bool,
-        typer.Option("--compile", help="Compile contact SPH and standard SPH for all materials: minutes."),
+        bool, option("--compile", "Compile contact SPH and standard SPH for all materials: minutes.")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from hvisph.cli.options import argument
 from hvisph.cli.text.formatting import paragraph, say, table
 from hvisph.core.errors import CaseError
 
@@ -15,9 +16,9 @@ def help(
     context: typer.Context,
     word: Annotated[
         str,
-        typer.Argument(
-            metavar="[WORD]",
-            help="Place in the case file, such as time.cfl; or a value, measure, material, case, page, command, word.",
+        argument(
+            "[WORD]",
+            "Place in the case file, such as time.cfl; or a value, measure, material, case, page, command, word.",
         ),
     ] = "",
 ) -> None:

@@ -6,21 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from hvisph.cli.options import JsonOption
+from hvisph.cli.options import JsonOption, argument, option
 from hvisph.cli.text.formatting import echo_json, paragraph, quantity, say, table
 from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 
 
 def cases(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Case to print; all cases are listed unless given.")
-    ] = None,
-    copy: Annotated[
-        Path | None,
-        typer.Option("--copy", metavar="DIR", help="Copy the case, or all, into a folder."),
-    ] = None,
+    name: Annotated[str | None, argument("NAME", "Case to print; all cases are listed unless given.")] = None,
+    copy: Annotated[Path | None, option("--copy DIR", "Copy the case, or all, into a folder.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """List the bundled cases, print one, or copy them."""
@@ -69,18 +62,14 @@ def _copy(files: dict[str, Path], folder: Path) -> None:
 
 
 def materials(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Material to print; all materials are listed unless given.")
-    ] = None,
+    name: Annotated[str | None, argument("NAME", "Material to print; all materials are listed unless given.")] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw Hugoniot, release and strength of NAME into FILE.")
+        Path | None, option("--plot FILE", "Draw Hugoniot, release and strength of NAME into FILE.")
     ] = None,
     compare: Annotated[
-        list[str] | None, typer.Option(metavar="OTHER", help="Compare with another material. Repeatable.")
+        list[str] | None, option("--compare OTHER", "Compare with another material. Repeatable.")
     ] = None,
-    own: Annotated[
-        list[Path] | None, typer.Option("--file", metavar="FILE", help="File or folder of your own materials.")
-    ] = None,
+    own: Annotated[list[Path] | None, option("--file FILE", "File or folder of your own materials.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """List the material library, or print one material with its numbers, sources and derived values."""
@@ -197,12 +186,9 @@ NAMES = ("case", "summary", "sweep")
 
 def schema(
     name: Annotated[
-        str | None,
-        typer.Argument(metavar="[case|summary|sweep]", help="Schema to print or write; case unless given."),
+        str | None, argument("[case|summary|sweep]", "Schema to print or write; case unless given.")
     ] = None,
-    write: Annotated[
-        Path | None, typer.Option("--write", metavar="DIR", help="Write the schema, or all, into a folder.")
-    ] = None,
+    write: Annotated[Path | None, option("--write DIR", "Write the schema, or all, into a folder.")] = None,
 ) -> None:
     """Print a JSON schema, or write them into a folder."""
     from hvisph.casefile.paths import data_folder

@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from hvisph.cli.guard import case_of_run, parse_option
-from hvisph.cli.options import JsonOption
+from hvisph.cli.options import JsonOption, argument, option
 from hvisph.cli.text.formatting import SCREEN, echo_json, quantity, say, show, table, times
 from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
 from hvisph.core.errors import CaseError
@@ -28,57 +26,33 @@ FAR = 0.1
 
 def measure(
     source: Annotated[
-        str,
-        typer.Argument(
-            metavar="SOURCE", help="Folder of a run, or a snapshot; of another code VTU, VTP, VTK or LAMMPS dump."
-        ),
+        str, argument("SOURCE", "Folder of a run, or a snapshot; of another code VTU, VTP, VTK or LAMMPS dump.")
     ],
     at: Annotated[
-        str | None,
-        typer.Option(
-            "--at",
-            metavar="TIME|all",
-            help="Snapshot nearest to a time (4us), or all; the last unless given.",
-        ),
+        str | None, option("--at TIME|all", "Snapshot nearest to a time (4us), or all; the last unless given.")
     ] = None,
     fragments: Annotated[
-        bool, typer.Option("--fragments", help="List the fragments of every body: groups linked at 2 dx.")
+        bool, option("--fragments", "List the fragments of every body: groups linked at 2 dx.")
     ] = False,
     smallest: Annotated[
         int | None,
-        typer.Option(
-            "--smallest",
+        option(
+            "--smallest N",
+            "With --fragments: smallest number of particles to list, 5 unless given; smaller ones are summed.",
             min=1,
-            metavar="N",
-            help="With --fragments: smallest number of particles to list, 5 unless given; smaller ones are summed.",
         ),
     ] = None,
-    csv: Annotated[
-        Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write a row per snapshot or fragment; SI units."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw all measures over time; FILE.png or .pdf.")
-    ] = None,
-    witness: Annotated[
-        Path | None,
-        typer.Option("--witness", metavar="FILE", help="Draw the debris at a witness plane; FILE.png."),
-    ] = None,
+    csv: Annotated[Path | None, option("--csv FILE", "Write a row per snapshot or fragment; SI units.")] = None,
+    plot: Annotated[Path | None, option("--plot FILE", "Draw all measures over time; FILE.png or .pdf.")] = None,
+    witness: Annotated[Path | None, option("--witness FILE", "Draw the debris at a witness plane; FILE.png.")] = None,
     plane: Annotated[
-        str | None,
-        typer.Option("--plane", metavar="X", help="Witness plane along the shot line, 100mm; the case's unless given."),
+        str | None, option("--plane X", "Witness plane along the shot line, 100mm; the case's unless given.")
     ] = None,
     units: Annotated[
-        str,
-        typer.Option(
-            "--units",
-            metavar="L,M,T",
-            help="For files of other codes: units of length, mass and time, such as mm,g,us.",
-        ),
+        str, option("--units L,M,T", "For files of other codes: units of length, mass and time, such as mm,g,us.")
     ] = "",
     field: Annotated[
-        list[str] | None,
-        typer.Option("--field", metavar="QUANTITY=NAME", help="Another code's name of a quantity: density=rho0."),
+        list[str] | None, option("--field QUANTITY=NAME", "Another code's name of a quantity: density=rho0.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

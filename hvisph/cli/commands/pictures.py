@@ -8,47 +8,32 @@ from typing import Annotated, Any
 import typer
 
 from hvisph.cli.guard import parse_option
-from hvisph.cli.options import QuietOption
+from hvisph.cli.options import QuietOption, argument, option
 from hvisph.cli.text.formatting import say
 from hvisph.core.errors import CaseError, suggest_nearest
 
-FieldOption = Annotated[
-    str,
-    typer.Option("--field", metavar="NAME", help="speed, pressure, damage, velocity_x, body, material ..."),
-]
+FieldOption = Annotated[str, option("--field NAME", "speed, pressure, damage, velocity_x, body, material ...")]
 RangeOption = Annotated[
-    str | None,
-    typer.Option("--range", metavar="A,B", help="Limits of the colour scale [SI]; those of the run unless given."),
+    str | None, option("--range A,B", "Limits of the colour scale [SI]; those of the run unless given.")
 ]
-LogOption = Annotated[bool, typer.Option("--log", help="Logarithmic colour scale.")]
+LogOption = Annotated[bool, option("--log", "Logarithmic colour scale.")]
 ViewOption = Annotated[
-    str | None,
-    typer.Option(
-        "--view",
-        metavar="VIEW",
-        help="side, front, 3d, or yaw,pitch [degrees]; 3D cases are rotated unless given.",
-    ),
+    str | None, option("--view VIEW", "side, front, 3d, or yaw,pitch [degrees]; 3D cases are rotated unless given.")
 ]
-MirrorOption = Annotated[bool, typer.Option("--mirror/--no-mirror", help="Show mirror images at symmetry planes.")]
-ZoomOption = Annotated[
-    str | None, typer.Option("--zoom", metavar="Z", help="Magnification, or left,right,bottom,top [m].")
-]
+MirrorOption = Annotated[bool, option("--mirror/--no-mirror", "Show mirror images at symmetry planes.")]
+ZoomOption = Annotated[str | None, option("--zoom Z", "Magnification, or left,right,bottom,top [m].")]
 
 
 def plot(
-    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs, or snapshots.")],
-    at: Annotated[
-        str | None, typer.Option("--at", metavar="TIMES", help="Times, such as 2us,4us; the last unless given.")
-    ] = None,
+    runs: Annotated[list[str], argument("RUN...", "Folders of runs, or snapshots.")],
+    at: Annotated[str | None, option("--at TIMES", "Times, such as 2us,4us; the last unless given.")] = None,
     field: FieldOption = "speed",
     ends: RangeOption = None,
     log: LogOption = False,
     view: ViewOption = None,
     mirror: MirrorOption = True,
     zoom: ZoomOption = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FILE", help="png, pdf or svg; plot.png in the run's folder.")
-    ] = None,
+    out: Annotated[Path | None, option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.")] = None,
     quiet: QuietOption = False,
 ) -> None:
     """Draw all particles at one or several times, of one or several runs, in one picture."""
@@ -65,15 +50,15 @@ def plot(
 
 
 def animate(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="Folder of a run.")],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="gif, mp4, or html for a player.")],
+    run: Annotated[str, argument("RUN", "Folder of a run.")],
+    out: Annotated[Path, option("--out, -o FILE", "gif, mp4, or html for a player.")],
     field: FieldOption = "speed",
     ends: RangeOption = None,
     log: LogOption = False,
     view: ViewOption = None,
     mirror: MirrorOption = True,
     zoom: ZoomOption = None,
-    seconds: Annotated[float, typer.Option("--seconds", min=0.1, help="Duration of the animation [s].")] = 6.0,
+    seconds: Annotated[float, option("--seconds", "Duration of the animation [s].", min=0.1)] = 6.0,
     quiet: QuietOption = False,
 ) -> None:
     """Draw all snapshots of a run as an animation."""
@@ -128,12 +113,9 @@ def _numbers(text: str, where: str) -> tuple[float, ...]:
 
 
 def gauges(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="Folder of a run.")],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE", help="Picture to write; RUN/gauges.png unless given."),
-    ] = None,
-    exact: Annotated[bool, typer.Option("--exact", help="Draw the exact solution as well (1D).")] = False,
+    run: Annotated[str, argument("RUN", "Folder of a run.")],
+    out: Annotated[Path | None, option("--out FILE", "Picture to write; RUN/gauges.png unless given.")] = None,
+    exact: Annotated[bool, option("--exact", "Draw the exact solution as well (1D).")] = False,
 ) -> None:
     """Draw the gauges of a run: one panel per field, one line per gauge."""
     from hvisph.casefile.loader import load_case
@@ -149,12 +131,9 @@ def gauges(
 
 
 def report(
-    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs, or of one sweep.")],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="FILE", help="Page to write; report.html in the run's folder."),
-    ] = None,
-    each: Annotated[bool, typer.Option("--each", help="For a sweep, also write a page for every run.")] = False,
+    runs: Annotated[list[str], argument("RUN...", "Folders of runs, or of one sweep.")],
+    out: Annotated[Path | None, option("--out, -o FILE", "Page to write; report.html in the run's folder.")] = None,
+    each: Annotated[bool, option("--each", "For a sweep, also write a page for every run.")] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Write one self-contained page: verdict, player, measures, warnings, set-up."""

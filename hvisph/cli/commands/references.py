@@ -8,17 +8,14 @@ from typing import Annotated, Any
 import typer
 
 from hvisph.cli.guard import load, locate_errors
-from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption
+from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, argument, option
 from hvisph.cli.text.formatting import echo_json, quantity, say, table
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
 
 
 def correlations(
-    case: CaseArgument,
-    resolution: ResolutionOption = None,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
+    case: CaseArgument, resolution: ResolutionOption = None, settings: SetOption = None, as_json: JsonOption = False
 ) -> None:
     """Evaluate the empirical correlations whose range covers a case: crater, hole, single and Whipple walls."""
     loaded = load(case, settings, resolution)
@@ -50,9 +47,7 @@ def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
 
 def exact(
     case: CaseArgument,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder to write; exact/NAME unless given.")
-    ] = None,
+    out: Annotated[Path | None, option("--out DIR", "Folder to write; exact/NAME unless given.")] = None,
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     as_json: JsonOption = False,
@@ -86,13 +81,13 @@ _PATHS = "shear, uniaxial_strain, uniaxial_stress, cycle or rotation"
 
 
 def point(
-    subject: Annotated[str, typer.Argument(metavar="CASE_OR_MATERIAL", help="A material's name, or a case.")],
+    subject: Annotated[str, argument("CASE_OR_MATERIAL", "A material's name, or a case.")],
     path: Annotated[str, typer.Option(help=f"Path of strain: {_PATHS}.")] = "uniaxial_stress",
-    rate: Annotated[float, typer.Option(help="Strain rate [1/s].")] = 1e3,
-    strain: Annotated[float, typer.Option(help="Final strain, negative in compression.")] = 0.2,
-    steps: Annotated[int, typer.Option(help="Number of steps.")] = 400,
-    body: Annotated[str | None, typer.Option(help="Body of the case; the first unless given.")] = None,
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw stress and state into FILE.")] = None,
+    rate: Annotated[float, option("--rate", "Strain rate [1/s].")] = 1e3,
+    strain: Annotated[float, option("--strain", "Final strain, negative in compression.")] = 0.2,
+    steps: Annotated[int, option("--steps", "Number of steps.")] = 400,
+    body: Annotated[str | None, option("--body", "Body of the case; the first unless given.")] = None,
+    plot: Annotated[Path | None, option("--plot FILE", "Draw stress and state into FILE.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Integrate the stress update of a material point along a strain path."""

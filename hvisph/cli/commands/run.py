@@ -21,6 +21,8 @@ from hvisph.cli.options import (
     ResolutionOption,
     SetOption,
     ThreadsOption,
+    argument,
+    option,
 )
 from hvisph.cli.text.results_table import results_table
 from hvisph.cli.text.run_report import conclude, interrupt_notice, listener_for
@@ -34,7 +36,7 @@ def run(
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     threads: ThreadsOption = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier run in the folder.")] = False,
+    force: Annotated[bool, option("--force", "Replace an earlier run in the folder.")] = False,
     report: ReportOption = False,
     everything: AllOption = False,
     quiet: QuietOption = False,
@@ -59,13 +61,10 @@ def run(
 
 
 def resume(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run.")],
-    end: Annotated[
-        str | None, typer.Option("--end", metavar="TIME", help="New end time: 10us; the case's unless given.")
-    ] = None,
+    folder: Annotated[Path, argument("RUN", "Folder of the run.")],
+    end: Annotated[str | None, option("--end TIME", "New end time: 10us; the case's unless given.")] = None,
     max_steps: Annotated[
-        int | None,
-        typer.Option("--max-steps", min=0, metavar="N", help="Number of steps after which to stop; 0 for no limit."),
+        int | None, option("--max-steps N", "Number of steps after which to stop; 0 for no limit.", min=0)
     ] = None,
     threads: ThreadsOption = None,
     report: ReportOption = False,
@@ -94,12 +93,10 @@ WIDTH = 55
 
 
 def watch(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, under way or ended.")],
-    every: Annotated[float, typer.Option("--every", min=0.2, metavar="S", help="Seconds between updates.")] = 2.0,
-    once: Annotated[bool, typer.Option("--once", help="Print the present state and exit.")] = False,
-    picture: Annotated[
-        Path | None, typer.Option("--picture", metavar="FILE", help="Draw the newest state at every update.")
-    ] = None,
+    folder: Annotated[Path, argument("RUN", "Folder of a run, under way or ended.")],
+    every: Annotated[float, option("--every S", "Seconds between updates.", min=0.2)] = 2.0,
+    once: Annotated[bool, option("--once", "Print the present state and exit.")] = False,
+    picture: Annotated[Path | None, option("--picture FILE", "Draw the newest state at every update.")] = None,
 ) -> None:
     """Show progress, histories and measures of a run until it ends."""
     if not folder.is_dir():

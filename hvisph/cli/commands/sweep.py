@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hvisph.cli.guard import FAILED, INTERRUPTED, ends_like_ctrl_c
-from hvisph.cli.options import CaseArgument, How, ResolutionOption, Running, SetOption, shared
+from hvisph.cli.options import CaseArgument, How, ResolutionOption, Running, SetOption, argument, option, shared
 from hvisph.cli.text.formatting import echo_json, say, table
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences
@@ -18,23 +18,17 @@ if TYPE_CHECKING:
     from hvisph.sweeps.folder import SweepFolder
 
 
-FitOption = Annotated[
-    str | None, typer.Option("--fit", metavar="DIR", help="Folder of the material's fit: its share of the uncertainty.")
-]
+FitOption = Annotated[str | None, option("--fit DIR", "Folder of the material's fit: its share of the uncertainty.")]
 
 
 @shared
 def sweep(
     how: How,
-    source: Annotated[str, typer.Argument(metavar="SWEEP", help="File of a sweep, or the folder of one to continue.")],
-    only: Annotated[
-        str | None, typer.Option("--only", metavar="WHAT", help="failed, interrupted, or numbers: 3..7.")
-    ] = None,
-    dry: Annotated[bool, typer.Option("--dry-run", help="List the cases and run nothing.")] = False,
-    table: Annotated[bool, typer.Option("--table", help="Show the state of the sweep and run nothing.")] = False,
-    work: Annotated[
-        bool, typer.Option("--worker", help="Work on the sweep as one more worker, as in a job array.")
-    ] = False,
+    source: Annotated[str, argument("SWEEP", "File of a sweep, or the folder of one to continue.")],
+    only: Annotated[str | None, option("--only WHAT", "failed, interrupted, or numbers: 3..7.")] = None,
+    dry: Annotated[bool, option("--dry-run", "List the cases and run nothing.")] = False,
+    table: Annotated[bool, option("--table", "Show the state of the sweep and run nothing.")] = False,
+    work: Annotated[bool, option("--worker", "Work on the sweep as one more worker, as in a job array.")] = False,
     wanted: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
 ) -> None:
     """Run a parameter study and tabulate its measures; the command continues an interrupted study.
@@ -65,9 +59,7 @@ def sweep(
 @shared
 def fit(
     how: How,
-    source: Annotated[
-        str, typer.Argument(metavar="FIT", help="File of a fit, or the folder of one that was begun, to go on with.")
-    ],
+    source: Annotated[str, argument("FIT", "File of a fit, or the folder of one that was begun, to go on with.")],
 ) -> None:
     """Fit parameters of a material to measured shots and write the material; the same command goes on.
 
@@ -89,10 +81,7 @@ def fit(
 def converge(
     how: How,
     case: CaseArgument,
-    resolutions: Annotated[
-        str,
-        typer.Option("--resolutions", metavar="LIST", help="Two or more spacings, better three: 0.4mm,0.2mm,0.1mm."),
-    ],
+    resolutions: Annotated[str, option("--resolutions LIST", "Two or more spacings, better three: 0.4mm,0.2mm,0.1mm.")],
     fit: FitOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -108,24 +97,18 @@ def converge(
 def ballistic_limit(
     how: How,
     case: CaseArgument,
-    vary: Annotated[
-        str, typer.Option("--vary", metavar="PATH", help="The setting, such as bodies.projectile.velocity.0.")
-    ],
-    bracket: Annotated[
-        str, typer.Option("--bracket", metavar="A,B", help="Values without and with the event: 200,900m/s.")
-    ],
+    vary: Annotated[str, option("--vary PATH", "The setting, such as bodies.projectile.velocity.0.")],
+    bracket: Annotated[str, option("--bracket A,B", "Values without and with the event: 200,900m/s.")],
     tolerance: Annotated[
-        str | None, typer.Option("--tolerance", metavar="WIDTH", help="Final width of the bracket; 1/16 of the first.")
+        str | None, option("--tolerance WIDTH", "Final width of the bracket; 1/16 of the first.")
     ] = None,
-    measure: Annotated[
-        str, typer.Option("--event", metavar="MEASURE", help="The event: this measure above --threshold.")
-    ] = "perforated",
-    threshold: Annotated[float, typer.Option("--threshold", help="Threshold of the measure [SI].")] = 0.5,
+    measure: Annotated[str, option("--event MEASURE", "The event: this measure above --threshold.")] = "perforated",
+    threshold: Annotated[float, option("--threshold", "Threshold of the measure [SI].")] = 0.5,
     longest: Annotated[
-        str | None, typer.Option("--longest", metavar="TIME", help="Up to when an undecided shot goes on; 4 x its end.")
+        str | None, option("--longest TIME", "Up to when an undecided shot goes on; 4 x its end.")
     ] = None,
     resolutions: Annotated[
-        str | None, typer.Option("--resolutions", metavar="LIST", help="A limit for each: its uncertainty by spacing.")
+        str | None, option("--resolutions LIST", "A limit for each: its uncertainty by spacing.")
     ] = None,
     fit: FitOption = None,
     resolution: ResolutionOption = None,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hvisph.cli.guard import FAILED, parse_option
-from hvisph.cli.options import JsonOption, QuietOption, Running, SetOption, ThreadsOption, shared
+from hvisph.cli.options import JsonOption, QuietOption, Running, SetOption, ThreadsOption, argument, option, shared
 from hvisph.cli.text.formatting import echo_json, say, table
 from hvisph.core.errors import CaseError, suggest_nearest
 
@@ -25,36 +25,26 @@ READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read bet
 
 
 def verify(
-    names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Problems to run; they are listed unless given.")
-    ] = None,
-    every: Annotated[bool, typer.Option("--all", help="Run all problems.")] = False,
+    names: Annotated[list[str] | None, argument("[NAME]...", "Problems to run; they are listed unless given.")] = None,
+    every: Annotated[bool, option("--all", "Run all problems.")] = False,
     formulations: Annotated[
-        list[str] | None,
-        typer.Option("--formulation", metavar="TYPE", help="Only this formulation, or `default`. Repeatable."),
+        list[str] | None, option("--formulation TYPE", "Only this formulation, or `default`. Repeatable.")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Coarse forms, seconds each.")] = False,
-    only: Annotated[
-        str, typer.Option("--only", metavar="TEXT", help="Only trials whose name contains TEXT: '12 km/s'.")
-    ] = "",
+    quick: Annotated[bool, option("--quick", "Coarse forms, seconds each.")] = False,
+    only: Annotated[str, option("--only TEXT", "Only trials whose name contains TEXT: '12 km/s'.")] = "",
     resolution: Annotated[
-        str | None, typer.Option("--resolution", metavar="LENGTH", help="Particle spacing in place of the problem's.")
+        str | None, option("--resolution LENGTH", "Particle spacing in place of the problem's.")
     ] = None,
     seeds: Annotated[
-        int | None,
-        typer.Option("--seeds", min=1, metavar="N", help="Number of random initial states, where there are any."),
+        int | None, option("--seeds N", "Number of random initial states, where there are any.", min=1)
     ] = None,
     settings: SetOption = None,
     threads: ThreadsOption = None,
     keep: Annotated[
-        Path | None,
-        typer.Option("--keep", metavar="DIR", help="Keep the runs in this folder; they are deleted unless given."),
+        Path | None, option("--keep DIR", "Keep the runs in this folder; they are deleted unless given.")
     ] = None,
     pictures: Annotated[
-        Path | None,
-        typer.Option(
-            "--pictures", metavar="DIR", help="Write pictures of computed and exact solutions into this folder."
-        ),
+        Path | None, option("--pictures DIR", "Write pictures of computed and exact solutions into this folder.")
     ] = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
@@ -155,33 +145,20 @@ def _text(verdict: Any) -> str:
 @shared
 def validate(
     how: Running,
-    names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Sets to compute; they are listed unless given.")
-    ] = None,
-    every: Annotated[bool, typer.Option("--all", help="Compute all sets.")] = False,
+    names: Annotated[list[str] | None, argument("[NAME]...", "Sets to compute; they are listed unless given.")] = None,
+    every: Annotated[bool, option("--all", "Compute all sets.")] = False,
     second: Annotated[
-        bool,
-        typer.Option("--second-resolution", help="Second, coarser resolution, for the discretization error."),
+        bool, option("--second-resolution", "Second, coarser resolution, for the discretization error.")
     ] = False,
-    coarse: Annotated[bool, typer.Option("--coarse", help="Coarse form, seconds per shot, as a test.")] = False,
+    coarse: Annotated[bool, option("--coarse", "Coarse form, seconds per shot, as a test.")] = False,
     across: Annotated[
-        float | None,
-        typer.Option(
-            "--particles-across", min=2, metavar="N", help="Number of particles across; the set's unless given."
-        ),
+        float | None, option("--particles-across N", "Number of particles across; the set's unless given.", min=2)
     ] = None,
-    only: Annotated[
-        str | None, typer.Option("--only", metavar="WHAT", help="failed, interrupted, or numbers of shots: 3..7.")
-    ] = None,
-    table: Annotated[bool, typer.Option("--table", help="Show the results and run nothing.")] = False,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of all runs; validation unless given.")
-    ] = None,
+    only: Annotated[str | None, option("--only WHAT", "failed, interrupted, or numbers of shots: 3..7.")] = None,
+    table: Annotated[bool, option("--table", "Show the results and run nothing.")] = False,
+    out: Annotated[Path | None, option("--out DIR", "Folder of all runs; validation unless given.")] = None,
     page: Annotated[
-        Path | None,
-        typer.Option(
-            "--page", metavar="FILE", help="Write a page, with results and pictures in a folder of the same name."
-        ),
+        Path | None, option("--page FILE", "Write a page, with results and pictures in a folder of the same name.")
     ] = None,
 ) -> None:
     """Compute sets of experiments and print measured and computed values; the command continues an interrupted set.

@@ -20,10 +20,7 @@ from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Tr
 from hvisph.visualization.curves import Curve
 from hvisph.visualization.curves import steps as corners
 
-MATERIALS = {
-    "stiffened gas": "aluminium-howell-ball",
-    "Mie-Grueneisen": "aluminium-howell-ball-mie-gruneisen",
-}
+MATERIALS = {"stiffened gas": "aluminium-howell-ball", "Mie-Grueneisen": "aluminium-howell-ball-mie-gruneisen"}
 SPEED, LENGTH, END = 600.0, 10e-3, 8e-6
 WAVES = 3.7e-6  # until when the exact waves are followed: the plates part before [s]
 GAUGES = {"near": 3e-3, "middle": 5e-3, "far": 7.5e-3}  # from the interface into the target [m]
