@@ -26,6 +26,10 @@ def _escape_character(character: str) -> str:
     return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}" if number < 0x10000 else f"\\U{number:08x}"
 
 
+# The plain form of an object, as JSON knows it: numbers, text, None, lists, and mappings by name.
+Plain = dict[str, Any]
+PlainMapping = Mapping[str, Any]
+
 _WORDS = {None: "null", True: "true", False: "false"}
 
 

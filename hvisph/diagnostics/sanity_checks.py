@@ -9,6 +9,7 @@ import numpy as np
 
 from hvisph.core.errors import RunError
 from hvisph.core.particles import MATERIAL
+from hvisph.core.text import Plain
 from hvisph.integrators import sums as column
 from hvisph.parallel.collectives import GlobalLimit, ParticleReport
 from hvisph.setup.build import Setup
@@ -34,9 +35,9 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
         self.criterion, self.particle, self.body = criterion, particle, body
         self.position, self.time, self.step = position, time, step
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the failure as plain values for the summary."""
-        facts: dict[str, Any] = {"particle": self.particle, "body": self.body}
+        facts: Plain = {"particle": self.particle, "body": self.body}
         if self.position is not None:
             facts["position"] = [x if np.isfinite(x) else None for x in self.position]
         return facts | {"step": self.step, "time": self.time, "criterion": self.criterion, "message": str(self)}

@@ -13,6 +13,7 @@ from hvisph import __version__
 from hvisph.casefile.loader import case_hash
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import HvisphError
+from hvisph.core.text import Plain
 from hvisph.materials.material_table import Material
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import MELT_TEMPERATURE
@@ -95,12 +96,12 @@ def _melted_mass(now: Snapshot, materials: Sequence[Material], mass: np.ndarray)
     return melted / float(mass.sum()) if known else None
 
 
-def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,
+def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain | None, particles: int,
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
-              start: Snapshot, now: Snapshot, history: dict[str, Any],
+              start: Snapshot, now: Snapshot, history: Plain,
               snapshots: Sequence[Path] = (), energies: Mapping[str, float | None] | None = None,
               highest_pressure: float = 0.0,
-              ) -> dict[str, Any]:  # fmt: skip
+              ) -> Plain:  # fmt: skip
     """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it."""
     try:
         measured = measure_in_time(now, snapshots, start, history)
@@ -174,6 +175,6 @@ def _holds(body: Any, unitless: bool) -> Holds:
     return Holds(partial(outside_range, material), holds.describe(unitless), bears)
 
 
-def _correlations(case: Case) -> list[dict[str, Any]]:
+def _correlations(case: Case) -> list[Plain]:
     impact, _ = impact_of(case)
     return [] if impact is None else [one.as_dict() for one in correlations(impact)]

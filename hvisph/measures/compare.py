@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.text import Plain
 from hvisph.output import file_names, reader
 
 from .measure import measure
@@ -52,12 +53,12 @@ class Row:
     source: Path
     title: str
     status: str
-    failure: dict[str, Any] | None
+    failure: Plain | None
     end_time: float
-    measures: dict[str, dict[str, Any]]
+    measures: dict[str, Plain]
     conservation: dict[str, float | None]
-    cost: dict[str, Any]
-    published: dict[str, dict[str, Any]]
+    cost: Plain
+    published: dict[str, Plain]
 
     def value(self, name: str) -> float | None:
         """Return a measure or a drift by name; None where it has no value."""
@@ -83,7 +84,7 @@ class Row:
             if not is_within(self.value(name), entry["value"], entry["tolerance"])
         ]
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON: SI throughout."""
         more = {"source": str(self.source), "differences": self.differences, "missed": self.missed}
         return asdict(self) | more
@@ -103,7 +104,7 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
     return Row(name, path, measured.title, status, None, measured.time, plain, {}, {}, {})
 
 
-def _finished_row(name: str, path: Path, summary: dict[str, Any]) -> Row:
+def _finished_row(name: str, path: Path, summary: Plain) -> Row:
     columns = {"expected": "value", "tolerance": "tolerance", "source": "source"}
     published = {
         entry["name"]: {column: entry[key] for key, column in columns.items()} for entry in summary["expected"]
@@ -135,7 +136,7 @@ class Expectations(Protocol):
         """Return pairs of a measure's name and its expectation."""
 
 
-def compare_expected(results: Mapping[str, Result | float | None], expected: Expectations) -> list[dict[str, Any]]:
+def compare_expected(results: Mapping[str, Result | float | None], expected: Expectations) -> list[Plain]:
     """Compare measures, and other figures of a run as plain numbers, with expected values by the same names.
 
     An expectation is a mapping or object with `value`, `tolerance` (half-width) and, optionally, `source`, in SI. Each

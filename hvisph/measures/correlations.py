@@ -15,9 +15,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from math import cos, sqrt
-from typing import Any
 
 import numpy as np
+
+from hvisph.core.text import Plain
 
 CM, KM, KSI = 1e-2, 1e3, 6.894757e6
 DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
@@ -118,7 +119,7 @@ class Correlation:
     range: str
     source: str
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         return asdict(self)
 
@@ -189,7 +190,7 @@ class LambertJonas:
         """Return the residual velocity [m/s]; 0 below the limit."""
         return lambert_jonas_velocity(np.asarray(velocity, float), self.a, self.p, self.limit)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         return asdict(self)
 

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import CATALOGUE, reported_measures
+from hvisph.core.text import Plain
 from hvisph.measures.debris.cloud import Cloud, cloud
 from hvisph.measures.debris.fragments import FEWEST, BodyFragments, Fragments
 from hvisph.measures.frame.impact_geometry import PROJECTILE
@@ -74,7 +74,7 @@ class Measures:
     results: dict[str, Result]
     dimensions: int = 3
     unitless: bool = False
-    bodies: dict[str, dict[str, Any]] = field(default_factory=dict)
+    bodies: dict[str, Plain] = field(default_factory=dict)
     fragments: tuple[BodyFragments, ...] = field(default=(), compare=False, repr=False)
     layers: tuple[LayerMeasures, ...] = ()
     whole: Whole = field(default_factory=Whole)
@@ -96,7 +96,7 @@ class Measures:
         """SI unit of a mass, which is one per depth or area in 2D and 1D; empty without units."""
         return "" if self.unitless else MASS_UNITS[3 if self.whole.revolution else self.dimensions]
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON: SI units throughout."""
         plain = self._head() | {
             "answer": self.answer,
@@ -113,7 +113,7 @@ class Measures:
             plain["series"] = [moment.as_dict() for moment in self.series]
         return plain
 
-    def fragments_as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
+    def fragments_as_dict(self, fewest: int = FEWEST) -> Plain:
         """Return the fragments of `fewest` particles or more in their plain form for JSON, others summed up; in SI."""
         plain = self._head() | {"mass_unit": self.mass_unit}
         plain["bodies"] = [part.as_dict(fewest) for part in self.fragments]
@@ -121,12 +121,13 @@ class Measures:
             plain["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
         return plain
 
-    def _head(self) -> dict[str, Any]:
+    def _head(self) -> Plain:
         return {"source": self.source, "title": self.title, "time": self.time, "step": self.step}
 
 
-def measure_snapshot(now: Snapshot, start: Snapshot | InitialReference | None = None, history: History | None = None,
-                     source: str = "") -> Measures:  # fmt: skip
+def measure_snapshot(
+    now: Snapshot, start: Snapshot | InitialReference | None = None, history: History | None = None, source: str = ""
+) -> Measures:
     """Measure one moment held in memory.
 
     `start` is the run's first snapshot, or its reference; without it axis and plate come from `now`. `history` are the
@@ -189,7 +190,7 @@ def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
     return tuple(roles)
 
 
-def body_table(scene: Scene) -> dict[str, dict[str, Any]]:
+def body_table(scene: Scene) -> dict[str, Plain]:
     """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
     if not scene.has_motion:
         return {}
@@ -224,8 +225,9 @@ def recent_moments(times: Sequence[float], end: float) -> list[int]:
     return recent[::step]
 
 
-def add_swing(results: Mapping[str, Result], end: float, earlier: Sequence[tuple[float, Mapping[str, Result]]]
-             ) -> dict[str, Result]:  # fmt: skip
+def add_swing(
+    results: Mapping[str, Result], end: float, earlier: Sequence[tuple[float, Mapping[str, Result]]]
+) -> dict[str, Result]:
     """Return the results at time `end` [s] with their swing: half of their range over the last tenth of the run.
 
     A single earlier moment that lies further back gives a drift, of which the share of a tenth of the run counts.

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
+from hvisph.core.text import PlainMapping
 from hvisph.measures.frame.measurement_frame import Scene
 
 from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, weighted_quantile
@@ -95,7 +95,7 @@ def pull_back(scene: Scene) -> Outcomes:
 
     The snapshot's metadata describe the gauges under ``surfaces``: `axis`, `sign` and `impedance` rho0 c_b [Pa s/m].
     """
-    surfaces: Mapping[str, Any] = scene.now.metadata.get("surfaces", {})
+    surfaces: PlainMapping = scene.now.metadata.get("surfaces", {})
     history, reason = scene.history, "there is no gauge of the type 'free_surface'"
     for name, surface in surfaces.items():
         column = f"gauge.{name}.velocity_{'xyz'[int(surface['axis'])]}"

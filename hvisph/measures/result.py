@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from hvisph.core.measure_catalogue import SECTIONS, Measure, reported_measures
+from hvisph.core.text import Plain, PlainMapping
 
 if TYPE_CHECKING:
     from hvisph.measures.frame.measurement_frame import Scene
@@ -91,9 +92,9 @@ class Result:
         rest = float(np.hypot(kinds.get("spacing", 0.0), kinds.get("scatter", 0.0)))
         return self.final and self.swing <= max(rest, SETTLED * abs(self.value))
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON; optional entries appear only where they say something."""
-        plain: dict[str, Any] = {"value": self.value, "unit": self.unit, "uncertainty": self.uncertainty}
+        plain: Plain = {"value": self.value, "unit": self.unit, "uncertainty": self.uncertainty}
         if self.uncertainty_by:
             plain["uncertainty_by"] = self.uncertainty_by
         if not self.settled:
@@ -106,7 +107,7 @@ class Result:
         return plain
 
     @classmethod
-    def from_dict(cls, plain: Mapping[str, Any]) -> Result:
+    def from_dict(cls, plain: PlainMapping) -> Result:
         """Return the result with the plain form `plain`."""
         at, kinds = plain.get("resolution", {}), plain.get("uncertainty_by", {})
         scatter = kinds.get("scatter", None if kinds else plain.get("uncertainty"))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from hvisph.core.measure_catalogue import HEADLINES, PER_DEPTH, NumberFormat, format_of
+from hvisph.core.text import Plain, PlainMapping
 
 from .result import Result
 
@@ -43,7 +43,7 @@ class Row:
     note: str = ""
 
 
-def rows(results: Mapping[str, Result | float | None], expected: Sequence[Mapping[str, Any]] = (),
+def rows(results: Mapping[str, Result | float | None], expected: Sequence[PlainMapping] = (),
          unitless: bool = False, variants: bool = False) -> list[Row]:  # fmt: skip
     """Return the table's rows in the order of `results`.
 
@@ -68,7 +68,7 @@ def rows(results: Mapping[str, Result | float | None], expected: Sequence[Mappin
     return table
 
 
-def _row(name: str, result: Result, entry: Mapping[str, Any] | None, unitless: bool) -> Row:
+def _row(name: str, result: Result, entry: PlainMapping | None, unitless: bool) -> Row:
     display = format_of(name, result.unit, unitless)
     notes = [result.reason, result.note, "" if result.settled else "not settled"]
     if result.time is not None:
@@ -81,7 +81,7 @@ def _row(name: str, result: Result, entry: Mapping[str, Any] | None, unitless: b
     return Row(name, display.label, value, target, passed, "; ".join(note for note in notes if note))
 
 
-def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[str, str, str, str]]:
+def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, str, str, str]]:
     """Return name, mass, velocity and kinetic energy of every body of a summary as text."""
     table = []
     for name, body in (plain.get("bodies") or {}).items():
@@ -98,12 +98,12 @@ def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[st
     return table
 
 
-def headline(summary: Mapping[str, Any]) -> dict[str, Any]:
+def headline(summary: PlainMapping) -> Plain:
     """Return the measures that matter for the kind of the case, those with an expected value first."""
     struck = [layer for layer in summary.get("layers") or [] if (layer["measures"]["impulse"]["value"] or 0.0) != 0.0]
     decisive = struck[-1] if struck else None
     sections = {"layer": decisive, "projectile": summary.get("projectile"), "cloud": summary.get("cloud")}
-    found: dict[str, Any] = dict(summary["measures"])
+    found: Plain = dict(summary["measures"])
     for section, content in sections.items():
         for name, one in ((content or {}).get("measures") or {}).items():
             found[f"{section}.{name}"] = one | {"note": (content or {}).get("body", section)}

@@ -7,7 +7,7 @@ kept, under the number of their step: if the newer is damaged the older serves.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 from hvisph import __version__
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.lazy_arrays import Derived
+from hvisph.core.text import Plain, PlainMapping
 
 from . import file_names
 from .sealed_hdf5 import reading, writing
@@ -45,8 +46,8 @@ class Checkpoint:
     """
 
     step: int
-    header: dict[str, Any]
-    arrays: Mapping[str, Any]
+    header: Plain
+    arrays: PlainMapping
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH
 from hvisph.core.lazy_arrays import transform_arrays
-from hvisph.core.text import harmless
+from hvisph.core.text import Plain, harmless
 
 from .snapshot import Snapshot
 
@@ -24,7 +24,7 @@ FORMAT_VERSION = 1
 VTK_SYMMETRIC = (0, 1, 2, 3, 5, 4)
 INDICES = ("body", "material", "id")
 # What kinds of values a header has, and the metadata that measures read.
-_HEADER: dict[str, Any] = {"time": int | float, "step": int, "dimensions": int, "bodies": list, "materials": list,
+_HEADER: Plain = {"time": int | float, "step": int, "dimensions": int, "bodies": list, "materials": list,
                            "fields": list, "metadata": dict}  # fmt: skip
 _AXIAL_COLUMNS: dict[int, list[int]] = {1: [], 2: [2], 3: [0, 1, 2]}  # what turns in the plane turns about z
 _NUMBERS = ("spacing", "face", "thickness", "width", "kernel_reach")
@@ -59,7 +59,7 @@ def from_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
     return values
 
 
-def header_text(snapshot: Snapshot, more: dict[str, Any] | None = None) -> str:
+def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
     """Return everything of `snapshot` but its arrays, and what there is `more` to say, as JSON text."""
     header = {
         "format_version": FORMAT_VERSION,
@@ -74,7 +74,7 @@ def header_text(snapshot: Snapshot, more: dict[str, Any] | None = None) -> str:
     return json.dumps(header, default=_plain, ensure_ascii=True)
 
 
-def snapshot_from(header: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Snapshot:
+def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
     """Return the snapshot with this header and these arrays, named and laid out as in the file.
 
     Raises
@@ -134,7 +134,7 @@ def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
     return from_vtk(name, values, dim)
 
 
-def _check_metadata(metadata: dict[str, Any], dim: int) -> None:
+def _check_metadata(metadata: Plain, dim: int) -> None:
     """Raise `ValueError` where something that measures rely on is of another kind."""
     for name, value in metadata.items():
         if name in _NUMBERS and not _is_number(value):

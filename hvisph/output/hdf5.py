@@ -21,6 +21,7 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.lazy_arrays import Derived
+from hvisph.core.text import Plain
 
 from . import field_layout, file_names
 from .sealed_hdf5 import LABELS, naming, reading, writing
@@ -69,7 +70,7 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None
         When it cannot be written; an earlier file of that name is then untouched.
     """
     with writing(path) as h5:
-        more: dict[str, Any] = {"constants_in": form.constants_in} if form.constants_in else {}
+        more: Plain = {"constants_in": form.constants_in} if form.constants_in else {}
         text = field_layout.header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
         h5.create_dataset("hvisph/header", data=np.bytes_(text)).attrs["crc32"] = np.uint32(crc32(text))
 
@@ -167,7 +168,7 @@ def names_in(h5: object) -> tuple[list[str], list[str]]:
     return [str(name) for name in header["bodies"]], [str(name) for name in header["materials"]]
 
 
-def _header(h5: Any) -> dict[str, Any]:
+def _header(h5: Any) -> Plain:
     header = json.loads(h5["hvisph/header"][()]) if "hvisph/header" in h5 else None
     if not isinstance(header, dict):
         raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")

@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any
 
 from hvisph.core.errors import OutputError
+from hvisph.core.text import PlainMapping
 
 from .atomic_write import reason, write_text
 
@@ -21,7 +22,7 @@ class NoHistory:
 
     last_step: int | None = None
 
-    def append(self, record: Mapping[str, Any] | Sequence[Any]) -> None:
+    def append(self, record: PlainMapping | Sequence[Any]) -> None:
         """Drop a record."""
 
     def sync(self) -> None:
@@ -103,7 +104,7 @@ class HistoryWriter:
         except OSError as error:
             raise OutputError(f"cannot write {path}: {reason(error)}") from error
 
-    def append(self, record: Mapping[str, Any] | Sequence[Any]) -> None:
+    def append(self, record: PlainMapping | Sequence[Any]) -> None:
         """Add one record: a value for each column, by name or in their order."""
         if isinstance(record, Mapping):
             if record.keys() != set(self.columns):

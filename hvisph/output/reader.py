@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import FEW, CaseError, OutputError
-from hvisph.core.text import harmless
+from hvisph.core.text import Plain, harmless
 
 from . import file_names
 from .atomic_write import reason
@@ -86,7 +86,7 @@ def _misfit(value: object, kinds: Mapping[str, Callable[[Any], bool]], path: str
     return ""
 
 
-def _misfit_of_options(entry: dict[str, Any], path: str) -> str:
+def _misfit_of_options(entry: Plain, path: str) -> str:
     if not _number_or_none(entry.get("time")) or not _text(entry.get("reason", "")):
         return f"its {path}time or reason is of the wrong kind"
     resolution = entry.get("resolution")
@@ -242,7 +242,7 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
     return {name: _column_values([row[k] for row in rows]) for k, name in enumerate(header)}
 
 
-def read_summary(run: str | Path) -> dict[str, Any]:
+def read_summary(run: str | Path) -> Plain:
     """Return a run's `summary.json`.
 
     Raises

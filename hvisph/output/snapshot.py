@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.text import Plain
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Snapshot:
     id: np.ndarray
     bodies: list[str]
     materials: list[str]
-    metadata: dict[str, Any] = field(default_factory=dict)
+    metadata: Plain = field(default_factory=dict)
 
     @property
     def count(self) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError, RunError
 from hvisph.core.fields import component_names
+from hvisph.core.text import Plain
 from hvisph.exact.plate_impact import layered_impact, with_reflections
 from hvisph.exact.wave_curves import State
 from hvisph.exact.wave_fronts import Tracked
@@ -143,8 +144,9 @@ def exact_solution(case: Case) -> ExactSolution:
         for body in placed
     )
     tracked = (layered_impact if barotropic else with_reflections)(layers, case.time.end)
-    gauges = [_gauge(name, model, placed, tracked, barotropic) for name, model in case.gauges.items()
-              if model.type != "fixed"]  # fmt: skip
+    gauges = [
+        _gauge(name, model, placed, tracked, barotropic) for name, model in case.gauges.items() if model.type != "fixed"
+    ]
     return ExactSolution(tracked, tuple(gauges), barotropic)
 
 
@@ -199,7 +201,7 @@ def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list
         raise OutputError(f"cannot write {folder}: {reason(error)}") from error
     unitless, end = case.units == "none", case.time.end
     files: list[Path] = []
-    panels: dict[str, Any] = {}
+    panels: Plain = {}
     for gauge in solution.gauges:
         table = {}
         for column in gauge.columns:

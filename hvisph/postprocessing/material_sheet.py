@@ -91,8 +91,9 @@ def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[flo
     return rows
 
 
-def compare_hugoniot(model: Any, points: Sequence[tuple[float, float]], strength: bool = True
-                    ) -> list[tuple[float, float, float]]:  # fmt: skip
+def compare_hugoniot(
+    model: Any, points: Sequence[tuple[float, float]], strength: bool = True
+) -> list[tuple[float, float, float]]:
     """Return particle velocity, measured and model's shock speed [m/s] of points [up, Us], as far as the model goes.
 
     The model's is that of the last wave, behind an elastic precursor and a first wave of a change of phase; with

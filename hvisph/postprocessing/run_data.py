@@ -15,6 +15,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.fields import component_names
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.measure import measure
 from hvisph.measures.table import rows
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary
@@ -56,10 +57,10 @@ class State(Snapshot):
         return f"<state at t = {self.time:.6g} s, step {self.step}: {self.count} particles in {self.dimensions}D>"
 
 
-class Summary(Mapping[str, Any]):
+class Summary(PlainMapping):
     """A run's summary: a mapping, and measures as attributes with `value`, `unit`, `uncertainty`, `reason`."""
 
-    def __init__(self, content: Mapping[str, Any]):
+    def __init__(self, content: PlainMapping):
         self._content = content
         self._measures = dict(content.get("measures", {}))
 
@@ -237,7 +238,7 @@ class RunProgress:
     status: str
     progress: str
     histories: Mapping[str, list[float]] = field(default_factory=dict)
-    measures: Mapping[str, Any] = field(default_factory=dict)
+    measures: PlainMapping = field(default_factory=dict)
     answer: str = ""
     ended: bool = False
     snapshots: int = 0
@@ -246,7 +247,7 @@ class RunProgress:
 def run_progress(folder: Path) -> RunProgress:
     """Return the state of a run; files that do not exist yet are left out."""
     history: Mapping[str, np.ndarray] = {}
-    summary: dict[str, Any] = {}
+    summary: Plain = {}
     count, measures, answer = 0, {}, ""
     with suppress(OutputError):
         history = read_history(folder)

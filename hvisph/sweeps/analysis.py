@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import sqrt
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from hvisph.case import sweep as models
 from hvisph.core.measure_catalogue import format_of, main_measures
+from hvisph.core.text import Plain, PlainMapping
 
 from .calibration import Calibration, parameter_text
 from .comparison import against_experiment
@@ -29,9 +30,9 @@ from .statistics import (
 from .surrogate import sensitivity
 
 
-def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
+def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row]) -> Plain:
     """Analyse the results of a sweep, in plain form for `results.json`."""
-    said: dict[str, Any] = {
+    said: Plain = {
         "type": vary.type,
         "cases": len(rows),
         "done": sum(row["status"] == "done" for row in rows),
@@ -55,7 +56,7 @@ def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str
     return said
 
 
-def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: int) -> list[Values]:
+def following(vary: Any, base: PlainMapping, rows: Sequence[Row], points: int) -> list[Values]:
     """Return the cases of the next round of a bisection, `points` for each limit, or of a fit; none of other sweeps."""
     if isinstance(vary, models.Fit):
         return Calibration(vary, base, [row for row in rows if row["status"] == "done"]).solve()[0]
@@ -73,7 +74,7 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
     return cases
 
 
-def _groups(vary: models.Bisect, base: Mapping[str, Any], rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
+def _groups(vary: models.Bisect, base: PlainMapping, rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
     """Return the settings of each limit with its shots."""
     every = [one | variant for one in product(vary.parameters) for variant in variants(vary, base)]
     paths = {path for one in every for path in one}
@@ -90,7 +91,7 @@ def undecided_shots(vary: Any, rows: Sequence[Row]) -> list[int]:
     return [row["number"] for row in rows if row["status"] == "done" and _outcome(vary.event, row) is None]
 
 
-def _add_uncertainty(vary: models.Bisect, base: Mapping[str, Any], limits: Sequence[dict[str, Any]]) -> None:
+def _add_uncertainty(vary: models.Bisect, base: PlainMapping, limits: Sequence[Plain]) -> None:
     """Add the combined uncertainty to the first limit of each group of variants."""
     extras = variants(vary, base)
     if len(extras) == 1:
@@ -121,7 +122,7 @@ def _classify(event: models.Event, rows: Sequence[Row]) -> list[tuple[Row, bool]
     return [(row, yes) for row, yes in judged if yes is not None]
 
 
-def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Sequence[Row]) -> dict[str, Any]:
+def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequence[Row]) -> Plain:
     decided = _classify(vary.event, rows)
     undecided = [row["number"] for row in rows if _outcome(vary.event, row) is None]
     rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
@@ -165,7 +166,7 @@ def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[Any]
     return ""
 
 
-def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
+def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) -> Plain:
     perturbed = [next((row for row in rows if row["values"] == one), None)
                  for one in converge_cases(vary, base)[len(vary.values) :]]  # fmt: skip
     rows = [row for row in rows if len(row["values"]) == 1]
@@ -198,7 +199,7 @@ def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row
     return verdicts
 
 
-def _noise(measure: Mapping[str, Any]) -> float | None:
+def _noise(measure: PlainMapping) -> float | None:
     """Return the uncertainty of a measure without the estimated discretization error, which resolutions tell."""
     kinds = measure.get("uncertainty_by") or {}
     if not kinds:
@@ -206,9 +207,10 @@ def _noise(measure: Mapping[str, Any]) -> float | None:
     return sum(size**2 for kind, size in kinds.items() if kind != "discretization") ** 0.5
 
 
-def _sample(vary: models.Sample, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
-    drawn = {path: distribution(path, one, base) for path, one in vary.values.items()
-             if not isinstance(one, models.Choice)}  # fmt: skip
+def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Plain:
+    drawn = {
+        path: distribution(path, one, base) for path, one in vary.values.items() if not isinstance(one, models.Choice)
+    }
     verdicts = {}
     for name in dict.fromkeys(name for row in rows for name in row["measures"]):
         chosen = [row for row in rows if isinstance(row["measures"].get(name, {}).get("value"), int | float)]
@@ -225,7 +227,7 @@ def _sample(vary: models.Sample, base: Mapping[str, Any], rows: Sequence[Row]) -
     return verdicts
 
 
-def finding(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:
+def finding(said: PlainMapping, rows: Sequence[PlainMapping]) -> str:
     """Return what the results of a sweep say, the main measure first; empty where nothing is done.
 
     Parameters
@@ -259,11 +261,11 @@ def finding(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:
     return f"The {display.label} ranges from {low:.4g} to {high:.4g} {display.unit} over {len(varied[name])} cases."
 
 
-def _main_measure(names: Mapping[str, Any]) -> str:
+def _main_measure(names: PlainMapping) -> str:
     return main_measures([name for name in names if name != "perforated"] or list(names))[0]
 
 
-def _limit_text(one: Mapping[str, Any]) -> str:
+def _limit_text(one: PlainMapping) -> str:
     where = "".join(f"{path.split('.')[-1]} = {value}: " for path, value in one["parameters"].items())
     if one["open"] or one["v50"] is None:
         return f"{where}No limit: {one['open']}."
@@ -275,7 +277,7 @@ def _limit_text(one: Mapping[str, Any]) -> str:
     return text + uncertainty_text(one.get("uncertainty"), 1.0, one["unit"]) + "."
 
 
-def _convergence_text(display: Any, one: Mapping[str, Any]) -> str:
+def _convergence_text(display: Any, one: PlainMapping) -> str:
     finest = one["values"][one["spacings"].index(min(one["spacings"]))]
     display = display.scale_to(abs(finest))
     text = (
@@ -284,7 +286,7 @@ def _convergence_text(display: Any, one: Mapping[str, Any]) -> str:
     return text + uncertainty_text(one.get("uncertainty"), display.factor, display.unit) + "."
 
 
-def _sample_text(display: Any, one: Mapping[str, Any]) -> str:
+def _sample_text(display: Any, one: PlainMapping) -> str:
     display = display.scale_to(abs(one["mean"]))
     mean, deviation = one["mean"] * display.factor, one["sd"] * display.factor
     text = f"The {display.label} is {mean:.4g} {display.unit}, standard deviation {deviation:.2g}"
@@ -295,14 +297,14 @@ def _sample_text(display: Any, one: Mapping[str, Any]) -> str:
     return text + "."
 
 
-def _experiment_text(display: Any, one: Mapping[str, Any]) -> str:
+def _experiment_text(display: Any, one: PlainMapping) -> str:
     if one["mean"] is None:
         return ""
     return (f"The {display.label} differs by {100.0 * one['mean']:+.2g} % in the mean of {len(one['cases'])} shots, by "
             f"{100.0 * one['worst']:+.2g} % at most.")  # fmt: skip
 
 
-def uncertainty_text(one: Mapping[str, Any] | None, factor: float, unit: str) -> str:
+def uncertainty_text(one: PlainMapping | None, factor: float, unit: str) -> str:
     """Return a combined uncertainty and its shares in words; empty for none."""
     if not one:
         return ""

@@ -11,13 +11,12 @@ known to lie between its bounds only. Intervals are Student's, of 95 %.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from math import isfinite
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from hvisph.casefile.paths import data_folder
 from hvisph.casefile.study_files import read_table
 from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 from hvisph.core.measure_catalogue import CATALOGUE
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.result import weighted_quantile
 from hvisph.output.reader import read_history, read_summary
 
@@ -81,7 +81,7 @@ class Datum:
 
 
 @lru_cache(maxsize=4096)
-def _results(folder: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, np.ndarray]]:
+def _results(folder: str) -> tuple[Plain, Plain, dict[str, np.ndarray]]:
     summary, history = read_summary(folder), read_history(folder)
     kept = {name: column for name, column in history.items() if name == "time" or name.startswith(HISTORY)}
     return summary["measures"], summary.get("profile") or {}, kept
@@ -112,7 +112,7 @@ def with_data(fit: Fit, folder: Path) -> Fit:
     return fit.model_copy(update={"shots": settings, "measured": rows})
 
 
-def _rows(source: str | Sequence[Mapping[str, Any]], folder: Path, where: str) -> Sequence[Mapping[str, Any]]:
+def _rows(source: str | Sequence[PlainMapping], folder: Path, where: str) -> Sequence[PlainMapping]:
     """Return the rows of a file beside the fit's or among the bundled cases, or those that are given."""
     if not isinstance(source, str):
         return source
@@ -122,7 +122,7 @@ def _rows(source: str | Sequence[Mapping[str, Any]], folder: Path, where: str) -
     return read_table(path)
 
 
-def _datum(row: Mapping[str, Any]) -> Datum:
+def _datum(row: PlainMapping) -> Datum:
     """Return a row of measured numbers; raises `CaseError` for what cannot be used."""
     quantity, unit, where = str(row.get("quantity")), str(row.get("unit") or ""), f"measured.{row.get('shot')}"
     if quantity not in CATALOGUE and quantity != OUTLINE and not quantity.startswith(HISTORY):
@@ -161,7 +161,7 @@ class Calibration:
         Cases that are done.
     """
 
-    def __init__(self, fit: Fit, base: Mapping[str, Any], rows: Sequence[Mapping[str, Any]] = ()):
+    def __init__(self, fit: Fit, base: PlainMapping, rows: Sequence[PlainMapping] = ()):
         self.fit, self.base = fit, base
         self.shots = {str(row["shot"]): row for row in fit.shots if isinstance(row, dict)}
         self.data = [_datum(row) for row in fit.measured if isinstance(row, dict)]
@@ -187,7 +187,7 @@ class Calibration:
         bodies = (self.fit.material.bodies if self.fit.material else None) or list(self.base.get("bodies") or ())
         return [f"bodies.{body}.{path}" for body in bodies]
 
-    def _key(self, shot: str, values: Mapping[str, Any]) -> tuple[str, ...]:
+    def _key(self, shot: str, values: PlainMapping) -> tuple[str, ...]:
         return shot, *(str(values.get(self._paths(path)[0])) for path in self.fit.parameters)
 
     def _parameters(self, u: np.ndarray) -> Values:
@@ -212,7 +212,7 @@ class Calibration:
         """Return the cases of the first round."""
         return self.cases(self._design() if self.fit.method == "surrogate" else self._stencil(self.start))
 
-    def solve(self) -> tuple[list[Values], dict[str, Any]]:
+    def solve(self) -> tuple[list[Values], Plain]:
         """Return the cases that are needed next, and the result, which is empty as long as there are some."""
         try:
             return [], self._surrogate() if self.fit.method == "surrogate" else self._least_squares()
@@ -243,7 +243,7 @@ class Calibration:
         steps = (points[1 : n + 1] - points[n + 1 :]).sum(axis=1)
         return found[0], ((found[1 : n + 1] - found[n + 1 :]) / steps[:, None]).T
 
-    def _least_squares(self) -> dict[str, Any]:
+    def _least_squares(self) -> Plain:
         from scipy.optimize import least_squares
         from scipy.stats import t
 
@@ -268,7 +268,7 @@ class Calibration:
 
         return np.asarray(qmc.LatinHypercube(len(self.scales), rng=0).random(self.fit.count))
 
-    def _surrogate(self) -> dict[str, Any]:
+    def _surrogate(self) -> Plain:
         """Return mean and covariance of the posterior by importance sampling of response surfaces."""
         from scipy.stats import multivariate_normal, qmc, uniform
 
@@ -305,8 +305,9 @@ class Calibration:
                            for one, indices in zip(surfaces, sobol, strict=True)],
         })  # fmt: skip
 
-    def _result(self, u: np.ndarray, covariance: np.ndarray, bounds: np.ndarray, computed: np.ndarray,
-                more: dict[str, Any]) -> dict[str, Any]:  # fmt: skip
+    def _result(
+        self, u: np.ndarray, covariance: np.ndarray, bounds: np.ndarray, computed: np.ndarray, more: Plain
+    ) -> Plain:
         deviation = np.sqrt(np.diag(covariance))
         residuals = self._residuals(computed)
         parameters = {}
@@ -328,9 +329,9 @@ class Calibration:
         }  # fmt: skip
 
 
-def material_document(fit: Mapping[str, Any], day: str, version: str) -> dict[str, Any]:
+def material_document(fit: PlainMapping, day: str, version: str) -> Plain:
     """Return the material of a fit's result as a file of the library holds it, its data and date as the source."""
-    document: dict[str, Any] = {"base": fit["material"]["base"]}
+    document: Plain = {"base": fit["material"]["base"]}
     names = {path.removeprefix(MATERIAL): one for path, one in fit["parameters"].items() if path.startswith(MATERIAL)}
     shots = list(dict.fromkeys(one["shot"] for one in fit["data"]))
     sources = "; ".join(dict.fromkeys(one["source"] for one in fit["data"] if one["source"]))
@@ -347,7 +348,7 @@ def material_document(fit: Mapping[str, Any], day: str, version: str) -> dict[st
     return document
 
 
-def parameter_text(name: str, one: Mapping[str, Any]) -> str:
+def parameter_text(name: str, one: PlainMapping) -> str:
     """Return a fitted parameter with its interval in words."""
     low, high = one["interval"]
     unit = f" {one['unit']}" if one["unit"] else ""

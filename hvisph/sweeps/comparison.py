@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from hvisph.case.dimensions import DIMENSIONS, NUMBER
 from hvisph.case.units import parse_quantity
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.correlations import RECHT, limit_speeds, recht_ipson
 from hvisph.precheck.correlation_input import impact_of
 
@@ -21,7 +21,7 @@ from .parameters import EXPERIMENT, FACTORS
 from .plan import Plan
 
 
-def against_experiment(rows: Sequence[Row]) -> dict[str, Any]:
+def against_experiment(rows: Sequence[Row]) -> Plain:
     """Return each measure beside its column of the experiment, by name.
 
     Parameters
@@ -64,7 +64,7 @@ def _pair(row: Row, head: str, name: str) -> tuple[float, float] | None:
         return None
 
 
-def beside_limit(plan: Plan, limit: Mapping[str, Any]) -> dict[str, Any]:
+def beside_limit(plan: Plan, limit: PlainMapping) -> Plain:
     """Return correlations beside a limit, in plain form: the speeds that they name, and residual velocities.
 
     Nothing where a velocity is not what varies, or where a correlation does not hold: those of plates are for spheres
@@ -84,7 +84,7 @@ def beside_limit(plan: Plan, limit: Mapping[str, Any]) -> dict[str, Any]:
     except CaseError:
         return {}
     impact, _ = impact_of(case)
-    beside: dict[str, Any] = {}
+    beside: Plain = {}
     if impact is not None and (named := limit_speeds(impact)):
         beside["correlations"] = [one.as_dict() for one in named]
     masses = _masses(case)

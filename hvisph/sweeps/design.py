@@ -11,6 +11,7 @@ import numpy as np
 
 from hvisph.case import sweep as models
 from hvisph.core.errors import CaseError
+from hvisph.core.text import PlainMapping
 
 from .calibration import Calibration
 from .parameters import Scale, Values, plain, product
@@ -41,7 +42,7 @@ def _unit_cube(method: str, dimensions: int, count: int, seed: int) -> np.ndarra
     return qmc.Sobol(dimensions, rng=rng).random_base2(power)[:count]
 
 
-def _distribution(path: str, one: Any, base: Mapping[str, Any]) -> Any:
+def _distribution(path: str, one: Any, base: PlainMapping) -> Any:
     """Return a function from a probability to a value of the setting."""
     if isinstance(one, models.Choice):
         return lambda u: one.choice[min(int(u * len(one.choice)), len(one.choice) - 1)]
@@ -49,7 +50,7 @@ def _distribution(path: str, one: Any, base: Mapping[str, Any]) -> Any:
     return lambda u: scale.value(float(drawn.ppf(min(max(u, 1e-12), 1.0 - 1e-12))))
 
 
-def distribution(path: str, one: Any, base: Mapping[str, Any]) -> tuple[Scale, Any]:
+def distribution(path: str, one: Any, base: PlainMapping) -> tuple[Scale, Any]:
     """Return the scale of a setting and its distribution in that scale, a frozen one of `scipy.stats`."""
     from scipy.stats import norm, uniform
 
@@ -61,7 +62,7 @@ def distribution(path: str, one: Any, base: Mapping[str, Any]) -> tuple[Scale, A
     return scale, norm(*scale.numbers)
 
 
-def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
+def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
     """Return the values of each case that is known before anything runs.
 
     Parameters
@@ -103,7 +104,7 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
     return cases
 
 
-def converge_cases(vary: models.Converge, base: Mapping[str, Any]) -> list[Values]:
+def converge_cases(vary: models.Converge, base: PlainMapping) -> list[Values]:
     """Return the spacings of a convergence study, and the coarsest with each parameter of the material raised."""
     values = _unlike(vary, base)
     numbers = Scale(vary.path, vary.values, base).numbers
@@ -112,7 +113,7 @@ def converge_cases(vary: models.Converge, base: Mapping[str, Any]) -> list[Value
     return [{vary.path: value} for value in values] + [{vary.path: coarsest} | one for one in raised]
 
 
-def variants(vary: models.Bisect, base: Mapping[str, Any]) -> list[Values]:
+def variants(vary: models.Bisect, base: PlainMapping) -> list[Values]:
     """Return the settings for each of which a limit is looked for, for its uncertainty; a single empty one for none."""
     if not vary.resolutions:
         return [{}, *perturbations(vary.fit, base)]
@@ -122,7 +123,7 @@ def variants(vary: models.Bisect, base: Mapping[str, Any]) -> list[Values]:
     return [{"resolution": value} for value in vary.resolutions] + [{"resolution": coarsest} | one for one in raised]
 
 
-def _unlike(vary: models.Converge, base: Mapping[str, Any]) -> list[Any]:
+def _unlike(vary: models.Converge, base: PlainMapping) -> list[Any]:
     """Return the values of a convergence study; raises `CaseError` where two are the same, which shows nothing."""
     numbers = Scale(vary.path, vary.values, base).numbers
     for value, number in zip(vary.values, numbers, strict=True):
@@ -131,7 +132,7 @@ def _unlike(vary: models.Converge, base: Mapping[str, Any]) -> list[Any]:
     return list(vary.values)
 
 
-def _axis(path: str, axis: Any, base: Mapping[str, Any]) -> Iterator[Any]:
+def _axis(path: str, axis: Any, base: PlainMapping) -> Iterator[Any]:
     if isinstance(axis, list):
         if not axis:
             raise CaseError("needs at least one value", where=f"values.{path}")

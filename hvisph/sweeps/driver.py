@@ -15,11 +15,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import date
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from hvisph import __version__
 from hvisph.casefile.document import dump
 from hvisph.core.errors import INTERRUPTED, CaseError, OutputError
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.output import atomic_write, file_names
 from hvisph.precheck.estimate import available_threads
 
@@ -162,7 +163,7 @@ class Driver:
             self.crew.stop()
             self.conclude()
 
-    def conclude(self) -> dict[str, Any]:
+    def conclude(self) -> Plain:
         """Write the table and the results as they stand, and return the results."""
         self.table.write(self.members, last=True)
         said = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
@@ -173,7 +174,7 @@ class Driver:
         atomic_write.write_text(self.folder.path / RESULTS, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
         return said
 
-    def _write_material(self, fit: dict[str, Any]) -> None:
+    def _write_material(self, fit: Plain) -> None:
         """Write the fitted material; its date is that of the last run."""
         day = max((self.folder.run_folder(member) / file_names.SUMMARY).stat().st_mtime for member in self.members)
         document = material_document(fit, date.fromtimestamp(day).isoformat(), __version__)
@@ -243,7 +244,7 @@ class Driver:
 
 
 SWEEPS = Path("sweeps")
-Source = str | os.PathLike[str] | Mapping[str, Any]
+Source = str | os.PathLike[str] | PlainMapping
 
 
 def sweep(source: Source, out: str | os.PathLike[str] | None = None, *, workers: int | None = None,

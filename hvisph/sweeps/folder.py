@@ -22,7 +22,7 @@ from typing import Any
 from hvisph.case.sweep import Sweep
 from hvisph.casefile.document import dump
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.text import format_value
+from hvisph.core.text import Plain, format_value
 from hvisph.output import atomic_write, file_names
 from hvisph.output.run_folder import FileLock
 
@@ -52,7 +52,7 @@ class Standing:
 
     status: str
     message: str = ""
-    summary: dict[str, Any] = field(default_factory=dict)
+    summary: Plain = field(default_factory=dict)
 
 
 class SweepFolder:
@@ -84,8 +84,9 @@ class SweepFolder:
         if self.exists:
             known = self.members()
             if any(old.digest != new.digest for old, new in zip(known, members, strict=False)):
-                raise CaseError(f"{self.path} holds a sweep of other cases; nothing was changed: give another folder",
-                                where="--out")  # fmt: skip
+                raise CaseError(
+                    f"{self.path} holds a sweep of other cases; nothing was changed: give another folder", where="--out"
+                )
             if len(known) >= len(members):
                 return known
         elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
@@ -210,7 +211,7 @@ class SweepFolder:
         """Return the later end that a case was given [s]; None for its own."""
         return next((event["end"] for event in reversed(self._events(member)) if "end" in event), None)
 
-    def _events(self, member: Member) -> list[dict[str, Any]]:
+    def _events(self, member: Member) -> list[Plain]:
         try:
             text = (self.path / CLAIMS / f"{member.number:05d}.jsonl").read_text(encoding="utf-8")
         except FileNotFoundError:
@@ -232,7 +233,7 @@ class SweepFolder:
             return not mine
 
 
-def _vain_starts(events: Sequence[dict[str, Any]]) -> int:
+def _vain_starts(events: Sequence[Plain]) -> int:
     """Return how often the case was begun without coming further since it last ended by its own will."""
     starts, reached = 0, None
     for event in events:
@@ -244,7 +245,7 @@ def _vain_starts(events: Sequence[dict[str, Any]]) -> int:
     return starts
 
 
-def _summary(folder: Path) -> dict[str, Any]:
+def _summary(folder: Path) -> Plain:
     """Return what a sweep needs of a run's summary; empty where there is none."""
     try:
         summary = json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))
@@ -327,7 +328,7 @@ class Selection:
         return sorted(members, key=lambda member: (-member.cost, member.number))
 
 
-Row = dict[str, Any]
+Row = Plain
 
 
 def row(folder: SweepFolder, member: Member, standing: Standing) -> Row:

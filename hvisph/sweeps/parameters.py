@@ -11,6 +11,7 @@ from hvisph.case.case import Case
 from hvisph.case.units import parse_quantity
 from hvisph.casefile.model_fields import walk
 from hvisph.core.errors import CaseError
+from hvisph.core.text import Plain
 
 # A column of an experiment, carried along beside what is computed.
 EXPERIMENT = "experiment."
@@ -18,7 +19,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*
 
 FACTORS = {"": 1.0, "m/s": 1.0, "km/s": 1000.0, "mm/us": 1000.0}  # of velocities [m/s]
 
-Values = dict[str, Any]
+Values = Plain
 
 
 class Scale:

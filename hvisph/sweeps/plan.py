@@ -18,7 +18,7 @@ from hvisph.casefile.loader import materials_of, validate
 from hvisph.casefile.overrides import overridden
 from hvisph.casefile.study_files import load_sweep
 from hvisph.core.errors import CaseError
-from hvisph.core.text import format_value
+from hvisph.core.text import PlainMapping, format_value
 from hvisph.precheck.estimate import estimated_steps, rough_count
 
 from .calibration import with_data
@@ -135,7 +135,7 @@ def digest(case: Case) -> str:
     return hashlib.sha256(case.model_dump_json().encode()).hexdigest()[:8]
 
 
-def load_plan(source: str | os.PathLike[str] | Mapping[str, Any]) -> Plan:
+def load_plan(source: str | os.PathLike[str] | PlainMapping) -> Plan:
     """Return the plan of a sweep's file, or of a mapping with its keys; raises `CaseError` for anything wrong."""
     sweep, document, base, folder = load_sweep(source)
     return Plan(sweep, base, document.places, folder)

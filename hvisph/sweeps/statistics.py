@@ -23,7 +23,7 @@ is a square over that sum.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.correlations import LambertJonas, lambert_jonas_velocity
 
 from .parameters import Values
@@ -64,7 +65,7 @@ class Convergence:
     index: float | None = None
     difference: float | None = None
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         return asdict(self)
 
@@ -150,7 +151,7 @@ class Bracket:
         """The limit's middle estimate, as V50 would be; None where one side was not seen."""
         return None if self.below is None or self.above is None else 0.5 * (self.below + self.above)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         return asdict(self) | {"limit": self.limit}
 
@@ -232,7 +233,7 @@ def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known
 MATERIAL = "material."
 
 
-def read_fit(source: str | Mapping[str, Any] | None, folder: Path) -> dict[str, Any] | None:
+def read_fit(source: str | PlainMapping | None, folder: Path) -> Plain | None:
     """Return what a fit's folder says of its material: name, parameters, correlation; raises `CaseError`."""
     if source is None or not isinstance(source, str):
         return None if source is None else dict(source)
@@ -249,7 +250,7 @@ def read_fit(source: str | Mapping[str, Any] | None, folder: Path) -> dict[str, 
         raise CaseError(f"{source} is not the folder of a finished fit of a material", where="fit") from None
 
 
-def perturbations(fit: Any, base: Mapping[str, Any]) -> list[Values]:
+def perturbations(fit: Any, base: PlainMapping) -> list[Values]:
     """Return settings that raise each parameter of the fit by its standard deviation, in all bodies of its material."""
     if fit is None:
         return []
@@ -269,7 +270,7 @@ def perturbations(fit: Any, base: Mapping[str, Any]) -> list[Values]:
 def combine_uncertainties(
     spacings: Sequence[float], values: Sequence[float], time: float, perturbed: Sequence[float | None],
     correlation: Sequence[Sequence[float]],
-) -> dict[str, Any] | None:  # fmt: skip
+) -> Plain | None:  # fmt: skip
     """Return half-width and shares; None where a perturbed value is missing.
 
     Parameters

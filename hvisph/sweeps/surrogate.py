@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.text import Plain
+
 SOBOL_POINTS = 2048
 Predict = Callable[[np.ndarray], np.ndarray]
 
@@ -45,7 +47,7 @@ class Surrogate:
         return [float(v) for v in found.first_order], [float(v) for v in found.total_order]
 
 
-def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> dict[str, Any] | None:
+def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> Plain | None:
     """Return how results depend on inputs; None for too few cases.
 
     Parameters

@@ -7,13 +7,13 @@ from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from math import isfinite
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hvisph.case.case import Case
 from hvisph.casefile.material_library import library_values
 from hvisph.core.particles import Particles
+from hvisph.core.text import Plain
 from hvisph.materials.material_table import Material
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.output.snapshot import Snapshot
@@ -69,7 +69,7 @@ class Figure:
         """Whether the difference is within the tolerance; never for a non-finite value."""
         return isfinite(self.found) and (self.off if self.at_most else abs(self.off)) <= self.tolerance
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form, with None for what is not finite."""
         plain = asdict(self) | {"off": self.off, "relative": self.relative, "passed": self.passed}
         return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in plain.items()}
@@ -86,7 +86,7 @@ class Ran:
 
     case: Case
     folder: Path
-    summary: dict[str, Any]
+    summary: Plain
 
     @cached_property
     def snapshots(self) -> list[Snapshot]:
@@ -187,7 +187,7 @@ class Start:
         Changes the state once it is built: all but positions and masses.
     """
 
-    case: dict[str, Any]
+    case: Plain
     place: Callable[[list[PlacedBody]], list[PlacedBody]] | None = None
     state: Callable[[Particles], None] | None = None
 
@@ -254,20 +254,20 @@ class Problem:
 
 # Elastic aluminium of the bars, beams and discs.
 RHO, YOUNGS_MODULUS, POISSON_RATIO = 2700.0, 70e9, 0.33  # [kg/m^3], [Pa], [-]
-ELASTIC: dict[str, Any] = {
+ELASTIC: Plain = {
     "density": RHO,
     "eos": {"type": "elastic", "youngs_modulus": YOUNGS_MODULUS, "poisson_ratio": POISSON_RATIO},
     "strength": {"type": "elastic"},
 }
 # Water that bears no tension to speak of.
-WATER: dict[str, Any] = {
+WATER: Plain = {
     "density": 1000.0,
     "eos": {"type": "linear", "bulk_modulus": 2.2e9},
     "damage": {"type": "pressure_cutoff", "pressure": -1e3},
 }
 
 
-def fluid(name: str) -> dict[str, Any]:
+def fluid(name: str) -> Plain:
     """Return a material of the library without its strength and damage."""
     return library_values(name) | {"strength": {"type": "none"}, "damage": {"type": "none"}}
 

@@ -8,12 +8,12 @@ import time as wall
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_values
 from hvisph.core.errors import CaseError, HvisphError
+from hvisph.core.text import Plain
 from hvisph.output.run_folder import RunFolder
 from hvisph.precheck.estimate import worthwhile_threads
 from hvisph.setup.bodies import placed_bodies
@@ -67,7 +67,7 @@ class Verdict:
         """Whether all figures passed; None for a refused case."""
         return None if self.status == "refused" else self.status == "done" and all(f.passed for f in self.figures)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         return {
             "problem": self.problem,
@@ -188,7 +188,7 @@ def with_formulation(start: Start, formulation: str, settings: Iterable[str]) ->
     return load_case(whole, settings)
 
 
-def _can_fail(case: dict[str, Any]) -> bool:
+def _can_fail(case: Plain) -> bool:
     """Whether a material of the case has a damage that grows."""
     materials = [body["material"] for body in case["bodies"].values()]
     values = [library_values(one) if isinstance(one, str) else one for one in materials]

@@ -49,8 +49,9 @@ def rotate_view(position: np.ndarray, yaw: float, pitch: float) -> np.ndarray:
     return x @ axes.T
 
 
-def facing_the_struck_side(position: np.ndarray, velocity: np.ndarray, mass: np.ndarray,
-                           planes: Sequence[int]) -> tuple[float, float] | None:  # fmt: skip
+def facing_the_struck_side(
+    position: np.ndarray, velocity: np.ndarray, mass: np.ndarray, planes: Sequence[int]
+) -> tuple[float, float] | None:
     """Return the yaw and pitch [degrees] from which an oblique plate shows its struck face, None for all else.
 
     Parameters

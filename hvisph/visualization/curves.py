@@ -6,13 +6,14 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE, field_of
 from hvisph.core.measure_catalogue import axis_unit, format_of
+from hvisph.core.text import Plain
 from hvisph.measures.debris.cloud import Cloud
 from hvisph.measures.debris.fragments import FEWEST
 from hvisph.measures.measure import Measures
@@ -100,14 +101,14 @@ def curves_picture(
         across, unitless, shown=[curve.x for curves in panels.values() for curve in curves]
     )
     numbers: dict[str, int] = {}  # of the colours; below one another, panels show a label in the same one
-    shown: dict[str, Any] = {}
+    shown: Plain = {}
     for axis, (column, curves) in zip(axes, panels.items(), strict=True):
         given = (units or {}).get(column)
         y_label, y_scale = label_and_scale(column, unitless, given, [curve.y for curve in curves])
         if beside:
             numbers = {}
         for curve in curves:
-            style: dict[str, Any] = {"color": EXACT, "lw": 0.8, "ls": "--", "zorder": 3}
+            style: Plain = {"color": EXACT, "lw": 0.8, "ls": "--", "zorder": 3}
             if not curve.exact:
                 colour = numbers.setdefault(curve.label, len(numbers))
                 style = {"color": COLOURS[colour % len(COLOURS)], "lw": 1.4}
@@ -175,8 +176,9 @@ def steps(times: np.ndarray, values: np.ndarray, end: float) -> tuple[np.ndarray
     return corners, np.repeat(values, 2)
 
 
-def label_and_scale(column: str, unitless: bool, given: str | None = None,
-                    shown: Sequence[np.ndarray] = ()) -> tuple[str, float]:  # fmt: skip
+def label_and_scale(
+    column: str, unitless: bool, given: str | None = None, shown: Sequence[np.ndarray] = ()
+) -> tuple[str, float]:
     """Return a column's name with the unit that it is shown in, and how many of that are one of SI's.
 
     `given` is its unit in SI, where it is not named after a field; `shown` what is drawn, by which lengths and times

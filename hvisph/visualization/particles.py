@@ -125,8 +125,9 @@ def draw(moments: Sequence[Moment], look: Look, ends: Ends | None = None, extent
     across = max(1, min(count, round(math.sqrt(count * 1.4 * height / width)) or 1))
     down = -(-count // across)
     panel = min(WIDTH / across, TALLEST * width / height)
-    figure = Figure(figsize=(panel * across + 1.3, panel * height / width * down + 0.55 * down + 0.5), dpi=130,
-                    layout="constrained")  # fmt: skip
+    figure = Figure(
+        figsize=(panel * across + 1.3, panel * height / width * down + 0.55 * down + 0.5), dpi=130, layout="constrained"
+    )
     axes = np.atleast_1d(figure.subplots(down, across)).ravel()
     for one in axes[count:]:
         one.remove()

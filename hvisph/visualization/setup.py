@@ -157,9 +157,10 @@ def _section(axes: Axes, setup: Setup) -> None:
         colour = BODY_COLOURS[number % len(BODY_COLOURS)]
         edges = ["#111111" if held else colour for held in clamped[shown]]
         axes.add_collection(
-            EllipseCollection(size, size, 0 * size, units="xy", offsets=x, transOffset=axes.transData,
-                              facecolors=edges, lw=0.0)
-        )  # fmt: skip
+            EllipseCollection(
+                size, size, 0 * size, units="xy", offsets=x, transOffset=axes.transData, facecolors=edges, lw=0.0
+            )
+        )
         if len(x):
             corners += [x.min(axis=0), x.max(axis=0)]
         axes.plot([], [], "o", color=colour, label=body.label)

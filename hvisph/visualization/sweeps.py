@@ -12,7 +12,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import NumberFormat, format_of
-from hvisph.core.text import format_differences
+from hvisph.core.text import PlainMapping, format_differences
 
 from .style import store
 
@@ -25,7 +25,7 @@ MOST_PANELS = 9
 MOST_GROUPS = 12  # that a legend names
 
 
-def sweep_picture(said: Mapping[str, object], rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str],
+def sweep_picture(said: Mapping[str, object], rows: Sequence[PlainMapping], path: str | os.PathLike[str],
                   title: str = "", record: Sequence[str] | None = None) -> Path:  # fmt: skip
     """Draw what a sweep says and store it.
 
@@ -52,8 +52,7 @@ def sweep_picture(said: Mapping[str, object], rows: Sequence[Mapping[str, Any]],
     return store(figure, path)
 
 
-def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]],
-                 record: Sequence[str] | None = None) -> Figure:  # fmt: skip
+def sweep_figure(said: PlainMapping, rows: Sequence[PlainMapping], record: Sequence[str] | None = None) -> Figure:
     """Return the figure of what a sweep says; raises `CaseError` when there is nothing to draw."""
     if "limits" in said:
         return _limits(said["limits"])
@@ -84,7 +83,7 @@ def _figure(count: int) -> tuple[Figure, list[Axes]]:
     return figure, list(axes[:count])
 
 
-def _panels(verdicts: Mapping[str, Any], draw: Any) -> Figure:
+def _panels(verdicts: PlainMapping, draw: Any) -> Figure:
     names = list(verdicts)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
@@ -94,7 +93,7 @@ def _panels(verdicts: Mapping[str, Any], draw: Any) -> Figure:
     return figure
 
 
-def _convergence(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
+def _convergence(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
     """Results over spacing, with their uncertainties, and the curve to infinite resolution."""
     h, f = np.array(one["spacings"]), np.array(one["values"]) * display.factor
     spread = [0.0 if u is None else u * display.factor for u in one["uncertainties"]]
@@ -112,7 +111,7 @@ def _convergence(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> N
     axes.set_title(note, fontsize=9)
 
 
-def _against(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
+def _against(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
     """Draw what was computed over what was measured, and the line on which both are the same."""
     measured, computed = (np.array(one[key]) * display.factor for key in ("measured", "computed"))
     low, high = min(0.0, *measured, *computed), max(*measured, *computed)
@@ -125,7 +124,7 @@ def _against(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
     axes.set_title(f"{display.label}{off}", fontsize=9)
 
 
-def _tornado(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
+def _tornado(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
     """Change of the measure over 5 to 95 % of each input, the largest on top."""
     found = one.get("sensitivity") or {"inputs": {}, "swing": []}
     swings = sorted(zip(found["inputs"], found["swing"], strict=True), key=lambda pair: abs(pair[1]))
@@ -137,9 +136,9 @@ def _tornado(axes: Axes, one: Mapping[str, Any], display: NumberFormat) -> None:
     axes.set_title(f"{display.label}: {spread}", fontsize=9)
 
 
-def _fit_figure(data: Sequence[Mapping[str, Any]]) -> Figure:
+def _fit_figure(data: Sequence[PlainMapping]) -> Figure:
     """Measured beside computed: by shot where there is one number each, over time or distance for curves."""
-    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    groups: dict[tuple[str, str], list[PlainMapping]] = {}
     for one in data:
         groups.setdefault((one["quantity"], "" if one["at"] is None else one["shot"]), []).append(one)
     figure, panels = _figure(min(len(groups), MOST_PANELS))
@@ -158,7 +157,7 @@ def _fit_figure(data: Sequence[Mapping[str, Any]]) -> Figure:
     return figure
 
 
-def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
+def _limits(verdicts: Sequence[PlainMapping]) -> Figure:
     """Shots, bracket and the fitted curve of residual velocities."""
     figure, panels = _figure(len(verdicts))
     for axes, one in zip(panels, verdicts, strict=True):
@@ -197,11 +196,12 @@ def _to_si(unit: str) -> float:
     return 1000.0 if unit in ("km/s", "mm/us") else 1.0
 
 
-def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -> Figure:
+def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Figure:
     """Measures over the first value that varies, in as many colours as the others have values."""
     done = [row for row in rows if row["status"] == "done"]
-    found = dict.fromkeys(name for row in done for name, one in row["measures"].items()
-                          if isinstance(one["value"], int | float))  # fmt: skip
+    found = dict.fromkeys(
+        name for row in done for name, one in row["measures"].items() if isinstance(one["value"], int | float)
+    )
     names = _choose_names(found, record)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
@@ -258,7 +258,7 @@ def _colours(count: int) -> list[Any]:
     return [colormaps["viridis"](0.85 * k / (count - 1)) for k in range(count)]
 
 
-def result_lines(said: Mapping[str, Any], record: Sequence[str] | None = None) -> list[list[str]]:
+def result_lines(said: PlainMapping, record: Sequence[str] | None = None) -> list[list[str]]:
     """Return what all cases of a sweep say of each measure, or of each parameter of a fit, as text: heads, then rows.
 
     `said` is the content of ``results.json``, `record` the measures to list, all unless given; empty for a sweep that
@@ -276,7 +276,7 @@ def result_lines(said: Mapping[str, Any], record: Sequence[str] | None = None) -
     return []
 
 
-def _convergence_cells(name: str, one: Mapping[str, Any]) -> list[str]:
+def _convergence_cells(name: str, one: PlainMapping) -> list[str]:
     display = format_of(name)
     finest = one["values"][one["spacings"].index(min(one["spacings"]))]
     if name == "perforated":
@@ -287,17 +287,17 @@ def _convergence_cells(name: str, one: Mapping[str, Any]) -> list[str]:
     return [display.unit, f"{finest * display.factor:.4g}", order, limit, index, one["verdict"]]
 
 
-def _sample_cells(name: str, one: Mapping[str, Any]) -> list[str]:
+def _sample_cells(name: str, one: PlainMapping) -> list[str]:
     display = format_of(name)
     return [display.unit, *(f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95"))]
 
 
-def _difference_cells(name: str, one: Mapping[str, Any]) -> list[str]:
+def _difference_cells(name: str, one: PlainMapping) -> list[str]:
     differences = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
     return [str(len(one["cases"])), *differences]
 
 
-def _fit_lines(fit: Mapping[str, Any]) -> list[list[str]]:
+def _fit_lines(fit: PlainMapping) -> list[list[str]]:
     """Return the parameters of a fit with their intervals and correlations."""
     lines = [["", "", "95 %", "", *shortest_paths([*fit["parameters"]])]]
     for (path, one), row in zip(fit["parameters"].items(), fit["correlation"], strict=True):

@@ -12,6 +12,7 @@ from hvisph.cli.text.formatting import duration, echo_json, paragraph, quantity,
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import computable
 from hvisph.core.measure_catalogue import format_time
+from hvisph.core.text import Plain
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -79,7 +80,7 @@ def check(
         say(_words(loaded, taken, shock, reason))
 
 
-def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
+def _plain(case: Case, taken: Any, shock: Any, reason: str) -> Plain:
     from hvisph.precheck.regime import regime
 
     facts = {

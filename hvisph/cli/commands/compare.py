@@ -15,6 +15,7 @@ from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOpt
 from hvisph.cli.text.comparison_table import comparison_tables, gauge_table
 from hvisph.cli.text.formatting import echo_json, say, show
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.text import Plain
 
 if TYPE_CHECKING:
     from hvisph.postprocessing.exact_solution import Overlay
@@ -72,13 +73,12 @@ def compare(
         draw_last_states({entry.name: entry.folder for entry in asked}, picture, field or "pressure")
     overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in asked}, gauges)
     if as_json:
-        told: dict[str, Any] = {
-            "rows": [r.as_dict() for r in rows],
-            "picture": None if picture is None else str(picture),
-        }
+        told: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
         if overlaid is not None:
-            told["gauges"] = {name: {column: asdict(one) for column, one in columns.items()}
-                              for name, columns in overlaid.differences.items()}  # fmt: skip
+            told["gauges"] = {
+                name: {column: asdict(one) for column, one in columns.items()}
+                for name, columns in overlaid.differences.items()
+            }
         echo_json(told)
     elif not quiet:
         unitless = any(_unitless(entry) for entry in asked)

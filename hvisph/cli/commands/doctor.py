@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import sys
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -13,6 +13,7 @@ import hvisph
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption, option
 from hvisph.cli.text.formatting import duration, echo_json, say, size, table
+from hvisph.core.text import Plain
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 
@@ -66,7 +67,7 @@ def _compile_common(tell: bool) -> None:
                     run(load_case(case), folder, force=True)
 
 
-def _facts() -> dict[str, Any]:
+def _facts() -> Plain:
     from importlib.metadata import PackageNotFoundError, version
 
     import psutil
@@ -99,7 +100,7 @@ def _facts() -> dict[str, Any]:
     }
 
 
-def _words(facts: dict[str, Any]) -> str:
+def _words(facts: Plain) -> str:
     test = facts["self_test"]
     cache = facts["cache_folder"] or "none: loops are compiled anew in every run; set HVISPH_CACHE_DIR"
     if facts["cache_folder"] and not facts["cache_writable"]:

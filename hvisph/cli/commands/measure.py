@@ -5,14 +5,14 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from hvisph.cli.guard import case_of_run, parse_option
 from hvisph.cli.options import JsonOption, argument, option
 from hvisph.cli.text.formatting import SCREEN, echo_json, quantity, say, show, table, times
 from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
 from hvisph.core.errors import CaseError
-from hvisph.core.text import harmless
+from hvisph.core.text import Plain, harmless
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -151,7 +151,7 @@ def _measures(source: str, measured: Measures, at: str | None) -> str:
     return f"t = {time}, step {measured.step}\n\n{head}{shown}"
 
 
-def _compare_expected(case: Case | None, measured: Measures) -> list[dict[str, Any]]:
+def _compare_expected(case: Case | None, measured: Measures) -> list[Plain]:
     """Return the comparison with what the case expects at its end; none before that."""
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []

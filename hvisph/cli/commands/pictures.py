@@ -83,8 +83,9 @@ def _times(at: str | None) -> list[float] | str | None:
     return [parse_option(part, "TIME", "--at", ", or all") for part in at.split(",")]
 
 
-def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None,
-          moments: list[Any]) -> Any:  # fmt: skip
+def _look(
+    field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None, moments: list[Any]
+) -> Any:
     from hvisph.visualization.camera import VIEWS
     from hvisph.visualization.particles import Look, usual_view
 

@@ -13,6 +13,7 @@ from hvisph.cli.guard import FAILED, parse_option
 from hvisph.cli.options import JsonOption, QuietOption, Running, SetOption, ThreadsOption, argument, option, shared
 from hvisph.cli.text.formatting import echo_json, say, table
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.text import Plain
 
 from .sweep import go
 
@@ -117,7 +118,7 @@ def _formulations(asked: list[str] | None) -> list[str]:
     return [default_formulation() if name == "default" else name for name in asked or ALL]
 
 
-def _list(problems: dict[str, Any], as_json: bool) -> None:
+def _list(problems: Plain, as_json: bool) -> None:
     rows = [(p.name, "slow" if p.slow else "", p.title) for p in problems.values()]
     if as_json:
         echo_json([{"name": p.name, "title": p.title, "slow": p.slow, "formulations": list(p.formulations)}
@@ -137,8 +138,9 @@ def _text(verdict: Any) -> str:
             f"{f.off:+.3g}", f"{f.tolerance:.3g}")  # fmt: skip
         factor, unit = READABLE.get(f.unit, (1.0, f.unit))
         name = f"{f.name} [{unit}]" if unit else f.name
-        rows.append((name, f"{factor * f.found:.5g}", f"{factor * f.exact:.5g}", off, asked,
-                     "pass" if f.passed else "FAIL"))  # fmt: skip
+        rows.append(
+            (name, f"{factor * f.found:.5g}", f"{factor * f.exact:.5g}", off, asked, "pass" if f.passed else "FAIL")
+        )
     return f"{head}\n{table(rows, indent=4)}"
 
 

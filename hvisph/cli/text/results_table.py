@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from hvisph.core.measure_catalogue import axis_unit, format_of
+from hvisph.core.text import PlainMapping
 
 from .formatting import paragraph, table, times
 
@@ -25,8 +26,8 @@ ONE_RESOLUTION = "value at one resolution"
 
 
 def results_table(
-    measures: Mapping[str, Mapping[str, Any]],
-    expected: Sequence[Mapping[str, Any]] = (),
+    measures: Mapping[str, PlainMapping],
+    expected: Sequence[PlainMapping] = (),
     unitless: bool = False,
     further: Mapping[str, float | None] | None = None,
     variants: bool = False,
@@ -61,7 +62,7 @@ def results_table(
     return _colour(table(lines))
 
 
-def sections_table(plain: Mapping[str, Any], unitless: bool = False, variants: bool = False) -> str:
+def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool = False) -> str:
     """Return the measures of layers, projectile and cloud as aligned text: a column a layer; empty without any.
 
     Parameters
@@ -91,7 +92,7 @@ def sections_table(plain: Mapping[str, Any], unitless: bool = False, variants: b
     return "\n\n".join(blocks)
 
 
-def bodies_table(plain: Mapping[str, Any], unitless: bool = False) -> str:
+def bodies_table(plain: PlainMapping, unitless: bool = False) -> str:
     """Return mass, velocity and kinetic energy of every body of a summary as aligned text; empty without any."""
     from hvisph.measures.table import body_rows
 
@@ -105,7 +106,7 @@ def _note(row: Row | None) -> str:
     return f"{row.value} (not settled)" if "not settled" in row.note else str(row.value)
 
 
-def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:
+def conservation_rows(summary: PlainMapping) -> dict[str, float | None]:
     """Return the drifts of a summary, those it has."""
     return {name: value for name, value in summary["conservation"].items() if value is not None}
 

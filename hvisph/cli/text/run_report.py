@@ -13,7 +13,7 @@ import typer
 from hvisph.cli.guard import FAILED
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
-from hvisph.core.text import harmless
+from hvisph.core.text import Plain, harmless
 from hvisph.parallel.mpi_launch import is_first
 
 from .formatting import duration, echo_json, say, show
@@ -86,7 +86,7 @@ SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": 
 MOST_BODIES = 8  # in the table of bodies
 
 
-def _health(summary: dict[str, Any]) -> str:
+def _health(summary: Plain) -> str:
     """Return drifts of conserved quantities and mass fractions in one line."""
     drifts = [f"{name.replace('_', ' ')} {value:.1e}" for name, value in summary["conservation"].items()
               if value is not None and name.endswith("drift")]  # fmt: skip
@@ -96,16 +96,17 @@ def _health(summary: dict[str, Any]) -> str:
     return f"Health: {', '.join(drifts)}{mass}"
 
 
-def _unsettled(summary: dict[str, Any]) -> str:
+def _unsettled(summary: Plain) -> str:
     """Return how many measures still change at the end; empty if none does."""
     sections = [summary, *(summary.get("layers") or []), summary.get("projectile") or {}, summary.get("cloud") or {}]
-    values = [one for section in sections for one in (section.get("measures") or {}).values()
-              if one["value"] is not None]  # fmt: skip
+    values = [
+        one for section in sections for one in (section.get("measures") or {}).values() if one["value"] is not None
+    ]
     changing = sum(one.get("settled") is False for one in values)
     return f"{changing} of {len(values)} measures still change: run longer" if changing else ""
 
 
-def _results(summary: dict[str, Any], folder: Path, unitless: bool, everything: bool) -> str:
+def _results(summary: Plain, folder: Path, unitless: bool, everything: bool) -> str:
     from hvisph.measures.table import headline
 
     from .results_table import bodies_table, results_table
@@ -134,7 +135,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool, everything: 
     return "\n".join(lines)
 
 
-def _all_results(summary: dict[str, Any], unitless: bool) -> list[str]:
+def _all_results(summary: Plain, unitless: bool) -> list[str]:
     """Return all measures, sections, bodies and correlations as text."""
     from hvisph.cli.commands.references import correlations_text
 

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any
 
 from hvisph.core.measure_catalogue import format_of, main_measures
-from hvisph.core.text import format_differences, format_value
+from hvisph.core.text import Plain, format_differences, format_value
 from hvisph.visualization.sweeps import format_value_of, result_lines, shortest_paths
 
 from .formatting import duration, paragraph, quantity, say, table, tables
@@ -36,11 +36,12 @@ class Teller:
             say(f"{what}, into {self.driver.folder.path}")
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
-                 trace: TracebackType | None) -> None:  # fmt: skip
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         sys.stdout.flush()
 
-    def report_end(self, row: dict[str, Any]) -> None:
+    def report_end(self, row: Plain) -> None:
         """Report the end of a case."""
         self.done += 1
         if self.silent:
@@ -65,7 +66,7 @@ class Teller:
         return f"  ({len(left)} left{ahead})"
 
 
-def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[str]:
+def _main(record: Sequence[str] | None, rows: Sequence[Plain]) -> list[str]:
     """Return the measures to show: those recorded, with or without values, or the main ones that have some."""
     if record is not None:
         return [name for name in record if any(name in row["measures"] for row in rows)]
@@ -73,7 +74,7 @@ def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[
     return main_measures([*there])
 
 
-def _format_measures(row: dict[str, Any], names: Sequence[str]) -> str:
+def _format_measures(row: Plain, names: Sequence[str]) -> str:
     parts = []
     for name in names:
         one = row["measures"].get(name, {})
@@ -84,7 +85,7 @@ def _format_measures(row: dict[str, Any], names: Sequence[str]) -> str:
     return ", ".join(parts)
 
 
-def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], path: Path) -> str:
+def summary(sweep: Any, rows: Sequence[Plain], said: Plain, path: Path) -> str:
     """Return what a sweep says, in words and tables."""
     parts = ["", paragraph(said["finding"]), ""] if said.get("finding") else [""]
     if said.get("fit"):
@@ -107,7 +108,7 @@ def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], pa
     return "\n".join(parts)
 
 
-def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
+def _rows(rows: Sequence[Plain], record: Sequence[str] | None) -> str:
     paths = list(dict.fromkeys(key for row in rows for key in row["values"]))
     names = _main(record, rows)
     sizes = {name: [abs(row["measures"].get(name, {}).get("value") or 0.0) for row in rows] for name in names}
@@ -123,7 +124,7 @@ def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
     return tables(lines, kept=2 + len(paths)) + more
 
 
-def _limit(verdict: dict[str, Any]) -> str:
+def _limit(verdict: Plain) -> str:
     unit = f" {verdict['unit']}" if verdict["unit"] else ""
     where = "".join(f"{path} = {format_value(value)}: " for path, value in verdict["parameters"].items())
     if verdict["open"]:
@@ -143,13 +144,14 @@ def _limit(verdict: dict[str, Any]) -> str:
     if "recht_ipson" in verdict:
         through = [(shot, one) for shot, one in zip(verdict["shots"], verdict["recht_ipson"]["residuals"], strict=True)
                    if shot["happened"] and shot["residual"] is not None]  # fmt: skip
-        said = ", ".join(f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}"
-                         for shot, one in through)  # fmt: skip
+        said = ", ".join(
+            f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}" for shot, one in through
+        )
         lines.append(f"  residual velocities beside Recht-Ipson's about this limit: {said}")
     return "\n".join(lines)
 
 
-def _slopes(verdict: dict[str, Any], record: Sequence[str] | None) -> list[str]:
+def _slopes(verdict: Plain, record: Sequence[str] | None) -> list[str]:
     """Return the table of what the measures of a sample depend on; nothing where that is not known."""
     lines = [["", "slope", "", "variance", "total Sobol", "R2", "left out"]]
     for name, one in verdict.items():
@@ -166,7 +168,7 @@ def _slopes(verdict: dict[str, Any], record: Sequence[str] | None) -> list[str]:
     return [table(lines), ""] if len(lines) > 1 else []
 
 
-def _fit(fit: dict[str, Any], folder: Path) -> str:
+def _fit(fit: Plain, folder: Path) -> str:
     """Return a fit's parameters, their correlation and the residuals by shot."""
     shots: dict[str, list[str]] = {}
     for one in fit["data"]:

@@ -8,10 +8,10 @@ they do not depend on single particles.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from hvisph.core.text import Plain
 from hvisph.measures.frame.impact_geometry import OTHER
 from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, weighted_quantile
@@ -55,7 +55,7 @@ def arrivals(scene: Scene, rows: np.ndarray, x: float) -> Arrivals:
                     float(own.sum() / mass.sum()))  # fmt: skip
 
 
-def plane_loads(came: Arrivals, round_: bool, spacing: float) -> dict[str, Any]:
+def plane_loads(came: Arrivals, round_: bool, spacing: float) -> Plain:
     """Return the loads on the plane over the radius, in plain form, in bins of width `spacing` [m] at least.
 
     Bins are annuli where `round_`, in the plane they are on both sides of the shot line.
@@ -122,10 +122,10 @@ class Cloud:
 
     results: dict[str, Result]
     over_angle: dict[str, list[float]] = field(default_factory=dict)
-    witness: dict[str, Any] = field(default_factory=dict)
+    witness: Plain = field(default_factory=dict)
     arrivals: Arrivals | None = field(default=None, compare=False, repr=False)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         measures = {name: result.as_dict() for name, result in self.results.items()}
         return {"measures": measures, "over_angle": self.over_angle, "witness": self.witness}

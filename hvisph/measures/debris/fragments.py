@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from hvisph.core.text import Plain
+
 from .groups import by_size
 
 if TYPE_CHECKING:
@@ -209,7 +211,7 @@ class BodyFragments:
         last = np.append(np.flatnonzero(masses[1:] < masses[:-1] * (1.0 - ALIKE)), len(masses) - 1)
         return MassDistribution(masses[last], last + 1, np.cumsum(masses)[last] / self.mass)
 
-    def as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
+    def as_dict(self, fewest: int = FEWEST) -> Plain:
         """Return the plain form for JSON: SI, null for what is not known.
 
         Fragments of fewer than `fewest` particles are summed up under `smaller`.
@@ -255,7 +257,7 @@ class MassDistribution:
         last = int((self.mass >= mass * (1.0 - ALIKE)).sum()) - 1
         return (int(self.number[last]), float(self.share[last])) if last >= 0 else (0, 0.0)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         names = {"mass": self.mass, "number_at_least": self.number, "mass_share_at_least": self.share}
         return {name: values.tolist() for name, values in names.items()}

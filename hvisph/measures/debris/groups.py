@@ -32,8 +32,9 @@ class Neighbours:
         return self._pairs[bodies]
 
 
-def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK,
-                     likely: np.ndarray | None = None) -> np.ndarray:  # fmt: skip
+def connected_groups(
+    position: np.ndarray, spacing: float | np.ndarray, link: float = LINK, likely: np.ndarray | None = None
+) -> np.ndarray:
     """Return the number of the group that each particle (n,) belongs to, the largest group being 0.
 
     Groups are what is linked at `link` spacings; `spacing` is dx [m], or of every particle its own (n,), and two

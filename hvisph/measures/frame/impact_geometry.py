@@ -6,14 +6,14 @@ each can be measured alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import OutputError
 from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.debris.groups import ALIKE
 from hvisph.measures.frame.target_geometry import with_openings
 from hvisph.output.snapshot import Snapshot
@@ -148,12 +148,12 @@ class Shot:
         drift = np.array(self.drift or (0.0,))
         return lambda place, velocity: (self.back(place) + time * drift, self.back(velocity) + drift)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for the metadata of snapshots."""
         return asdict(self) | {"whole": self.whole.as_dict()}
 
     @classmethod
-    def from_dict(cls, plain: Mapping[str, Any]) -> Shot:
+    def from_dict(cls, plain: PlainMapping) -> Shot:
         """Return the shot with the plain form `plain`; raises `OutputError` where it is damaged."""
         try:
             return cls(

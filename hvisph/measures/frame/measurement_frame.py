@@ -16,6 +16,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from hvisph.core.errors import OutputError
+from hvisph.core.text import Plain
 from hvisph.measures.debris.fragments import Fragments, Groups
 from hvisph.measures.debris.groups import LINK, Neighbours, connected_groups, main_body
 from hvisph.output.snapshot import Snapshot
@@ -112,7 +113,7 @@ class Perforation:
         return self.attached is not None and not self.state
 
 
-def reference(start: Snapshot) -> dict[str, Any]:
+def reference(start: Snapshot) -> Plain:
     """Return the metadata with which later snapshots can be measured alone, from a run's first snapshot.
 
     They are `shot`, `axis` (dim - 1 coordinates), `width` of the projectile and, where there is a target, its `face`
@@ -120,7 +121,7 @@ def reference(start: Snapshot) -> dict[str, Any]:
     under ``shot``, `roles` and `planes` of the case.
     """
     scene = Scene.from_snapshot(start, start)
-    frame: dict[str, Any] = {"shot": scene.shot.as_dict(), "axis": scene.axis.tolist(), "width": scene.width}
+    frame: Plain = {"shot": scene.shot.as_dict(), "axis": scene.axis.tolist(), "width": scene.width}
     return frame | {"face": scene.face, "thickness": scene.thickness} if scene.has_target else frame
 
 

@@ -11,13 +11,13 @@ the projectile the edge of a plate; the images behind those are no matter.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.snapshot import Snapshot
 
 TOUCH = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
@@ -37,7 +37,7 @@ class Mirror:
         return {"axis": "xyz"[self.axis], "at": self.at}
 
     @classmethod
-    def from_dict(cls, plain: Mapping[str, Any]) -> Mirror:
+    def from_dict(cls, plain: PlainMapping) -> Mirror:
         """Return the plane with the plain form `plain`."""
         return cls("xyz".index(plain["axis"]), float(plain["at"]))
 
@@ -72,13 +72,13 @@ class Whole:
         """``whole``, ``planes`` or ``revolution``."""
         return "revolution" if self.revolution else "planes" if self.mirrors else "whole"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for the summary and for the metadata of snapshots."""
         planes = [mirror.as_dict() for mirror in self.mirrors]
         return {"kind": self.kind, "factor": self.factor, "planes": planes}
 
     @classmethod
-    def from_dict(cls, plain: Mapping[str, Any]) -> Whole:
+    def from_dict(cls, plain: PlainMapping) -> Whole:
         """Return the symmetry with the plain form `plain`."""
         return cls(tuple(map(Mirror.from_dict, plain["planes"])), plain["kind"] == "revolution")
 

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import product
-from typing import Any
 
 import numpy as np
 
+from hvisph.core.text import Plain
 from hvisph.measures.debris.groups import connected_groups
 
 PLATE_LIKE = 0.5  # a body is a plate where its least extent is below this share of the next
@@ -101,12 +101,12 @@ class Plate:
         out[out] = self.outward(across[out]) >= share
         return np.asarray(out)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for the metadata of snapshots."""
         return asdict(self)
 
     @classmethod
-    def from_dict(cls, plain: dict[str, Any]) -> Plate:
+    def from_dict(cls, plain: Plain) -> Plate:
         """Return what `as_dict` was made from."""
         rows = tuple(tuple(map(float, row)) for row in plain["basis"])
         entry, low, high, edges = (tuple(map(float, plain.get(key, ()))) for key in ("entry", "low", "high", "edges"))
@@ -310,8 +310,9 @@ def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: flo
     return grid.leads_through(now > least)
 
 
-def with_openings(plate: Plate, position: np.ndarray, projectile: np.ndarray, own: float | np.ndarray, spacing: float
-                  ) -> Plate:  # fmt: skip
+def with_openings(
+    plate: Plate, position: np.ndarray, projectile: np.ndarray, own: float | np.ndarray, spacing: float
+) -> Plate:
     """Return a layer with its initial openings: open or not, also along the shot line, and in how many parts.
 
     `position` and `projectile` are its particles and the projectile's at the start (n, dim) in the axes of the shot

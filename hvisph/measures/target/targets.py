@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.measure_catalogue import format_of
+from hvisph.core.text import Plain
 from hvisph.measures.frame.impact_geometry import PROJECTILE
 from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.frame.target_geometry import Plate
@@ -45,7 +45,7 @@ class LayerMeasures:
     obliquity: float | None = None
     opening: bool = False
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
         return {
             "body": self.body,

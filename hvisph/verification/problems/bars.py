@@ -7,10 +7,10 @@ vibration: what, finite elements say (`hvisph.exact.striking_bar`). Bodies that 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
+from hvisph.core.text import Plain
 from hvisph.verification.problem import ELASTIC, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
 
@@ -41,7 +41,7 @@ def _trials(options: Options) -> Iterator[Trial]:
             yield _resting(dim, dx, 10e-6 if options.quick else 40e-6)
 
 
-def _case(dim: int, dx: float, speed: float, gap: float, end: float) -> dict[str, Any]:
+def _case(dim: int, dx: float, speed: float, gap: float, end: float) -> Plain:
     shape = {"type": "interval", "length": SIZES[1][0]} if dim == 1 else {"type": "box", "size": SIZES[dim]}
     return {
         "title": f"elastic bars, {dim}D",
@@ -98,8 +98,9 @@ def _converging(dx: float) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         coarse, fine = (abs(float(ran.mean_velocity(0)[0])) for ran in runs)
-        yield limit("residual velocity, half over full spacing", fine / coarse, 0.8,
-                    why="between first order, 0.5, and none, 1")  # fmt: skip
+        yield limit(
+            "residual velocity, half over full spacing", fine / coarse, 0.8, why="between first order, 0.5, and none, 1"
+        )
 
     return Trial("1D gap 0, converging", [Start(case) for case in cases], figures)
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.text import Plain
 from hvisph.exact.hugoniot import Impact, impedance_match
 from hvisph.setup.materials import material_of
 from hvisph.verification.problem import (
@@ -70,13 +71,13 @@ def _trials(options: Options) -> Iterator[Trial]:
 
 def _trial(projectile: str, target: str, speed: float, dx: float, along: int, across: int = 0) -> Trial:
     materials = [fluid(METALS[name]) for name in (projectile, target)]
-    shape: dict[str, Any] = {"type": "interval", "length": along * dx}
+    shape: Plain = {"type": "interval", "length": along * dx}
     rest = [0.0]
     if across:
         shape, rest = {"type": "box", "size": [along * dx, 2 * across * dx]}, [0.0, 0.0]
     exact = impedance_match(_material(materials[0]), _material(materials[1]), speed)
     fastest = max(exact.projectile.shock_speed, exact.target.shock_speed)
-    case: dict[str, Any] = {
+    case: Plain = {
         "title": f"{projectile} on {target} at {speed / 1e3:g} km/s",
         "kinematics": "plane_strain" if across else "uniaxial_strain",
         "resolution": dx,
@@ -92,7 +93,7 @@ def _trial(projectile: str, target: str, speed: float, dx: float, along: int, ac
     return Trial(name, [Start(case)], _figures, _curves)
 
 
-def _material(plain: dict[str, Any]) -> Any:
+def _material(plain: Plain) -> Any:
     from hvisph.case.materials.material import Material
 
     return material_of(Material.model_validate(plain))
@@ -147,10 +148,11 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     for column, computed in (("pressure", last.fields["pressure"]), ("density", last.fields["density"]),
                           ("internal_energy", last.fields["internal_energy"])):  # fmt: skip
         values = [
-            {"pressure": s.pressure, "density": s.density, "internal_energy": s.energy}[column] if s
+            {"pressure": s.pressure, "density": s.density, "internal_energy": s.energy}[column]
+            if s
             else (m.density if column == "density" and m else 0.0)
             for s, m in zip(states, at_rest, strict=True)
-        ]  # fmt: skip
+        ]
         panels[column] = [
             Curve("computed", x[order], computed[order]),
             Curve("exact", np.repeat(edges, 2)[1:-1], np.repeat(values, 2), exact=True),

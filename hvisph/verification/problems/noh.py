@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.particles import Particles
+from hvisph.core.text import Plain
 from hvisph.exact.gas import Noh
 from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
@@ -47,7 +47,7 @@ class Implosion:
     name: str
     dim: int
     kinematics: str
-    shape: dict[str, Any]
+    shape: Plain
     spacing: tuple[float, float]
     tolerance: float
     planes: str

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from hvisph.core.text import Plain
 from hvisph.exact.plate_impact import PlateImpact, impact, with_reflections
 from hvisph.exact.wave_fronts import Tracked
 from hvisph.materials.material_table import Material
@@ -35,7 +35,7 @@ def _trials(options: Options) -> Iterator[Trial]:
 
 def _trial(name: str, dx: float) -> Trial:
     shape = {"type": "interval", "length": LENGTH}
-    case: dict[str, Any] = {
+    case: Plain = {
         "title": f"aluminium plates at 600 m/s, {name}",
         "kinematics": "uniaxial_strain",
         "resolution": dx,

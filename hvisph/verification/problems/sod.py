@@ -75,6 +75,7 @@ SOD_PROBLEM = Problem(
     "sod", "Sod's shock tube: L1 errors against the Riemann problem", _trials(SOD, 0.2, (0.8, 0.9), 0.0025, 0.005)
 )
 BLAST_PROBLEM = Problem(
-    "blast", "blast wave, pressures 1000 : 0.01, against the Riemann problem",
+    "blast",
+    "blast wave, pressures 1000 : 0.01, against the Riemann problem",
     _trials(BLAST, 0.012, (1.0, 0.6), 0.00125, 0.005),
-)  # fmt: skip
+)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.core.measure_catalogue import axis_unit, format_of
+from hvisph.core.text import PlainMapping
 from hvisph.measures.measure import Measures
 from hvisph.output.snapshot import Snapshot
 
@@ -51,8 +52,9 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
         word, factor = ("", 1.0) if unitless else axis_unit("us", time[-1:])
         for label, values in lines.items():
             spread = (bands or {}).get(label)
-            (line,) = axes.plot(time[thin] * factor, values[thin], label=label, linewidth=1.3,
-                                marker="" if spread is None else ".")  # fmt: skip
+            (line,) = axes.plot(
+                time[thin] * factor, values[thin], label=label, linewidth=1.3, marker="" if spread is None else "."
+            )
             if spread is not None:
                 low, high = (values + sign * np.nan_to_num(spread) for sign in (-1.0, 1.0))
                 axes.fill_between(time[thin] * factor, low[thin], high[thin], color=line.get_color(), alpha=0.2, lw=0)
@@ -187,8 +189,9 @@ def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
         return np.array([float(cell) if cell else np.nan for cell in history[name]])
 
 
-def moments(history: Mapping[str, np.ndarray], last: Snapshot, measures: Mapping[str, Any],
-            layers: Sequence[Mapping[str, Any]] = ()) -> list[tuple[str, float]]:  # fmt: skip
+def moments(
+    history: Mapping[str, np.ndarray], last: Snapshot, measures: PlainMapping, layers: Sequence[PlainMapping] = ()
+) -> list[tuple[str, float]]:
     """Return the moments of a run that are worth a display, by name, in order of time [s]."""
     end = last.time
     named: list[tuple[str, Any]] = [("contact", _contact(history))] if len(last.bodies) > 1 else []

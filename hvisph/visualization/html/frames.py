@@ -10,11 +10,11 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.measure_catalogue import axis_unit
+from hvisph.core.text import Plain
 from hvisph.measures.frame.impact_geometry import spacing_of
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
@@ -44,7 +44,7 @@ class Frames:
         What was left out, in words.
     """
 
-    content: dict[str, Any]
+    content: Plain
     remarks: tuple[str, ...]
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from hvisph.casefile.embedded_case import symmetry_axes
 from hvisph.core.measure_catalogue import format_share, format_time
+from hvisph.core.text import Plain
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import debris, measure
 from hvisph.measures.result import Result
@@ -45,7 +46,7 @@ SHARES = (
 class RunReport(RunFiles):
     """Report of one run; errors as of `RunFiles`."""
 
-    def content(self) -> dict[str, Any]:
+    def content(self) -> Plain:
         """Return all that the page's template asks for."""
         packed = self.frames()
         measured, health = history_charts(self.history, self.unitless) if self.history else ([], [])
@@ -117,14 +118,14 @@ class RunReport(RunFiles):
         return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
 
     def _rows(self, variants: bool = False) -> list[Row]:
-        results: dict[str, Any] = {name: Result.from_dict(one) for name, one in self.measures.items()}
+        results: Plain = {name: Result.from_dict(one) for name, one in self.measures.items()}
         return rows(results, self.summary.get("expected", []), self.unitless, variants)
 
-    def _layers(self) -> list[dict[str, Any]]:
+    def _layers(self) -> list[Plain]:
         """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
         told = []
         for layer in self.summary.get("layers", []):
-            results: dict[str, Any] = {name: Result.from_dict(one) for name, one in layer["measures"].items()}
+            results: Plain = {name: Result.from_dict(one) for name, one in layer["measures"].items()}
             shown = [asdict(row) for row in rows(results, (), self.unitless, variants=True) if row.value != "-"]
             told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
         return told
@@ -142,10 +143,10 @@ class RunReport(RunFiles):
             for name, t in marks
         ]
 
-    def _debris(self) -> list[dict[str, Any]]:
+    def _debris(self) -> list[Plain]:
         if self.last.dimensions == 1:
             return []
-        tables: list[dict[str, Any]] = []
+        tables: list[Plain] = []
         for body in debris(Scene.from_snapshot(self.last, read_snapshot(self.paths[0]))):
             for fragment, role in zip(body.fragments, body.roles, strict=True):
                 velocity = np.atleast_1d(fragment.velocity)
@@ -272,7 +273,7 @@ def _distinct(told: Sequence[RunReport]) -> None:
             one.name = f"{one.folder.resolve().parent.name}/{one.name}"
 
 
-def _differences(told: Sequence[RunReport]) -> list[dict[str, Any]]:
+def _differences(told: Sequence[RunReport]) -> list[Plain]:
     """Return the measures of several runs side by side; none for a single one."""
     if len(told) < 2:
         return []

@@ -14,6 +14,7 @@ from hvisph.casefile.embedded_case import symmetry_axes
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import axis_unit
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.frame.impact_geometry import spacing_of
 from hvisph.measures.measure import measure
 from hvisph.output import file_names
@@ -43,7 +44,7 @@ class RunFiles:
         self.case: Case | None = None
         with suppress(CaseError):
             self.case = load_case(folder / file_names.CASE)
-        self.summary: dict[str, Any] = {}
+        self.summary: Plain = {}
         with suppress(OutputError):
             self.summary = read_summary(folder)
         self.history: Mapping[str, np.ndarray] = {}
@@ -52,7 +53,7 @@ class RunFiles:
         self.last = read_snapshot(self.paths[-1])
         self.unitless = self.last.metadata.get("units") == "none"
         measured = self.summary.get("measures")
-        self.measures: Mapping[str, Mapping[str, Any]] = measured or measure(folder).as_dict()["measures"]
+        self.measures: Mapping[str, PlainMapping] = measured or measure(folder).as_dict()["measures"]
 
     def text(self, name: str) -> str:
         """Return the content of a text file of the folder; empty where there is none."""

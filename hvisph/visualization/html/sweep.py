@@ -8,13 +8,13 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hvisph.casefile.document import read_yaml
 from hvisph.casefile.embedded_case import symmetry_axes
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT
 from hvisph.output.reader import list_snapshots, read_snapshot
@@ -66,8 +66,9 @@ def is_sweep(path: str | os.PathLike[str]) -> bool:
     return (Path(path) / TABLE).is_file() and (Path(path) / RESULTS).is_file()
 
 
-def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | None = None, *,
-                 each: bool = False) -> Path:  # fmt: skip
+def sweep_report(
+    folder: str | os.PathLike[str], path: str | os.PathLike[str] | None = None, *, each: bool = False
+) -> Path:
     """Write the page of a sweep: ``report.html`` in its folder unless `path` is given; with `each`, every run's first.
 
     Raises
@@ -93,7 +94,7 @@ def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | 
     return target
 
 
-def _results(home: Path) -> dict[str, Any]:
+def _results(home: Path) -> Plain:
     try:
         return dict(json.loads((home / RESULTS).read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
@@ -111,7 +112,7 @@ def _table(home: Path) -> tuple[list[str], list[dict[str, str]]]:
     return [head for head in heads if any(row[head] for row in rows)], rows
 
 
-def _verdict(said: Mapping[str, Any]) -> str:
+def _verdict(said: PlainMapping) -> str:
     text = f"{said.get('done', 0)} of {said.get('cases', 0)} cases are done. {said.get('finding', '')}".rstrip()
     for limit in said.get("limits", []):
         where = "".join(f"{path} = {value}: " for path, value in limit["parameters"].items())
@@ -127,7 +128,7 @@ def _verdict(said: Mapping[str, Any]) -> str:
     return text
 
 
-def _picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> str:
+def _picture(said: PlainMapping, rows: Sequence[Mapping[str, str]]) -> str:
     """Return the sweep's picture as an element of the page; empty where there is nothing to draw."""
     try:
         figure = sweep_figure(said, _plain(rows))
@@ -136,7 +137,7 @@ def _picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> str:
     return embed_figure(figure, "What the sweep says")
 
 
-def _plain(rows: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
+def _plain(rows: Sequence[Mapping[str, str]]) -> list[Plain]:
     """Return rows of the table as the picture takes them."""
     cells = []
     for row in rows:
@@ -185,7 +186,7 @@ def _pictures(home: Path, rows: Sequence[Mapping[str, str]]) -> list[dict[str, s
     return told
 
 
-def _row(home: Path, heads: Sequence[str], row: Mapping[str, str]) -> dict[str, Any]:
+def _row(home: Path, heads: Sequence[str], row: Mapping[str, str]) -> Plain:
     page = _run(home, row) / REPORT
     link = os.path.relpath(page, home) if page.is_file() else ""
     return {"link": link, "cells": [{"text": _short(head, row[head]), "sort": row[head]} for head in heads]}
