@@ -57,7 +57,7 @@ class State(Snapshot):
         return f"<state at t = {self.time:.6g} s, step {self.step}: {self.count} particles in {self.dimensions}D>"
 
 
-class Summary(PlainMapping):
+class Summary(Mapping[str, Any]):
     """A run's summary: a mapping, and measures as attributes with `value`, `unit`, `uncertainty`, `reason`."""
 
     def __init__(self, content: PlainMapping):
@@ -176,7 +176,7 @@ class OpenRun:
         return report([self.path], path)
 
     def __dir__(self) -> list[str]:
-        return ["at", "files", "history", "path", "plot", "report", "summary"]
+        return ["files", "history", "path", "plot", "report", "state_at", "summary"]
 
     def __repr__(self) -> str:
         return f"<run {self.path}: {len(self)} snapshots, {self.summary.get('status', 'not ended')}>"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,13 +13,14 @@ from hvisph.cli.guard import FAILED, parse_option
 from hvisph.cli.options import JsonOption, QuietOption, Running, SetOption, ThreadsOption, argument, option, shared
 from hvisph.cli.text.formatting import echo_json, say, table
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.core.text import Plain
 
 from .sweep import go
 
 if TYPE_CHECKING:
     from hvisph_validation.experiments import Experiments, Form
     from hvisph_validation.results import SetResult
+
+    from hvisph.verification.problem import Problem
 
 
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read better than SI's own
@@ -118,7 +119,7 @@ def _formulations(asked: list[str] | None) -> list[str]:
     return [default_formulation() if name == "default" else name for name in asked or ALL]
 
 
-def _list(problems: Plain, as_json: bool) -> None:
+def _list(problems: Mapping[str, Problem], as_json: bool) -> None:
     rows = [(p.name, "slow" if p.slow else "", p.title) for p in problems.values()]
     if as_json:
         echo_json([{"name": p.name, "title": p.title, "slow": p.slow, "formulations": list(p.formulations)}
