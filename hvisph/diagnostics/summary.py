@@ -113,7 +113,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
         measured = undefined_measures(now, f"the run failed and its last state cannot be measured ({error})")
     plain = measured.as_dict()
     pressures, apart = compare_peak_pressure(case, highest_pressure)
-    told = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
+    fractions = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
     models = [body.material for body in case.bodies.values()]
     restores = case.formulation.type == "projection"  # its pressures restore the density: no states of a material
     whole = [not restores and one.strength.type != "none" and one.damage.type == "none" for one in models]
@@ -140,7 +140,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
         "energies": {
             name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
         },
-        "shares": told,
+        "shares": fractions,
         "pressures": pressures,
         "conservation": conservation,
         "expected": compare_expected({**measured.results, **conservation}, case.expected),

@@ -136,21 +136,21 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
     `whole` says which bodies are solids without a model of damage, `holds` where the material of each body is valid;
     `moments` are earlier states of the run.
     """
-    told = []
+    texts = []
     left = validity_notes(chain(moments, [now]), bodies, holds) if holds else {}
     for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
         mine = (now.body == number) & (now.fields["mass"] > 0.0)
         if mine.sum() < 2:
             continue
-        told += [f"{name}: {text}" for text in left.get(name, [])]
+        texts += [f"{name}: {text}" for text in left.get(name, [])]
         position = now.fields["position"][mine]
-        told += [f"{name}: {text}" for text in _of_body(now, mine, position, spacing)]
+        texts += [f"{name}: {text}" for text in _of_body(now, mine, position, spacing)]
         if has_no_damage:
             # by number: particles may have left the domain since
             before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
             strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
-            told += [f"{name}: {text}" for text in _tearing(position, before, strain, spacing)]
-    return [*told, *_energy(now, start), *_isolated_vapour(now, start)]
+            texts += [f"{name}: {text}" for text in _tearing(position, before, strain, spacing)]
+    return [*texts, *_energy(now, start), *_isolated_vapour(now, start)]
 
 
 def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
@@ -227,10 +227,10 @@ def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:
     held = float(work[alone].sum())
     if held > HELD * at_start:
         most = float(pressure[alone].max())
-        told = f"{most:.3g}" if now.metadata.get("units") == "none" else f"{1e-9 * most:.3g} GPa"
+        texts = f"{most:.3g}" if now.metadata.get("units") == "none" else f"{1e-9 * most:.3g} GPa"
         share = format_share(float(mass[alone].sum() / mass.sum()))
         yield (
-            f"{share} of the mass flies alone, out of reach of all others, under up to {told}: nothing is there "
+            f"{share} of the mass flies alone, out of reach of all others, under up to {texts}: nothing is there "
             f"for it to expand against, so that it keeps {100 * held / at_start:.2g} % of the energy at the start as "
             "p/rho; `smoothing_length: {type: variable}` leaves less"
         )

@@ -89,8 +89,8 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
         When it cannot be written; those before it are untouched.
     """
     path = Path(folder) / f"{checkpoint.step:012d}.h5"
-    said = {"format_version": FORMAT_VERSION, "code_version": __version__, "step": checkpoint.step}
-    header = json.dumps(said | {"content": checkpoint.header}).encode("ascii")
+    form = {"format_version": FORMAT_VERSION, "code_version": __version__, "step": checkpoint.step}
+    header = json.dumps(form | {"content": checkpoint.header}).encode("ascii")
     with writing(path) as h5:
         h5.create_dataset(_HEADER, data=np.frombuffer(header, np.uint8))
         for name in checkpoint.arrays:  # one at a time

@@ -51,6 +51,6 @@ def _arrays(place: Any, path: Path) -> dict[str, np.ndarray]:
         raise CaseError(f"has more than {MOST} numbers in a dataset", file=str(path))
     whole = (*shapes["density"], *shapes["temperature"])
     if len(whole) != 2 or shapes["pressure"] != whole or shapes["energy"] != whole:
-        told = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise CaseError(f"its datasets do not fit: {told}; needed are (n), (m), (n, m) and (n, m)", file=str(path))
+        sizes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise CaseError(f"its datasets do not fit: {sizes}; needed are (n), (m), (n, m) and (n, m)", file=str(path))
     return {name: np.asarray(place[name], dtype=float) for name in NAMES}

@@ -243,8 +243,8 @@ def read_vtk(path: str | Path, convention: Convention = SI, ending: str = ".vtk"
         if not isinstance(mesh, pyvista.PolyData | pyvista.UnstructuredGrid):
             raise OutputError(f"it holds {type(mesh).__name__}; read are POLYDATA and UNSTRUCTURED_GRID")
         arrays = {name: np.asarray(values) for name, values in mesh.point_data.items()}
-        told = {name: np.asarray(values) for name, values in mesh.field_data.items()}
-        return snapshot_of_another_code(np.asarray(mesh.points), arrays, told, convention)
+        file_data = {name: np.asarray(values) for name, values in mesh.field_data.items()}
+        return snapshot_of_another_code(np.asarray(mesh.points), arrays, file_data, convention)
 
 
 def read_lammps(path: str | Path, convention: Convention = SI) -> Snapshot:
@@ -279,5 +279,5 @@ def read_lammps(path: str | Path, convention: Convention = SI) -> Snapshot:
                 points[:, k] = low + values * (high - low) if "s" in name else values
             elif axis != "z":
                 raise OutputError(f"its particles have no '{axis}', '{axis}u' or '{axis}s'")
-        told = {"time": np.array([float(items["TIME"][1][0])])} if "TIME" in items else {}
-        return snapshot_of_another_code(points, arrays, told, convention, int(items["TIMESTEP"][1][0]))
+        file_data = {"time": np.array([float(items["TIME"][1][0])])} if "TIME" in items else {}
+        return snapshot_of_another_code(points, arrays, file_data, convention, int(items["TIMESTEP"][1][0]))

@@ -64,8 +64,8 @@ def misfit(summary: object) -> str:
     if text:
         return text
     failure, measures, drifts, expected = (summary.get(k) for k in ("failure", "measures", "conservation", "expected"))
-    told = failure is None or (isinstance(failure, dict) and _text(failure.get("message")))
-    if "failure" not in summary or not told:
+    known = failure is None or (isinstance(failure, dict) and _text(failure.get("message")))
+    if "failure" not in summary or not known:
         return "its failure is missing or has no message"
     if not isinstance(measures, dict) or not isinstance(drifts, dict) or not isinstance(expected, list):
         return "it lacks measures, conservation or expected"

@@ -184,8 +184,8 @@ class OpenRun:
     def _repr_html_(self) -> str:
         summary = self.summary
         results: Any = {name: _result(getattr(summary, name)) for name in summary.get("measures", {})}
-        told = [row for row in rows(results, summary.get("expected", [])) if row.value != "-"]
-        cells = [[escape(text) for text in (row.label, row.value, row.expected)] for row in told]
+        shown = [row for row in rows(results, summary.get("expected", [])) if row.value != "-"]
+        cells = [[escape(text) for text in (row.label, row.value, row.expected)] for row in shown]
         lines = "".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in cells)
         head = f"<b>{escape(str(summary.get('title', self.path.name)))}</b><br>{escape(str(summary.get('answer', '')))}"
         return f"{head}<table><tr><th>measure</th><th>value</th><th>expected</th></tr>{lines}</table>"

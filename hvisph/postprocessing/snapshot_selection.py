@@ -46,13 +46,13 @@ def draw_last_states(runs: Mapping[str, Path], path: Path, field: str) -> Path:
 def moment_of(snapshot: Snapshot, name: str = "") -> Moment:
     """Return a snapshot to show, with its name, and below it time, spacing and formulation, in its title."""
     unitless = snapshot.metadata.get("units") == "none"
-    told = []
-    told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {format_time(snapshot.time, '.2f')}")
+    parts = []
+    parts.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {format_time(snapshot.time, '.2f')}")
     spacing = snapshot.metadata.get("spacing")
     if isinstance(spacing, float):
         unit, factor = axis_unit("mm", [spacing])
-        told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * factor:.3g} {unit}")
+        parts.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * factor:.3g} {unit}")
     case = snapshot.metadata.get("case")
-    told.append(formulation(case))
-    words = ", ".join(part for part in told if part)
+    parts.append(formulation(case))
+    words = ", ".join(part for part in parts if part)
     return Moment(snapshot, symmetry_axes(case), f"{name}\n{words}" if name else words)

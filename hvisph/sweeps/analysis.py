@@ -32,7 +32,7 @@ from .surrogate import sensitivity
 
 def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row]) -> Plain:
     """Analyse the results of a sweep, in plain form for `results.json`."""
-    said: Plain = {
+    results: Plain = {
         "type": vary.type,
         "cases": len(rows),
         "done": sum(row["status"] == "done" for row in rows),
@@ -42,18 +42,18 @@ def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row]) -> Plain:
     }
     done = [row for row in rows if row["status"] == "done"]
     if isinstance(vary, models.Converge):
-        said["converge"] = _converge(vary, base, done)
+        results["converge"] = _converge(vary, base, done)
     elif isinstance(vary, models.Listed) and (found := against_experiment(done)):
-        said["experiment"] = found
+        results["experiment"] = found
     elif isinstance(vary, models.Sample):
-        said["sample"] = _sample(vary, base, done)
+        results["sample"] = _sample(vary, base, done)
     elif isinstance(vary, models.Bisect):
-        said["limits"] = [_limit(vary, base, fixed, group) for fixed, group in _groups(vary, base, done)]
-        _add_uncertainty(vary, base, said["limits"])
+        results["limits"] = [_limit(vary, base, fixed, group) for fixed, group in _groups(vary, base, done)]
+        _add_uncertainty(vary, base, results["limits"])
     elif isinstance(vary, models.Fit):
-        said["fit"] = Calibration(vary, base, done).solve()[1]
-    said["finding"] = finding(said, done)
-    return said
+        results["fit"] = Calibration(vary, base, done).solve()[1]
+    results["finding"] = finding(results, done)
+    return results
 
 
 def following(vary: Any, base: PlainMapping, rows: Sequence[Row], points: int) -> list[Values]:
@@ -227,26 +227,26 @@ def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Pla
     return verdicts
 
 
-def finding(said: PlainMapping, rows: Sequence[PlainMapping]) -> str:
+def finding(results: PlainMapping, rows: Sequence[PlainMapping]) -> str:
     """Return what the results of a sweep say, the main measure first; empty where nothing is done.
 
     Parameters
     ----------
-    said
+    results
         Content of ``results.json``.
     rows
         Cases that are done.
     """
-    if said.get("fit"):
-        fit = said["fit"]
+    if results.get("fit"):
+        fit = results["fit"]
         text = "; ".join(parameter_text(path, one) for path, one in fit["parameters"].items())
         return f"{text}. Sum of squares {fit['sum_of_squares']:.3g} for {fit['freedom']} degrees of freedom."
-    if "limits" in said:
-        return " ".join(map(_limit_text, said["limits"]))
+    if "limits" in results:
+        return " ".join(map(_limit_text, results["limits"]))
     for kind, sentence in (("converge", _convergence_text), ("sample", _sample_text), ("experiment", _experiment_text)):
-        if said.get(kind):
-            name = _main_measure(said[kind])
-            return sentence(format_of(name), said[kind][name])
+        if results.get(kind):
+            name = _main_measure(results[kind])
+            return sentence(format_of(name), results[kind][name])
     numbers: dict[str, list[float]] = {}
     for row in rows:
         for name, one in row["measures"].items():

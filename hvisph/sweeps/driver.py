@@ -53,22 +53,22 @@ class Failures:
     def __init__(self) -> None:
         self.count = 0
 
-    def add(self, code: int, said: str = "") -> None:
+    def add(self, code: int, output: str = "") -> None:
         """Hear that a worker has ended; raises `OutputError` when it was one too many.
 
         Parameters
         ----------
         code
             Its exit code; negative for one that was killed, whose case tells for itself how often that was.
-        said
-            What it said at the end.
+        output
+            The end of its standard error.
         """
         if code <= 0 or code == INTERRUPTED:
             self.count = 0 if code == 0 else self.count
             return
         self.count += 1
         if self.count >= MOST_FAILURES:
-            last = f": {said.strip().splitlines()[-1]}" if said.strip() else ""
+            last = f": {output.strip().splitlines()[-1]}" if output.strip() else ""
             raise OutputError(f"{self.count} workers in a row could not work, the last with exit code {code}{last}")
 
 
@@ -166,13 +166,13 @@ class Driver:
     def conclude(self) -> Plain:
         """Write the table and the results as they stand, and return the results."""
         self.table.write(self.members, last=True)
-        said = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
-        for limit in said.get("limits", []):
+        results = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
+        for limit in results.get("limits", []):
             limit |= beside_limit(self.plan, limit)
-        if (said.get("fit") or {}).get("material"):
-            self._write_material(said["fit"])
-        atomic_write.write_text(self.folder.path / RESULTS, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
-        return said
+        if (results.get("fit") or {}).get("material"):
+            self._write_material(results["fit"])
+        atomic_write.write_text(self.folder.path / RESULTS, json.dumps(results, indent=2, ensure_ascii=False) + "\n")
+        return results
 
     def _write_material(self, fit: Plain) -> None:
         """Write the fitted material; its date is that of the last run."""

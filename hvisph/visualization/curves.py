@@ -348,16 +348,16 @@ def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "")
         axes[0].set_aspect("equal")
         axes[0].set_xlabel("y from the shot line [mm]")
         axes[0].set_ylabel("z from the shot line [mm]")
-    told = cloud.witness
-    radius = np.array([0.0, *told["radius"]]) * 1e3
+    loads = cloud.witness
+    radius = np.array([0.0, *loads["radius"]]) * 1e3
     over = axes[-1]
-    over.stairs(told["areal_momentum"], radius, color=COLOURS[0], lw=1.4, label="areal momentum")
+    over.stairs(loads["areal_momentum"], radius, color=COLOURS[0], lw=1.4, label="areal momentum")
     over.set_xlabel("radius [mm]" if not flat else "distance from the shot line [mm]")
     over.set_ylabel("areal momentum [Pa s]", color=COLOURS[0])
     other = over.twinx()
-    other.stairs(np.array(told["pressure"]) * 1e-6, radius, color=COLOURS[1], lw=1.2, label="mean pressure")
+    other.stairs(np.array(loads["pressure"]) * 1e-6, radius, color=COLOURS[1], lw=1.2, label="mean pressure")
     other.set_ylabel("mean pressure while it arrives [MPa]", color=COLOURS[1])
     over.grid(alpha=0.25, lw=0.5)
-    arrives = f"x = {came.x * 1e3:g} mm, {told['first'] * 1e6:.3g} to {told['last'] * 1e6:.3g} us"
+    arrives = f"x = {came.x * 1e3:g} mm, {loads['first'] * 1e6:.3g} to {loads['last'] * 1e6:.3g} us"
     figure.suptitle(f"{title}: {arrives}" if title else arrives, fontsize=9)
     return store(figure, path)

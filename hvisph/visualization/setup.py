@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_SHOWN = 60_000  # particles of a view; more would not be told apart
+MOST_SHOWN = 60_000  # particles of a view; more would not be labels apart
 UNDER = 34  # [points] from the axes to the names under them
 TURN, RAISE = np.radians(-35.0), np.radians(22.0)  # from where a view is seen
 
@@ -68,7 +68,7 @@ class Setup:
     si
         Whether lengths are in metres.
     revolved
-        Whether particles are rings about x: the bodies are solids of revolution.
+        Whether particles are axisymmetric about x: the bodies are solids of revolution.
     """
 
     title: str
@@ -132,7 +132,7 @@ def setup_figure(setup: Setup) -> Figure:
 
 
 def _section(axes: Axes, setup: Setup) -> None:
-    """Draw the plane through the shot line: x and y, or in 1D x alone; of rings both halves."""
+    """Draw the plane through the shot line: x and y, or in 1D x alone; of axisymmetric particles both halves."""
     from matplotlib.collections import EllipseCollection
     from matplotlib.transforms import ScaledTranslation
 
@@ -188,7 +188,7 @@ def _section(axes: Axes, setup: Setup) -> None:
     axes.set_xlabel(f"x{setup.unit[0]}")
     across = "r" if setup.revolved else "y"
     axes.set_ylabel("" if setup.dim == 1 else f"{across}{setup.unit[0]}")
-    counted = f"{len(everything)} {'rings' if setup.revolved else 'particles'}"
+    counted = f"{len(everything)} {'axisymmetric particles' if setup.revolved else 'particles'}"
     axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
     below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat
     axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2, frameon=False)
@@ -199,7 +199,7 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
     speeds = [float(np.sqrt((body.velocity**2).sum())) for body in setup.bodies]
     if not max(speeds) > 0:
         return
-    told: list[tuple[str, np.ndarray]] = []
+    labels: list[tuple[str, np.ndarray]] = []
     for body, speed in zip(setup.bodies, speeds, strict=True):
         if speed == 0:
             continue
@@ -211,14 +211,14 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
         axes.annotate("", head, tail, arrowprops={"arrowstyle": "->", "lw": 2.0, "color": "#111111"})
         behind = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 1}
         text = (f"{speed:.4g} m/s" if speed < 1e4 else f"{speed * 1e-3:.4g} km/s") if setup.si else f"{speed:.4g}"
-        if any(text == other and np.linalg.norm(end - place) < span / 12 for other, place in told):
+        if any(text == other and np.linalg.norm(end - place) < span / 12 for other, place in labels):
             continue  # a core and its jacket
-        told.append((text, end))
+        labels.append((text, end))
         axes.annotate(text, head, xytext=(3, 3), textcoords="offset points", fontsize=8, bbox=behind)
 
 
 def _view(axes: Axes, setup: Setup) -> None:
-    """Draw all particles from ahead and above, the far ones first, lighter with depth; of rings three quarters."""
+    """Draw all particles from ahead and above, far ones first, lighter with depth; three quarters of a revolution."""
     from matplotlib.colors import to_rgb
 
     bodies = [(body.positions, body.spacing) for body in setup.bodies]

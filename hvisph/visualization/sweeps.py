@@ -25,13 +25,13 @@ MOST_PANELS = 9
 MOST_GROUPS = 12  # that a legend names
 
 
-def sweep_picture(said: Mapping[str, object], rows: Sequence[PlainMapping], path: str | os.PathLike[str],
+def sweep_picture(results: Mapping[str, object], rows: Sequence[PlainMapping], path: str | os.PathLike[str],
                   title: str = "", record: Sequence[str] | None = None) -> Path:  # fmt: skip
     """Draw what a sweep says and store it.
 
     Parameters
     ----------
-    said
+    results
         Content of the sweep's ``results.json``.
     rows
         Its cases, for a sweep without a verdict: measures over the first value that varies.
@@ -47,22 +47,22 @@ def sweep_picture(said: Mapping[str, object], rows: Sequence[PlainMapping], path
     CaseError
         When there is nothing to draw.
     """
-    figure = sweep_figure(said, rows, record)
+    figure = sweep_figure(results, rows, record)
     figure.suptitle(title)
     return store(figure, path)
 
 
-def sweep_figure(said: PlainMapping, rows: Sequence[PlainMapping], record: Sequence[str] | None = None) -> Figure:
+def sweep_figure(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequence[str] | None = None) -> Figure:
     """Return the figure of what a sweep says; raises `CaseError` when there is nothing to draw."""
-    if "limits" in said:
-        return _limits(said["limits"])
-    if said.get("fit"):
-        return _fit_figure(said["fit"]["data"])
-    if "experiment" in said:
-        return _panels(said["experiment"], _against)
+    if "limits" in results:
+        return _limits(results["limits"])
+    if results.get("fit"):
+        return _fit_figure(results["fit"]["data"])
+    if "experiment" in results:
+        return _panels(results["experiment"], _against)
     for kind, draw in (("converge", _convergence), ("sample", _tornado)):
-        if kind in said:
-            return _panels({name: said[kind][name] for name in _choose_names(said[kind], record)}, draw)
+        if kind in results:
+            return _panels({name: results[kind][name] for name in _choose_names(results[kind], record)}, draw)
     return _measures(rows, record)
 
 
@@ -258,21 +258,21 @@ def _colours(count: int) -> list[Any]:
     return [colormaps["viridis"](0.85 * k / (count - 1)) for k in range(count)]
 
 
-def result_lines(said: PlainMapping, record: Sequence[str] | None = None) -> list[list[str]]:
+def result_lines(results: PlainMapping, record: Sequence[str] | None = None) -> list[list[str]]:
     """Return what all cases of a sweep say of each measure, or of each parameter of a fit, as text: heads, then rows.
 
-    `said` is the content of ``results.json``, `record` the measures to list, all unless given; empty for a sweep that
-    only varies something.
+    `results` is the content of ``results.json``, `record` the measures to list, all unless given. A sweep that only
+    varies something has no lines.
     """
-    if said.get("fit"):
-        return _fit_lines(said["fit"])
+    if results.get("fit"):
+        return _fit_lines(results["fit"])
     kinds = {"converge": (["", "unit", "finest", "order", "extrapolated", "index", ""], _convergence_cells),
              "sample": (["", "unit", "mean", "sd", "5 %", "50 %", "95 %"], _sample_cells),
              "experiment": (["against the experiment", "shots", "mean", "worst"], _difference_cells)}  # fmt: skip
     for kind, (heads, cells) in kinds.items():
-        if kind in said:
-            names = [name for name in said[kind] if record is None or name in record or kind == "experiment"]
-            return [heads, *([format_of(name).label, *cells(name, said[kind][name])] for name in names)]
+        if kind in results:
+            names = [name for name in results[kind] if record is None or name in record or kind == "experiment"]
+            return [heads, *([format_of(name).label, *cells(name, results[kind][name])] for name in names)]
     return []
 
 

@@ -58,30 +58,30 @@ def compare(
         raise CaseError("needs --picture FILE, which it colours", where="--field")
     from hvisph.postprocessing.comparison import entries
 
-    asked = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
-    if picture is not None and any(entry.case is not None for entry in asked):
+    chosen = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
+    if picture is not None and any(entry.case is not None for entry in chosen):
         _refuse_picture(picture, field)
     if gauges is not None:
         refuse_format(gauges, "--gauges")
-    _complete(asked, threads, force, quiet or as_json)
+    _complete(chosen, threads, force, quiet or as_json)
     from hvisph.measures.compare import row
 
-    rows = [row(entry.name, entry.folder) for entry in asked]
+    rows = [row(entry.name, entry.folder) for entry in chosen]
     if picture is not None:
         from hvisph.postprocessing.snapshot_selection import draw_last_states
 
-        draw_last_states({entry.name: entry.folder for entry in asked}, picture, field or "pressure")
-    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in asked}, gauges)
+        draw_last_states({entry.name: entry.folder for entry in chosen}, picture, field or "pressure")
+    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in chosen}, gauges)
     if as_json:
-        told: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
+        plain: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
         if overlaid is not None:
-            told["gauges"] = {
+            plain["gauges"] = {
                 name: {column: asdict(one) for column, one in columns.items()}
                 for name, columns in overlaid.differences.items()
             }
-        echo_json(told)
+        echo_json(plain)
     elif not quiet:
-        unitless = any(_unitless(entry) for entry in asked)
+        unitless = any(_unitless(entry) for entry in chosen)
         show(comparison_tables(rows, unitless, every))
         if overlaid is not None:
             say(gauge_table(overlaid))
@@ -115,11 +115,11 @@ def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
     return made
 
 
-def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
+def _complete(chosen: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
     """Run what has not been run; an interrupt ends the command."""
     from hvisph.postprocessing.comparison import is_run
 
-    todo = [entry for entry in asked if entry.case is not None and (force or not is_run(entry))]
+    todo = [entry for entry in chosen if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
     from hvisph.cli.guard import locate_errors

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 HEADING = 14  # of a column's name, which is broken where it is longer
 
-# Share of a time that is asked for by which the nearest snapshot may miss it without a word.
+# Share of a time that is known for by which the nearest snapshot may miss it without a word.
 FAR = 0.1
 
 
@@ -157,8 +157,8 @@ def _compare_expected(case: Case | None, measured: Measures) -> list[Plain]:
         return []
     from hvisph.measures.compare import compare_expected
 
-    asked = {name: entry for name, entry in case.expected.items() if name in measured.results}
-    return compare_expected(measured.results, asked)
+    known = {name: entry for name, entry in case.expected.items() if name in measured.results}
+    return compare_expected(measured.results, known)
 
 
 def _series(series: Sequence[Measures], unitless: bool) -> str:

@@ -192,15 +192,15 @@ def _list(source: str, as_json: bool) -> None:
 
 def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
     """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
-    from hvisph.cli.text.sweep_log import Teller
+    from hvisph.cli.text.sweep_log import SweepLog
     from hvisph.sweeps.driver import driver
 
     under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
-    teller = Teller(under_way, how.silent)
+    log = SweepLog(under_way, how.silent)
     try:
-        with ends_like_ctrl_c(), teller:
+        with ends_like_ctrl_c(), log:
             for row in under_way.go():
-                teller.report_end(row)
+                log.report_end(row)
     except KeyboardInterrupt:
         say(f"interrupted; go on with: hvisph sweep {folder.path}", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -212,25 +212,25 @@ def _show(folder: SweepFolder, how: How) -> None:
     from hvisph.sweeps.folder import Selection, rows
 
     stands = driver(folder, None, None, Selection(), None)
-    said = stands.conclude()
+    results = stands.conclude()
     shown = rows(folder, stands.members)
     if how.as_json:
-        echo_json({"rows": shown, "results": said, "folder": str(folder.path)})
+        echo_json({"rows": shown, "results": results, "folder": str(folder.path)})
     elif not how.quiet:
         from hvisph.cli.text.sweep_log import summary
 
-        say(summary(stands.sweep, shown, said, folder.path))
+        say(summary(stands.sweep, shown, results, folder.path))
     if how.plot is not None:
         from hvisph.visualization.sweeps import sweep_picture
 
         title = stands.sweep.title or str(stands.plan.base.value.get("title", ""))
-        sweep_picture(said, shown, how.plot, title or folder.path.name, stands.sweep.record)
+        sweep_picture(results, shown, how.plot, title or folder.path.name, stands.sweep.record)
         if not how.silent:
             say(str(how.plot))
     statuses = {row["status"] for row in shown}
     if statuses & {"failed", "error", "killed"}:
         raise typer.Exit(FAILED)
-    found = said.get("fit") or {"parameters": {}, "converged": True}
+    found = results.get("fit") or {"parameters": {}, "converged": True}
     doubtful = not found["converged"] or not all(one["determined"] for one in found["parameters"].values())
-    if doubtful or any(row["missed"] for row in shown) or any(one["open"] for one in said.get("limits", [])):
+    if doubtful or any(row["missed"] for row in shown) or any(one["open"] for one in results.get("limits", [])):
         raise typer.Exit(1)

@@ -21,14 +21,14 @@ SHOWN_RESIDUALS = 6
 SHOWN_ROWS = 60  # of the table on the terminal
 
 
-class Teller:
+class SweepLog:
     """Progress report of a sweep."""
 
     def __init__(self, driver: Any, silent: bool):
         self.driver, self.silent = driver, silent
         self.done, self.began = 0, time.monotonic()
 
-    def __enter__(self) -> Teller:
+    def __enter__(self) -> SweepLog:
         if not self.silent:
             members = len(self.driver.members)
             workers = self.driver.workers
@@ -50,9 +50,9 @@ class Teller:
         values = row["values"].get(SHOT) or ", ".join(
             f"{path} {format_value(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
         )
-        said = row["message"] or _format_measures(row, _main(self.driver.sweep.record, [row])[:3])
+        text = row["message"] or _format_measures(row, _main(self.driver.sweep.record, [row])[:3])
         left = self._left()
-        say(f"{row['number']:5d}  {values}  {row['status']}  {said}{left}")
+        say(f"{row['number']:5d}  {values}  {row['status']}  {text}{left}")
         sys.stdout.flush()
 
     def _left(self) -> str:
@@ -85,17 +85,17 @@ def _format_measures(row: Plain, names: Sequence[str]) -> str:
     return ", ".join(parts)
 
 
-def summary(sweep: Any, rows: Sequence[Plain], said: Plain, path: Path) -> str:
+def summary(sweep: Any, rows: Sequence[Plain], results: Plain, path: Path) -> str:
     """Return what a sweep says, in words and tables."""
-    parts = ["", paragraph(said["finding"]), ""] if said.get("finding") else [""]
-    if said.get("fit"):
-        return "\n".join([*parts, _fit(said["fit"], path), "", f"{len(rows)} runs: {path / 'table.csv'}"])
-    if "limits" in said:
-        parts += [*map(_limit, said["limits"]), ""]
-    elif lines := result_lines(said, sweep.record):
+    parts = ["", paragraph(results["finding"]), ""] if results.get("finding") else [""]
+    if results.get("fit"):
+        return "\n".join([*parts, _fit(results["fit"], path), "", f"{len(rows)} runs: {path / 'table.csv'}"])
+    if "limits" in results:
+        parts += [*map(_limit, results["limits"]), ""]
+    elif lines := result_lines(results, sweep.record):
         parts += [table(lines), ""]
-    if "sample" in said:
-        parts += [*_slopes(said["sample"], sweep.record)]
+    if "sample" in results:
+        parts += [*_slopes(results["sample"], sweep.record)]
     parts += [_rows(rows, sweep.record), ""]
     counts: dict[str, int] = {}
     for row in rows:
@@ -144,10 +144,10 @@ def _limit(verdict: Plain) -> str:
     if "recht_ipson" in verdict:
         through = [(shot, one) for shot, one in zip(verdict["shots"], verdict["recht_ipson"]["residuals"], strict=True)
                    if shot["happened"] and shot["residual"] is not None]  # fmt: skip
-        said = ", ".join(
+        values = ", ".join(
             f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}" for shot, one in through
         )
-        lines.append(f"  residual velocities beside Recht-Ipson's about this limit: {said}")
+        lines.append(f"  residual velocities beside Recht-Ipson's about this limit: {values}")
     return "\n".join(lines)
 
 

@@ -123,12 +123,12 @@ class RunReport(RunFiles):
 
     def _layers(self) -> list[Plain]:
         """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
-        told = []
+        reports = []
         for layer in self.summary.get("layers", []):
             results: Plain = {name: Result.from_dict(one) for name, one in layer["measures"].items()}
             shown = [asdict(row) for row in rows(results, (), self.unitless, variants=True) if row.value != "-"]
-            told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
-        return told
+            reports.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
+        return reports
 
     def _over_time(self) -> list[dict[str, str]]:
         """Return charts of the main measures over the snapshots; none where measuring them all would take long."""
@@ -166,8 +166,8 @@ class RunReport(RunFiles):
         drift = conservation.get("energy_drift")
         if drift is not None:
             remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
-        told = self.summary.get("shares")
-        remarks += _share_remarks(told) if told else _state_remarks(self.last)
+        reports = self.summary.get("shares")
+        remarks += _share_remarks(reports) if reports else _state_remarks(self.last)
         if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
             voids = float(self.measures["void_fraction"]["value"])
             remarks.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
@@ -180,9 +180,9 @@ class RunReport(RunFiles):
         return remarks + [(False, text) for text in dict.fromkeys(warnings)]
 
 
-def _share_remarks(told: Mapping[str, float | None]) -> list[tuple[bool, str]]:
+def _share_remarks(reports: Mapping[str, float | None]) -> list[tuple[bool, str]]:
     """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
-    known = [(share, good, words) for name, good, words in SHARES if (share := told.get(name)) is not None]
+    known = [(share, good, words) for name, good, words in SHARES if (share := reports.get(name)) is not None]
     return [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
 
 
@@ -245,17 +245,17 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     OutputError
         When the file cannot be written.
     """
-    told = [RunReport(Path(run)) for run in runs]
-    _distinct(told)
-    contents = [one.content() for one in told]
+    reports = [RunReport(Path(run)) for run in runs]
+    _distinct(reports)
+    contents = [one.content() for one in reports]
     tables = colour_tables([field["colours"] for one in contents for field in one["frames"]["fields"]])
-    target = Path(path) if path is not None else told[0].folder / REPORT
+    target = Path(path) if path is not None else reports[0].folder / REPORT
     packed = {"colours": tables, "runs": [one["frames"] for one in contents]}
     titles = {one["frames"]["title"] for one in contents}
     names = "" if len(contents) == 1 else " / ".join(one["name"] for one in contents)
     title = ": ".join(part for part in (titles.pop() if len(titles) == 1 else "", names) if part)
     text = template("report.html.j2").render(
-        title=title or contents[0]["name"], sections=SECTIONS, runs=contents, differences=_differences(told),
+        title=title or contents[0]["name"], sections=SECTIONS, runs=contents, differences=_differences(reports),
         linked=lambda file: quote(os.path.relpath(file, target.parent).replace(os.sep, "/")),
         # a closing tag inside a script would end it
         packed=json.dumps(packed).replace("<", "\\u003c"),
@@ -265,19 +265,19 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     return target
 
 
-def _distinct(told: Sequence[RunReport]) -> None:
+def _distinct(reports: Sequence[RunReport]) -> None:
     """Give runs of one name their folder's name as well."""
-    names = [one.name for one in told]
-    for one in told:
+    names = [one.name for one in reports]
+    for one in reports:
         if names.count(one.name) > 1:
             one.name = f"{one.folder.resolve().parent.name}/{one.name}"
 
 
-def _differences(told: Sequence[RunReport]) -> list[Plain]:
+def _differences(reports: Sequence[RunReport]) -> list[Plain]:
     """Return the measures of several runs side by side; none for a single one."""
-    if len(told) < 2:
+    if len(reports) < 2:
         return []
-    tables = [one.row_values() for one in told]
+    tables = [one.row_values() for one in reports]
     names = dict.fromkeys(name for table in tables for name, row in table.items() if row.value != "-")
     return [
         {"label": next(table[name].label for table in tables if name in table),

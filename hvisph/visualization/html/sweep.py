@@ -77,16 +77,16 @@ def sweep_report(
         When its table or its results cannot be read, or the page cannot be written.
     """
     home = Path(folder)
-    said, heads, rows = _results(home), *_table(home)
+    results, heads, rows = _results(home), *_table(home)
     title = _title(home) or f"Sweep {home.resolve().name}"
     if each:
         for row in rows:
             with suppress(OutputError, CaseError):  # it keeps a summary only, or has not been run
                 run_report([_run(home, row)])
-    said_heads, *said_rows = result_lines(said) or [[]]
+    said_heads, *said_rows = result_lines(results) or [[]]
     text = template("sweep.html.j2").render(
-        title=title, css=(PAGE / "report.css").read_text(encoding="utf-8"), verdict=_verdict(said),
-        failures=said.get("failures", []), said_heads=said_heads, said_rows=said_rows, svg=_picture(said, rows),
+        title=title, css=(PAGE / "report.css").read_text(encoding="utf-8"), verdict=_verdict(results),
+        failures=results.get("failures", []), said_heads=said_heads, said_rows=said_rows, svg=_picture(results, rows),
         heads=heads, rows=[_row(home, heads, row) for row in rows], pictures=_pictures(home, rows),
     )  # fmt: skip
     target = Path(path) if path is not None else home / REPORT
@@ -112,9 +112,11 @@ def _table(home: Path) -> tuple[list[str], list[dict[str, str]]]:
     return [head for head in heads if any(row[head] for row in rows)], rows
 
 
-def _verdict(said: PlainMapping) -> str:
-    text = f"{said.get('done', 0)} of {said.get('cases', 0)} cases are done. {said.get('finding', '')}".rstrip()
-    for limit in said.get("limits", []):
+def _verdict(results: PlainMapping) -> str:
+    text = (
+        f"{results.get('done', 0)} of {results.get('cases', 0)} cases are done. {results.get('finding', '')}".rstrip()
+    )
+    for limit in results.get("limits", []):
         where = "".join(f"{path} = {value}: " for path, value in limit["parameters"].items())
         if limit.get("open") or limit["limit"] is None:
             text += f" {where}No limit was found: {limit.get('open') or 'all values tried lie on one side'}."
@@ -128,10 +130,10 @@ def _verdict(said: PlainMapping) -> str:
     return text
 
 
-def _picture(said: PlainMapping, rows: Sequence[Mapping[str, str]]) -> str:
+def _picture(results: PlainMapping, rows: Sequence[Mapping[str, str]]) -> str:
     """Return the sweep's picture as an element of the page; empty where there is nothing to draw."""
     try:
-        figure = sweep_figure(said, _plain(rows))
+        figure = sweep_figure(results, _plain(rows))
     except CaseError:
         return ""
     return embed_figure(figure, "What the sweep says")
