@@ -288,7 +288,8 @@ def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:
         panels = gauge_panels(folder, beside, prefix=f"{name} " if len(folders) > 1 else "")
         for column, curves in panels.items():
             drawn = made.panels.setdefault(column, [])
-            drawn += [curve for curve in curves if not _is_drawn_already(curve, drawn)]
+            known = [(curve.x.tolist(), curve.y.tolist()) for curve in drawn if curve.exact]  # of the same impact
+            drawn += [curve for curve in curves if not curve.exact or (curve.x.tolist(), curve.y.tolist()) not in known]
     return made
 
 
@@ -310,10 +311,3 @@ def _exact(name: str, folder: Path, case: Case, made: Overlay) -> dict[str, tupl
             line = steps(gauge.times, gauge.values(column), float(history["time"][-1]))
             beside[f"gauge.{gauge.name}.{column}"] = line
     return beside
-
-
-def _is_drawn_already(curve: Curve, others: list[Curve]) -> bool:
-    """Whether an exact curve is there already, of another run of the same impact."""
-    return curve.exact and any(
-        other.exact and np.array_equal(other.x, curve.x) and np.array_equal(other.y, curve.y) for other in others
-    )

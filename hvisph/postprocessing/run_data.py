@@ -17,6 +17,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.fields import component_names
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.measure import measure
+from hvisph.measures.result import Result
 from hvisph.measures.table import rows
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary
 from hvisph.output.snapshot import Snapshot
@@ -77,7 +78,7 @@ class Summary(Mapping[str, Any]):
         if name.startswith("_"):
             raise AttributeError(name)
         if name in self._measures:
-            return Value(**{key: self._measures[name].get(key) for key in ("value", "unit", "uncertainty", "reason")})
+            return Value.from_dict(self._measures[name])
         if name in self._content:
             return self._content[name]
         raise AttributeError(f"the summary has no '{name}'; it has {', '.join(dir(self))}")
@@ -86,11 +87,8 @@ class Summary(Mapping[str, Any]):
         return sorted({*self._measures, *self._content})
 
 
-class Value:
-    """A measure: number, unit, what it is uncertain by, and why there is none."""
-
-    def __init__(self, value: float | None, unit: str | None, uncertainty: float | None, reason: str | None):
-        self.value, self.unit, self.uncertainty, self.reason = value, unit or "", uncertainty, reason or ""
+class Value(Result):
+    """A measure that is a number and reads as a text."""
 
     def __float__(self) -> float:
         return float("nan") if self.value is None else float(self.value)
@@ -183,18 +181,12 @@ class OpenRun:
 
     def _repr_html_(self) -> str:
         summary = self.summary
-        results: Any = {name: _result(getattr(summary, name)) for name in summary.get("measures", {})}
+        results = {name: getattr(summary, name) for name in summary.get("measures", {})}
         shown = [row for row in rows(results, summary.get("expected", [])) if row.value != "-"]
         cells = [[escape(text) for text in (row.label, row.value, row.expected)] for row in shown]
         lines = "".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in cells)
         head = f"<b>{escape(str(summary.get('title', self.path.name)))}</b><br>{escape(str(summary.get('answer', '')))}"
         return f"{head}<table><tr><th>measure</th><th>value</th><th>expected</th></tr>{lines}</table>"
-
-
-def _result(value: Value) -> Any:
-    from hvisph.measures.result import Result
-
-    return Result(value.value, value.unit, value.uncertainty, None, value.reason)
 
 
 def _state(file: Path) -> State:

@@ -48,23 +48,15 @@ def _measures(rows: Sequence[Row], unitless: bool, every: bool) -> str:
     names = shown_measures(rows)
     most = names if every or any(row.published for row in rows) else main_measures(names)
     left, names = len(names) - len(most), most
-    displays = {name: _look(rows, name, unitless).scale_to(_largest(rows, name)) for name in names}
-    lines = [
-        ["", *(display.short for display in displays.values())],
-        ["", *(display.unit for display in displays.values())],
-    ]
+    displays = {}
+    for name in names:
+        unit = next((row.measures[name]["unit"] for row in rows if name in row.measures), "")
+        largest = max((abs(row.value(name) or 0.0) for row in rows), default=0.0)
+        displays[name] = format_of(name, unit, unitless).scale_to(largest)
+    lines = [["", *(getattr(display, part) for display in displays.values())] for part in ("short", "unit")]
     lines += [[row.name, *(_cell(row, name, display) for name, display in displays.items())] for row in rows]
     more = f"\n  {left} more with --all" if left else ""
     return tables(lines) + more
-
-
-def _look(rows: Sequence[Row], name: str, unitless: bool) -> NumberFormat:
-    own = next((row.measures[name]["unit"] for row in rows if name in row.measures), "")
-    return format_of(name, own, unitless)
-
-
-def _largest(rows: Sequence[Row], name: str) -> float:
-    return max((abs(row.value(name) or 0.0) for row in rows), default=0.0)
 
 
 def _cell(row: Row, name: str, display: NumberFormat) -> str:
@@ -113,9 +105,7 @@ def gauge_table(overlay: Overlay) -> str:
     """Return how far the gauges of each run are from the exact solution."""
     from hvisph.visualization.curves import label_and_scale
 
-    lines = []
-    if overlay.differences:
-        lines.append(["gauge", "field", *overlay.differences])
+    lines = [["gauge", "field", *overlay.differences]] if overlay.differences else []
     for column in dict.fromkeys(c for columns in overlay.differences.values() for c in columns):
         _, gauge, name = column.split(".", 2)
         shown, scale = label_and_scale(name, overlay.unitless)
@@ -125,8 +115,8 @@ def gauge_table(overlay: Overlay) -> str:
             share = f" ({one.mean / one.exact_range:.1%})" if one and one.exact_range > 0.0 else ""
             cells.append(f"{one.mean * scale:.3g}{share}" if one else "-")
         lines.append([gauge, shown, *cells])
-    parts = ["", "Mean difference from the exact solution over the run (and of the exact range):", table(lines)]
-    parts = parts if lines else []
+    head = "Mean difference from the exact solution over the run (and of the exact range):"
+    parts = ["", head, table(lines)] if lines else []
     return "\n".join([*parts, *(f"{name}: no exact solution: {why}" for name, why in overlay.without.items())])
 
 

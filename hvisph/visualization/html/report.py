@@ -50,7 +50,8 @@ class RunReport(RunFiles):
         """Return all that the page's template asks for."""
         packed = self.frames()
         measured, health = history_charts(self.history, self.unitless) if self.history else ([], [])
-        measured = [*self._over_time(), *measured]
+        if 2 < len(self.paths) <= MOST_MEASURED / self.last.count and self.last.dimensions > 1:
+            measured = [*measured_charts(measure(self.folder, at="all")), *measured]
         table = self._rows()
         shown = [row for row in table if row.value != "-" or row.passed is not None]
         status = self.summary.get("status", "unfinished")
@@ -130,12 +131,6 @@ class RunReport(RunFiles):
             reports.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
         return reports
 
-    def _over_time(self) -> list[dict[str, str]]:
-        """Return charts of the main measures over the snapshots; none where measuring them all would take long."""
-        if not 2 < len(self.paths) <= MOST_MEASURED / self.last.count or self.last.dimensions == 1:
-            return []
-        return measured_charts(measure(self.folder, at="all"))
-
     def _moments(self) -> list[tuple[str, float, str]]:
         marks = moments(self.history, self.last, self.measures, self.summary.get("layers", ()))
         return [
@@ -166,8 +161,8 @@ class RunReport(RunFiles):
         drift = conservation.get("energy_drift")
         if drift is not None:
             remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
-        reports = self.summary.get("shares")
-        remarks += _share_remarks(reports) if reports else _state_remarks(self.last)
+        fractions = self.summary.get("shares")
+        remarks += _share_remarks(fractions) if fractions else _state_remarks(self.last)
         if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
             voids = float(self.measures["void_fraction"]["value"])
             remarks.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
@@ -180,9 +175,9 @@ class RunReport(RunFiles):
         return remarks + [(False, text) for text in dict.fromkeys(warnings)]
 
 
-def _share_remarks(reports: Mapping[str, float | None]) -> list[tuple[bool, str]]:
-    """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
-    known = [(share, good, words) for name, good, words in SHARES if (share := reports.get(name)) is not None]
+def _share_remarks(fractions: Mapping[str, float | None]) -> list[tuple[bool, str]]:
+    """Return the mass fractions of the summary in words; those that no material defines are left out."""
+    known = [(share, good, words) for name, good, words in SHARES if (share := fractions.get(name)) is not None]
     return [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
 
 
