@@ -7,11 +7,14 @@ or together in a group.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
+
+if TYPE_CHECKING:
+    import h5py
 
 NAMES = ("density", "temperature", "pressure", "energy")
 SUFFIXES = (".h5", ".hdf5")
@@ -37,7 +40,7 @@ def read_eos_table(path: Path) -> dict[str, np.ndarray]:
         raise CaseError("cannot be read as a table of an equation of state in HDF5", file=str(path)) from None
 
 
-def _holder(file: Any, path: Path) -> Any:
+def _holder(file: h5py.File, path: Path) -> h5py.Group:
     """Return the group that has all four datasets."""
     for place in (file, *(file[name] for name in file if hasattr(file[name], "keys"))):
         if set(NAMES) <= set(place.keys()):
@@ -45,7 +48,7 @@ def _holder(file: Any, path: Path) -> Any:
     raise CaseError(f"holds no datasets {', '.join(NAMES)}", file=str(path))
 
 
-def _arrays(place: Any, path: Path) -> dict[str, np.ndarray]:
+def _arrays(place: h5py.Group, path: Path) -> dict[str, np.ndarray]:
     shapes = {name: tuple(place[name].shape) for name in NAMES}
     if any(np.prod(shape) > MOST for shape in shapes.values()):
         raise CaseError(f"has more than {MOST} numbers in a dataset", file=str(path))

@@ -13,7 +13,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
@@ -26,6 +26,9 @@ from hvisph.core.text import Plain
 from . import field_layout, file_names
 from .sealed_hdf5 import LABELS, naming, reading, writing
 from .snapshot import Snapshot
+
+if TYPE_CHECKING:
+    import h5py
 
 _VTK_VERTEX = 1
 # What never changes of a particle, and may stand in the first snapshot alone.
@@ -140,7 +143,7 @@ def time_in(path: str | Path) -> float:
         return float(_header(h5)["time"])
 
 
-def _array(h5: Any, place: str, sums: Mapping[str, int]) -> np.ndarray:
+def _array(h5: h5py.File, place: str, sums: Mapping[str, int]) -> np.ndarray:
     """Return an array of an open snapshot, held against its sum where that is known."""
     values = np.ascontiguousarray(h5[place][...])
     if place in sums and crc32(values.data) != sums[place]:
@@ -162,20 +165,20 @@ def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarra
         return {one: data[one][...] for one in CONSTANTS if one in data}
 
 
-def names_in(h5: object) -> tuple[list[str], list[str]]:
+def names_in(h5: h5py.File) -> tuple[list[str], list[str]]:
     """Return the names of bodies and materials of an open snapshot."""
     header = _header(h5)
     return [str(name) for name in header["bodies"]], [str(name) for name in header["materials"]]
 
 
-def _header(h5: Any) -> Plain:
+def _header(h5: h5py.File) -> Plain:
     header = json.loads(h5["hvisph/header"][()]) if "hvisph/header" in h5 else None
     if not isinstance(header, dict):
         raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
     return header
 
 
-def mark_vtk(h5: Any) -> Any:
+def mark_vtk(h5: h5py.File) -> h5py.Group:
     """Return the group that ParaView reads, made and marked in an open HDF5 file."""
     import h5py
 
@@ -187,7 +190,7 @@ def mark_vtk(h5: Any) -> Any:
     return root
 
 
-def write_labels(root: Any, bodies: Sequence[str], materials: Sequence[str]) -> None:
+def write_labels(root: h5py.Group, bodies: Sequence[str], materials: Sequence[str]) -> None:
     """Write names as texts of the field data, in the order of the numbers `body` and `material`."""
     import h5py
 
@@ -198,13 +201,13 @@ def write_labels(root: Any, bodies: Sequence[str], materials: Sequence[str]) -> 
         root.create_dataset(f"FieldData/{label}", data=np.array(texts, dtype=object), dtype=kind)
 
 
-def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> dict[str, int]:
+def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
     """Write what ParaView reads, and return the CRC-32 of each array's values by its place."""
     n, sums = snapshot.count, dict[str, int]()
     root = mark_vtk(h5)
     left_out = CONSTANTS if form.constants_in else ()
 
-    def put(group: Any, place: str, values: np.ndarray, name: str = "") -> Any:
+    def put(group: h5py.Group, place: str, values: np.ndarray, name: str = "") -> h5py.Dataset:
         """Write an array, a field as ParaView expects it, a piece at a time."""
         shape = field_layout.to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
         pieces = {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1,
@@ -238,7 +241,7 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> dict[str, int]:
     return sums
 
 
-def _describe(made: Any, name: str, units: bool) -> None:
+def _describe(made: h5py.Dataset, name: str, units: bool) -> None:
     """Write the attributes of an array; numbers of bodies, materials and particles have the unit 1."""
     made.attrs["units"] = CATALOGUE[name].unit if units and name in CATALOGUE else ""
     if name in CATALOGUE:

@@ -17,11 +17,14 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from hvisph.core.errors import OutputError
 
 from .atomic_write import reason, replacing
+
+if TYPE_CHECKING:
+    import h5py
 
 _START = b"<!-- hvisph crc32 "
 _END = b" -->\n"
@@ -86,7 +89,7 @@ LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 
 
 @contextmanager
-def writing(path: str | Path) -> Iterator[Any]:
+def writing(path: str | Path) -> Iterator[h5py.File]:
     """Give an open `h5py.File` that becomes `path`, sealed, when the block ends well.
 
     Raises
@@ -110,7 +113,7 @@ def writing(path: str | Path) -> Iterator[Any]:
 
 
 @contextmanager
-def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[Any]:
+def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h5py.File]:
     """Give an open `h5py.File` of a sealed file; errors of the block that come of its content are named.
 
     Parameters
@@ -172,7 +175,7 @@ def naming(path: str | Path, what: str) -> Iterator[None]:
         raise OutputError(f"cannot read {path}: it is not {what} of hvisph ({error})") from error
 
 
-def _refuse_what_is_not_ours(h5: Any, size: int) -> None:
+def _refuse_what_is_not_ours(h5: h5py.File, size: int) -> None:
     """Raise `OutputError` unless all in `h5` is a group or a plain array inside the file, of `size` bytes in all."""
     import h5py
 

@@ -10,7 +10,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from . import file_names
 from .atomic_write import reason
 from .hdf5 import CONSTANTS, mark_vtk, names_in, write_labels
 from .sealed_hdf5 import LABELS, reading
+
+if TYPE_CHECKING:
+    import h5py
 
 COUNTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
 TIME = "FieldData/TimeValue"
@@ -83,7 +86,7 @@ def _outlines(place: Path) -> list[_Outline]:
     return outlines
 
 
-def _outline(path: Path, h5: Any) -> _Outline:
+def _outline(path: Path, h5: h5py.File) -> _Outline:
     root, arrays = h5["VTKHDF"], {}
     for name in (
         "Points",
@@ -97,7 +100,7 @@ def _outline(path: Path, h5: Any) -> _Outline:
     return _Outline(path, arrays, float(root[TIME][0]), names_in(h5))
 
 
-def _write(h5: object, outlines: Sequence[_Outline]) -> None:
+def _write(h5: h5py.File, outlines: Sequence[_Outline]) -> None:
     root, steps = mark_vtk(h5), len(outlines)
     sizes = np.array([one.arrays["Points"][0][0] for one in outlines], np.int64)
     begins = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
@@ -124,7 +127,7 @@ def _write(h5: object, outlines: Sequence[_Outline]) -> None:
         group[f"FieldDataSizes/{own}"] = np.array([[1, size]] * steps)
 
 
-def _string(root: Any, name: str, outlines: Sequence[_Outline]) -> None:
+def _string(root: h5py.Group, name: str, outlines: Sequence[_Outline]) -> None:
     """Make an array of those of all snapshots, one after the other."""
     import h5py
 
