@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from hvisph.case.case import Case
 from hvisph.case.sweep import Fit, Sweep
@@ -25,6 +25,8 @@ from .calibration import with_data
 from .design import points
 from .parameters import EXPERIMENT, Values
 from .statistics import read_fit
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ class Plan:
             shown = ", ".join(f"{path} = {format_value(value)}" for path, value in values.items())
             raise locate_error(("vary",), f"case {number} ({shown}): {error}", self.places) from None
 
-    def _locate(self, path: tuple[str, ...], call: Any) -> Any:
+    def _locate(self, path: tuple[str, ...], call: Callable[[], T]) -> T:
         """Call, and add the sweep's file and line to what goes wrong."""
         try:
             return call()
@@ -125,7 +127,7 @@ def _with_files(vary: Any, folder: Path) -> Any:
     return vary
 
 
-def setting(document: Document, path: str, value: Any) -> Document:
+def setting(document: Document, path: str, value: object) -> Document:
     """Return the case with one setting applied, as of `--set`."""
     return overridden(document, f"{path}={json.dumps(value)}", materials_of(document).values)
 

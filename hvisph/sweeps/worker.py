@@ -6,9 +6,8 @@ No scheduler: any number of workers, on any machines that share the folder. Kill
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from hvisph.case.sweep import Sweep
 from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, OutputError
@@ -16,7 +15,7 @@ from hvisph.output import file_names
 from hvisph.output.checkpoint_file import list_checkpoints
 from hvisph.output.run_folder import forget_snapshots
 from hvisph.simulation.finalize import Outcome
-from hvisph.simulation.listener import Listener
+from hvisph.simulation.listener import Listener, Progress
 from hvisph.simulation.resume import resume
 from hvisph.simulation.run import run
 
@@ -30,12 +29,12 @@ LOOK = 1.0  # wall time between two looks whether it is still wanted [s]
 class _Limited(Listener):
     """Interrupts a run after a wall time or when it is not wanted any more; tells the first step of the first case."""
 
-    def __init__(self, seconds: float | None, stepping: Any, wanted: Any):
+    def __init__(self, seconds: float | None, stepping: Callable[[], None], wanted: Callable[[], bool]):
         self.end = None if seconds is None else time.monotonic() + seconds
         self.stepping, self.wanted, self.reached = stepping, wanted, False
         self.look = time.monotonic() + LOOK
 
-    def progress(self, progress: Any) -> None:
+    def progress(self, progress: Progress) -> None:
         self.stepping()
         now = time.monotonic()
         if now > self.look:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from hvisph.core.text import Plain
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+    from hvisph.precheck.estimate import BodyEstimate, Estimate
 
 
 def draw_setup(case: Case, path: str) -> Path:
@@ -43,6 +45,7 @@ def draw_setup(case: Case, path: str) -> Path:
     return setup_picture(Setup(title, bodies, planes, gauges, notes, case.units == "si", revolved), path)
 
 
+Format = Callable[[float, str], str]  # of a number with its SI unit
 LARGE = 1e7  # grammes and cubic millimetres from which on kilogrammes and metres are read
 
 
@@ -80,7 +83,7 @@ def check(
         say(_words(loaded, taken, shock, reason))
 
 
-def _plain(case: Case, taken: Any, shock: Any, reason: str) -> Plain:
+def _plain(case: Case, taken: Estimate, shock: Any, reason: str) -> Plain:
     from hvisph.precheck.regime import regime
 
     facts = {
@@ -97,7 +100,7 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> Plain:
     return facts
 
 
-def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
+def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
     from hvisph.precheck.advice import tears
     from hvisph.precheck.impact_pair import meeting
     from hvisph.precheck.regime import experience, regime
@@ -129,7 +132,9 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         weight = ", bodies under their weight" if case.overburden else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
     kind = regime(case)
-    facts += [("regime", kind.words), *([("", text)] if (text := tears(case)) else [])]
+    facts.append(("regime", kind.words))
+    if text := tears(case):
+        facts.append(("", text))
     if known := experience(case, kind):
         facts.append(("shots fired", known))
     if shock is None:
@@ -170,7 +175,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     return "\n".join([*lines, table(facts)])
 
 
-def _fit_residuals(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
+def _fit_residuals(case: Case, number: Format, unit: str) -> list[tuple[str, str]]:
     """Return the lines through measured points of Hugoniots, and what they leave of each point."""
     facts = []
     for name, body in case.bodies.items():
@@ -186,7 +191,7 @@ def _fit_residuals(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
     return facts
 
 
-def _filling(body: Any, case: Case, number: Any) -> str:
+def _filling(body: BodyEstimate, case: Case, number: Format) -> str:
     """Return place, mass and volume of a body, and what was adjusted to make them exact."""
     if case.units == "si":
         depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawing_dimensions]
@@ -205,7 +210,7 @@ def _filling(body: Any, case: Case, number: Any) -> str:
     return f"{words}; {body.note}" if body.note else words
 
 
-def _shape(body: Any, number: Any) -> str:
+def _shape(body: Any, number: Format) -> str:
     sizes = " x ".join(number(side, "m") for side in dict.fromkeys(body.shape.extent()))
     if body.shape.type == "box":
         sizes = " x ".join(number(side, "m") for side in body.shape.size)

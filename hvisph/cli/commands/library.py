@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from hvisph.cli.options import JsonOption, argument, option
 from hvisph.cli.text.formatting import echo_json, paragraph, quantity, say, table
 from hvisph.core.errors import CaseError, OutputError, suggest_nearest
+
+if TYPE_CHECKING:
+    from hvisph.case.materials.material import Material
+    from hvisph.casefile.material_library import Library
 
 
 def cases(
@@ -103,7 +107,7 @@ def materials(
         say(f"wrote {picture(models, plot, known.notes(names[0]))}", err=True)
 
 
-def _sheet(known: Any, name: str, model: Any) -> str:
+def _sheet(known: Library, name: str, model: Material) -> str:
     """Return numbers, sources and what follows, as text."""
     from hvisph.casefile.document import dump
     from hvisph.casefile.material_library import CONFIDENCE
@@ -168,7 +172,7 @@ def _format_deviation(beside: Sequence[tuple[float, float, float]]) -> str:
     return f"{mean:+.1f} % off in the mean, {spread:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"
 
 
-def _comparison(models: list[Any]) -> str:
+def _comparison(models: list[Material]) -> str:
     """Return materials in columns: models, then what follows from their numbers."""
     from hvisph.postprocessing.material_sheet import derive_properties
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hvisph_validation.results import SetResult
 
     from hvisph.verification.problem import Problem
+    from hvisph.verification.runner import Verdict
 
 
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read better than SI's own
@@ -73,7 +74,7 @@ def verify(
         trials = [trial.name for name in chosen for trial in PROBLEMS[name].trials(options)]
         if not any(only.lower() in trial.lower() for trial in trials):
             raise CaseError(f"no trial's name holds '{only[:200]}'; there are: {', '.join(trials)}", where="--only")
-    results: list[Any] = []
+    results: list[Verdict] = []
     for name in chosen:
         problem, heading = PROBLEMS[name], f"\n{name}: {PROBLEMS[name].title}"
         if not as_json and not quiet:
@@ -129,7 +130,7 @@ def _list(problems: Mapping[str, Problem], as_json: bool) -> None:
     say("\nRun with: hvisph verify NAME... [--quick] [--formulation TYPE], or --all")
 
 
-def _text(verdict: Any) -> str:
+def _text(verdict: Verdict) -> str:
     head = f"  {verdict.trial}, {verdict.formulation} ({verdict.seconds:.1f} s)"
     if verdict.status != "done":
         return f"{head}\n    {'cannot run' if verdict.status == 'refused' else 'FAILED'}: {verdict.message}"

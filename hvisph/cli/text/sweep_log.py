@@ -7,13 +7,17 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hvisph.core.measure_catalogue import format_of, main_measures
 from hvisph.core.text import Plain, format_differences, format_value
 from hvisph.visualization.sweeps import format_value_of, result_lines, shortest_paths
 
 from .formatting import duration, paragraph, quantity, say, table, tables
+
+if TYPE_CHECKING:
+    from hvisph.case.sweep import Sweep
+    from hvisph.sweeps.driver import Driver
 
 SHOT = "experiment.shot"  # names a case by itself
 SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
@@ -24,7 +28,7 @@ SHOWN_ROWS = 60  # of the table on the terminal
 class SweepLog:
     """Progress report of a sweep."""
 
-    def __init__(self, driver: Any, silent: bool):
+    def __init__(self, driver: Driver, silent: bool):
         self.driver, self.silent = driver, silent
         self.done, self.began = 0, time.monotonic()
 
@@ -85,7 +89,7 @@ def _format_measures(row: Plain, names: Sequence[str]) -> str:
     return ", ".join(parts)
 
 
-def summary(sweep: Any, rows: Sequence[Plain], results: Plain, path: Path) -> str:
+def summary(sweep: Sweep, rows: Sequence[Plain], results: Plain, path: Path) -> str:
     """Return what a sweep says, in words and tables."""
     parts = ["", paragraph(results["finding"]), ""] if results.get("finding") else [""]
     if results.get("fit"):
