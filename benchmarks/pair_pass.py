@@ -21,7 +21,7 @@ from hvisph.integrators.time_step import Criteria
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
-from hvisph.schemes.formulation import Formulation
+from hvisph.schemes.protocol import Formulation
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import GrayArtificialStress
 from hvisph.schemes.standard.scheme import Eulerian

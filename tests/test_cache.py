@@ -27,12 +27,11 @@ FORCES = """
 import hashlib
 import json
 import numpy as np
-from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import particle_loop
-from hvisph.compiler.jit import missing_loops, report_compilation, specialise
+from hvisph.compiler.jit import bind, missing_loops, report_compilation, specialise
+from hvisph.compiler.parallel_for import particle_loop
 from hvisph.sph.neighbours import particle_layout as rates
 from hvisph.sph.kernels import CUBIC_SPLINE
-from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.kernels import scale
 from hvisph.schemes.total_lagrangian import law as reference
 
 n, random, heard = 64, np.random.default_rng(1), []

@@ -16,7 +16,7 @@ from hvisph.schemes.standard.options import GrayArtificialStress, KernelCorrecti
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.setup.formulations import formulation_of
 from hvisph.simulation.run import run
-from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.neighbours.ghost_rows import Plane
 from hvisph.sph.terms.shape_matrix import SINGULAR
 
 KINDS = ("shepard", "gradient", "mixed")

@@ -11,9 +11,9 @@ from hvisph.compiler.exact_sum import add_lanes, encode_terms, rounding_constant
 from hvisph.compiler.if_conversion import convert_tree
 from hvisph.compiler.jit import inline, prange, python_twin, specialise
 from hvisph.compiler.tensors import own_gradient, own_symmetric, own_vector, put
-from hvisph.compiler.vector.gather import gather
 from hvisph.compiler.vector.lane_masks import first_lanes
 from hvisph.compiler.vector.lanes import LANES
+from hvisph.compiler.vector.memory_access import gather
 from hvisph.materials import stress_update
 from hvisph.materials.damage import GradyKipp, JohnsonCookDamage, PressureCutoff, PrincipalStress
 from hvisph.materials.eos import Linear, MieGrueneisen, StiffenedGas, Tillotson

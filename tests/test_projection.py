@@ -10,12 +10,12 @@ from hvisph.materials.damage import NoDamage
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
-from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.projection.rows import TrailingMean
 from hvisph.schemes.projection.scheme import Projection
 from hvisph.schemes.projection.stepper import ProjectionStepper
-from hvisph.schemes.trailing_mean import TrailingMean
+from hvisph.schemes.protocol import Smoothing
 from hvisph.sph.kernels import CUBIC_SPLINE
-from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.neighbours.ghost_rows import Plane
 
 DX = 1e-4
 STEP = 1e-10

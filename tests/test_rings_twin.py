@@ -9,9 +9,9 @@ from sph_twins import neighbours, packed, random_cloud
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import MonaghanViscosity
 from hvisph.schemes.standard.scheme import Eulerian
-from hvisph.sph.kernels import QUARTIC_SPLINE
+from hvisph.sph.kernels import KERNELS
 from hvisph.sph.neighbours import particle_layout as places
-from hvisph.sph.neighbours.symmetry_planes import AXIS
+from hvisph.sph.neighbours.ghost_rows import AXIS
 from hvisph.sph.terms.limiters import LIMITERS
 
 LAWS = {
@@ -133,7 +133,7 @@ def test_rings_about_a_hole_that_opens_keep_their_density():
         cloud, x=np.stack([x, r], 1), u=np.stack([0 * r, 10e-3 / r], 1), h=np.full(n, 1.2 * dx), m=rho * area,
         stress=np.zeros((n, 2, 2)), body=np.ones(n), face=np.zeros((n, 2)), twist=np.zeros((n, 1)), counts=area,
         **alike, **nothing, **borne)  # fmt: skip
-    formulation = Riemann(kernel=QUARTIC_SPLINE, h_over_dx=1.2, revolved=True)
+    formulation = Riemann(kernel=KERNELS["quartic_spline"], h_over_dx=1.2, revolved=True)
     pairs = packed(cloud, formulation, (AXIS,), {"RING": r, "HOOP": 0.0 * r, "REST_AREA": area})
     pairs.evaluate(cloud.h.max())
     at, found = places.slots(2), pairs.rates[pairs.place[:n]]

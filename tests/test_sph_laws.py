@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sph_twins import Cloud, compiled_rates, components, packed, random_cloud, tensile, twin_rates
 
-from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import GrayArtificialStress, MonaghanViscosity
 from hvisph.schemes.standard.scheme import Eulerian

@@ -17,9 +17,9 @@ from hvisph.simulation.run import run
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.neighbours import cells, traversal
 from hvisph.sph.neighbours.cells import Grid, find_undisturbed, sort
+from hvisph.sph.neighbours.ghost_rows import Plane
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 
 
 def collect(near, n, rows, i, constants, out):

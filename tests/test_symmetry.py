@@ -8,8 +8,8 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.particles import Particles
 from hvisph.setup.build import build
 from hvisph.sph.neighbours import particle_layout
+from hvisph.sph.neighbours.ghost_rows import Plane, turn_back
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane, turn_back
 
 DX = 0.5e-3
 

@@ -5,8 +5,7 @@ import pytest
 
 from hvisph.compiler import tensors as t
 from hvisph.compiler import tensors3d
-from hvisph.compiler.jit import specialise
-from hvisph.compiler.template_binding import bind
+from hvisph.compiler.jit import bind, specialise
 from hvisph.compiler.vector.api import LANES, load_row_lanes, neighbours, put_row_lanes
 from hvisph.core.fields import SYMMETRIC_LENGTH
 from hvisph.sph.neighbours.particle_layout import RowLayout

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hvisph.compiler.jit import specialise
-from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
+from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 
 CHUNK = 4
 

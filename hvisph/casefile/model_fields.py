@@ -141,8 +141,9 @@ def inner_of(spot: Spot) -> Spot:
     return spot if spot.item is None else spot_of(spot.item)
 
 
-def places(model: type[BaseModel], above: str = "", parents: tuple[object, ...] = ()
-           ) -> Iterator[tuple[str, str, FieldInfo, Spot]]:  # fmt: skip
+def places(
+    model: type[BaseModel], above: str = "", parents: tuple[object, ...] = ()
+) -> Iterator[tuple[str, str, FieldInfo, Spot]]:
     """Yield every key below `model`: its path, the path of what is below, its field and what may stand there."""
     for name, info, spot, alternatives in _spots_of(model):
         path = f"{above}.{name}" if above else name

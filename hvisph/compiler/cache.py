@@ -18,15 +18,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 from numba.core.base import BaseContext
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.environment import Environment
 from numba.core.serialize import dumps
+from numba.core.typing.templates import Signature
 
 from .cache_folder import SUFFIX, cache_folder, file_stem
+from .lazy_import import PythonFunction
 
 _TIMEOUT, _INTERVAL = 120.0, 0.02  # longest wait for another process that compiles a loop, and between checks [s]
 _DIGEST = 32  # length of the hash in front of the pickled loop [bytes]
@@ -35,7 +36,7 @@ _DIGEST = 32  # length of the hash in front of the pickled loop [bytes]
 class LoopCache(NullCache):
     """The compiled forms of one function in the cache folder; `prepare` is called before one is compiled."""
 
-    def __init__(self, function: Any, prepare: Callable[[], object]) -> None:
+    def __init__(self, function: PythonFunction, prepare: Callable[[], object]) -> None:
         self._function, self._folder, self._prepare = function, cache_folder(), prepare
         self._path: Path | None = None
         self._compilation = ExitStack()
@@ -45,7 +46,7 @@ class LoopCache(NullCache):
         """Folder of the compiled loops."""
         return str(self._folder) if self._folder else None
 
-    def load_overload(self, sig: Any, target_context: BaseContext) -> Any:
+    def load_overload(self, sig: Signature, target_context: BaseContext) -> CompileResult | None:
         """Return the loop compiled for `sig`, or None if it is to be compiled now."""
         loop = None
         if self._folder:
@@ -65,7 +66,7 @@ class LoopCache(NullCache):
         """Release the lock of the loop, whether it was compiled or not."""
         self._compilation.close()
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: Signature, data: CompileResult) -> None:
         """Write the loop that was just compiled."""
         if self._path is None or data.library.has_dynamic_globals:
             return
@@ -76,7 +77,7 @@ class LoopCache(NullCache):
             file.replace(self._path)
 
 
-def _read(path: Path, target_context: object) -> Any:
+def _read(path: Path, target_context: BaseContext) -> CompileResult | None:
     """Return the loop in a file, or None."""
     try:
         data = path.read_bytes()
@@ -90,12 +91,12 @@ def _read(path: Path, target_context: object) -> Any:
 class _Reader(pickle.Unpickler):
     """Read a loop without importing the modules of its functions: numba's modules of arrays take 0.1 s."""
 
-    def find_class(self, module: str, name: str) -> Any:
+    def find_class(self, module: str, name: str) -> object:
         """Return the object of a name in a pickled loop."""
         return _environment if name == "_rebuild_env" else super().find_class(module, name)
 
 
-def _environment(module: str, constants: list[Any], name: str) -> Any:
+def _environment(module: str, constants: list[object], name: str) -> Environment:
     """Return the environment of a compiled function, which holds the arguments of its exceptions."""
     environment = Environment({"__name__": module})
     environment.consts[:] = constants

@@ -12,9 +12,9 @@ import stat
 import tempfile
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from .fingerprint import fingerprint
+from .lazy_import import PythonFunction
 
 SUFFIX = ".loop"
 
@@ -60,6 +60,6 @@ def _belongs_to_user(folder: Path, forbidden: int) -> bool:
     return stat.S_ISDIR(status.st_mode) and owned
 
 
-def file_stem(function: Any) -> str:
+def file_stem(function: PythonFunction) -> str:
     """Return the name of a loop's file up to the hash of its argument types and processor."""
     return f"{function.__name__.split('_')[0] or 'loop'}-{fingerprint(function)}"

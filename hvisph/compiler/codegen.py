@@ -12,10 +12,10 @@ the name TARGET, and code that is compiled for numba's own target is unaffected 
 from __future__ import annotations
 
 from functools import cached_property, partial
-from typing import Any
 
 import numba
-from llvmlite.binding import add_symbol
+from llvmlite import ir
+from llvmlite.binding import ModuleRef, add_symbol
 from numba.core import imputils, typing, utils
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.cpu import CPUContext
@@ -34,6 +34,9 @@ STACK = 64
 # LLVM's flag of arithmetic that may be reordered, see `compiler.vector.lanes`.
 _REORDERED = "reassoc"
 
+# Machine code, and the names that it defines.
+MachineCode = tuple[bytes, list[str]]
+
 _typing_registry, _lowering_registry = templates.Registry(), imputils.Registry(TARGET)
 infer_global = _typing_registry.register_global
 lower_builtin, lower_cast = _lowering_registry.lower, _lowering_registry.lower_cast
@@ -44,14 +47,14 @@ class Library(JITCodeLibrary):
 
     _has_machine_code = False
 
-    def serialize_using_object_code(self) -> tuple[str, str, Any]:
+    def serialize_using_object_code(self) -> tuple[str, str, MachineCode]:
         """Return the machine code and the names that it defines; no other library links a loop."""
         module = self._final_module
         names = [f.name for f in (*module.functions, *module.global_variables) if not f.is_declaration]
         return self.name, "object", (self._get_compiled_object(), names)
 
     @classmethod
-    def _unserialize(cls, codegen: Any, state: Any) -> Library:
+    def _unserialize(cls, codegen: _Codegen, state: tuple[str, str, MachineCode]) -> Library:
         name, _, (machine_code, names) = state
         self: Library = codegen.create_library(name)
         self.enable_object_caching()
@@ -60,7 +63,7 @@ class Library(JITCodeLibrary):
         self._assemble()
         return self
 
-    def add_ir_module(self, ir_module: Any) -> None:
+    def add_ir_module(self, ir_module: ir.Module) -> None:
         """Add a module and align the stack of its functions."""
         for function in ir_module.functions:
             if not function.is_declaration:
@@ -68,7 +71,7 @@ class Library(JITCodeLibrary):
                 function.attributes.alignstack = STACK
         super().add_ir_module(ir_module)
 
-    def _optimize_functions(self, ll_module: Any) -> None:
+    def _optimize_functions(self, ll_module: ModuleRef) -> None:
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
@@ -85,7 +88,7 @@ class Library(JITCodeLibrary):
             self._reload_init.update(library._reload_init)
         self._finalized = True
 
-    def _add_callees(self, callees: dict[Any, None]) -> dict[Any, None]:
+    def _add_callees(self, callees: dict[JITCodeLibrary, None]) -> dict[JITCodeLibrary, None]:
         """Add all libraries that this one links, directly or not, to `callees`, callers first."""
         for library in self._linking_libraries:
             if library not in callees:
@@ -163,11 +166,11 @@ class _LoopCPU(CPU):
 
 class _LoopTarget(CPUTarget):
     @cached_property
-    def _toplevel_target_context(self) -> Any:
+    def _toplevel_target_context(self) -> _LoopContext:
         return _LoopContext(self.typing_context, TARGET)
 
     @cached_property
-    def _toplevel_typing_context(self) -> Any:
+    def _toplevel_typing_context(self) -> _TypingContext:
         return _TypingContext()
 
 
@@ -180,7 +183,7 @@ class LoopDispatcher(CPUDispatcher):
 
     targetdescr = loop_target
 
-    def compile(self, sig: Any) -> Any:
+    def compile(self, sig: templates.Signature) -> object:
         """Return the entry for these types; numba takes the active target where it infers no types, as in parfors."""
         with target_override(TARGET):
             return super().compile(sig)

@@ -13,7 +13,6 @@ import types
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,10 +20,9 @@ from .lazy_import import LazyFunction
 
 # Modules that emit code without being called by name, such as the arithmetic of lanes: their whole texts are hashed.
 _MACHINERY = (
-    *("codegen", "component_functions", "dispatch", "fingerprint", "if_conversion", "jit", "lazy_import"),
-    *("scalar_functions", "tensors", "tensors3d", "threads.primitives", "unroll", "vector.api"),
-    *("vector.contiguous_load", "vector.gather", "vector.intrinsics", "vector.lane_masks", "vector.lanes"),
-    *("vector.neighbour_filter", "vector.pointers", "vector.table_access"),
+    *("codegen", "dispatch", "fingerprint", "if_conversion", "jit", "lazy_import", "tensors", "tensors3d"),
+    *("thread_primitives", "unroll", "vector.api", "vector.intrinsics", "vector.lane_masks", "vector.lanes"),
+    *("vector.memory_access", "vector.neighbour_filter"),
 )
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are identified by name and version.
@@ -53,7 +51,7 @@ def compiler_hash() -> str:
     return digest.hexdigest()
 
 
-def fingerprint(function: Any) -> str:
+def fingerprint(function: object) -> str:
     """Return the hash of a function, of all functions that it calls and of the constants that it reads."""
     digest = hashlib.sha256(compiler_hash().encode())
     for part in _parts(function, set()):
@@ -62,7 +60,7 @@ def fingerprint(function: Any) -> str:
     return digest.hexdigest()[:32]
 
 
-def _parts(value: Any, seen: set[int]) -> Iterator[str]:
+def _parts(value: object, seen: set[int]) -> Iterator[str]:
     """Yield texts that determine the code compiled from `value`."""
     value = _python_function(value)
     if isinstance(value, types.FunctionType):
@@ -91,7 +89,7 @@ def _parts(value: Any, seen: set[int]) -> Iterator[str]:
         yield repr(getattr(value, "_fields", ""))  # the order of a named tuple's
 
 
-def _python_function(value: Any) -> Any:
+def _python_function(value: object) -> object:
     """Return the Python function of a compiled one, the name of a lazily imported one, or the value itself."""
     if isinstance(value, LazyFunction):
         return repr(value)
@@ -112,10 +110,10 @@ def _code(code: types.CodeType) -> Iterator[str]:
             yield repr(sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant)
 
 
-def _read_by(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+def _read_by(function: types.FunctionType) -> Iterator[tuple[str, object]]:
     """Yield the globals that a function or a nested function reads; of a module, the members that it reads."""
     for code in _all_code(function.__code__):
-        held: Any = None
+        held: object = None
         for kind, name in read_names(code):
             if kind == GLOBAL:
                 held = function.__globals__.get(name)

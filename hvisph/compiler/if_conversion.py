@@ -15,9 +15,10 @@ import ast
 import copy
 import inspect
 import textwrap
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
+from .lazy_import import CompiledFunction, PythonFunction
 from .vector import lane_masks
 
 # Helpers, by their names in converted functions.
@@ -35,17 +36,17 @@ class UnsuitableError(Exception):
     """Raised for a function that cannot be converted."""
 
 
-def convert(function: Callable[..., Any], wide: Iterable[int]) -> Callable[..., Any]:
+def convert(function: PythonFunction, wide: Iterable[int]) -> PythonFunction:
     """Return `function` for lanes in the arguments with indices `wide`, or raise `UnsuitableError`."""
     made = convert_tree(function, wide)
     namespace = dict(function.__globals__) | _HELPERS
     exec(compile(ast.Module([made], []), inspect.getfile(function), "exec"), namespace)  # noqa: S102 text of ours
-    result: Any = namespace[made.name]
+    result: PythonFunction = namespace[made.name]
     result.__module__ = function.__module__
     return result
 
 
-def convert_tree(function: Callable[..., Any], wide: Iterable[int]) -> ast.FunctionDef:
+def convert_tree(function: PythonFunction, wide: Iterable[int]) -> ast.FunctionDef:
     """Return the syntax tree that `convert` compiles; `ast.unparse` shows it."""
     made = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     if not isinstance(made, ast.FunctionDef):
@@ -67,7 +68,7 @@ def each_{name}({names}):
 """
 
 
-def apply_per_lane(function: Any) -> Callable[..., Any]:
+def apply_per_lane(function: CompiledFunction) -> PythonFunction:
     """Return a function that calls a compiled `function` for each lane of its arguments in turn."""
     name, names = function.py_func.__name__, ", ".join(inspect.signature(function.py_func).parameters)
     namespace = vars(lane_masks) | {"function": function}
@@ -126,17 +127,17 @@ class _Expression(ast.NodeTransformer):
     def visit(self, node: ast.AST) -> Any:
         return super().visit(node) if self.is_wide(node) else node
 
-    def visit_BoolOp(self, node: ast.BoolOp) -> Any:
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
         made, *others = [self.visit(value) for value in node.values]
         for other in others:
             made = _call("_mask_and" if isinstance(node.op, ast.And) else "_mask_or", made, other)
         return made
 
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         node = ast.UnaryOp(node.op, self.visit(node.operand))
         return _call("_mask_not", node.operand) if isinstance(node.op, ast.Not) else node
 
-    def visit_Compare(self, node: ast.Compare) -> Any:
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
         values = [self.visit(value) for value in (node.left, *node.comparators)]
         pairs = zip(node.ops, values, values[1:], strict=False)
         made: ast.expr
@@ -145,11 +146,11 @@ class _Expression(ast.NodeTransformer):
             made = _call("_mask_and", made, other)
         return made
 
-    def visit_IfExp(self, node: ast.IfExp) -> Any:
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
         test, body, orelse = (self.visit(part) for part in (node.test, node.body, node.orelse))
         return _call("_select", test, body, orelse) if self.is_wide(node.test) else ast.IfExp(test, body, orelse)
 
-    def visit_Call(self, node: ast.Call) -> Any:
+    def visit_Call(self, node: ast.Call) -> ast.expr:
         if isinstance(node.func, ast.Name) and node.func.id in _SINGLE:
             raise UnsuitableError
         return ast.Call(node.func, [self.visit(argument) for argument in node.args], node.keywords)

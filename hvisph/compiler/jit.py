@@ -14,15 +14,15 @@ from __future__ import annotations
 import hashlib
 import os
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
+from difflib import get_close_matches
+from functools import cache, partial
 from typing import Any
 
 from .fingerprint import ATTRIBUTE, GLOBAL, read_names
-from .lazy_import import CompiledFunction, prange
-
-__all__ = ["bind_constants", "inline", "noinline", "prange", "python_twin", "report_compilation", "specialise"]
+from .lazy_import import CompiledFunction, Options, PythonFunction
+from .lazy_import import prange as prange
 
 # Waiting threads sleep unless the user says otherwise. Spinning threads occupy a core that another process or the
 # awaited thread needs: a small case on a busy machine then takes ten times as long. OpenMP reads these variables when
@@ -32,13 +32,13 @@ if "OMP_WAIT_POLICY" not in os.environ:
     os.environ.setdefault("KMP_BLOCKTIME", "0")
 
 
-def _scalar(one: CompiledFunction) -> Any:
-    from . import scalar_functions
+def _scalar(one: CompiledFunction) -> object:
+    from . import dispatch
 
-    return scalar_functions.make_scalar(one)
+    return dispatch.make_scalar(one)
 
 
-def inline(function: Callable[..., Any]) -> Any:
+def inline(function: PythonFunction) -> CompiledFunction:
     """Mark a scalar function that is inlined into its callers.
 
     By default the compiler does not inline larger functions such as the stress update, which costs three times as much.
@@ -46,13 +46,13 @@ def inline(function: Callable[..., Any]) -> Any:
     return CompiledFunction(function, True, _scalar)
 
 
-def noinline(function: Callable[..., Any]) -> Any:
+def noinline(function: PythonFunction) -> CompiledFunction:
     """Mark a scalar function that few materials need and that is not inlined: loops stay short to compile."""
     return CompiledFunction(function, False, _scalar)
 
 
 @cache
-def python_twin(function: Any) -> Any:
+def python_twin(function: CompiledFunction) -> PythonFunction:
     """Return a scalar function, and all that it calls, as plain Python functions."""
     source = function.py_func
     twin = types.FunctionType(source.__code__, {}, source.__name__, source.__defaults__)
@@ -71,7 +71,7 @@ def python_twin(function: Any) -> Any:
     return twin
 
 
-def _key(value: Any) -> str:
+def _key(value: object) -> str:
     if isinstance(value, CompiledFunction):
         value = value.py_func
     if isinstance(value, types.FunctionType):
@@ -79,7 +79,7 @@ def _key(value: Any) -> str:
     return repr(value)
 
 
-def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> types.FunctionType:
+def _bind(template: PythonFunction, name: str, bindings: Mapping[str, object]) -> types.FunctionType:
     namespace = dict(template.__globals__)
     namespace.update(bindings)
     copy = types.FunctionType(template.__code__, namespace, name, template.__defaults__, None)
@@ -88,7 +88,7 @@ def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> 
 
 
 @cache
-def _narrowed(function: Any, constants: tuple[tuple[str, Any], ...]) -> Any:
+def _narrowed(function: CompiledFunction, constants: tuple[tuple[str, object], ...]) -> CompiledFunction:
     source, held = function.py_func, dict(constants)
     bindings = {}
     if not any(n in held or isinstance(source.__globals__.get(n), CompiledFunction) for n in source.__code__.co_names):
@@ -105,7 +105,7 @@ def _narrowed(function: Any, constants: tuple[tuple[str, Any], ...]) -> Any:
     return mark(_bind(source, f"{source.__name__}_{tag}", bindings))
 
 
-def bind_constants(function: Any, **constants: Any) -> Any:
+def bind_constants(function: CompiledFunction, **constants: object) -> CompiledFunction:
     """Return a scalar function whose globals, and those of all functions that it calls, have these values.
 
     The function itself is returned if it uses none of these names, or if all have that value already.
@@ -114,18 +114,31 @@ def bind_constants(function: Any, **constants: Any) -> Any:
 
 
 _made: dict[str, CompiledFunction] = {}
+_listeners: list[Callable[[str], None]] = []
 
 
 @contextmanager
 def report_compilation(listener: Callable[[str], None]) -> Iterator[None]:
     """Call `listener(name)` in this block when a loop is compiled, not when it comes from the cache."""
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)
+
+
+def _report(name: str) -> None:
+    for listener in _listeners:
+        listener(name)
+
+
+def _make_loop(parallel: bool, one: CompiledFunction) -> object:
     from . import dispatch
 
-    with dispatch.report_compilation(listener):
-        yield
+    return dispatch.make_loop(one, parallel, _report)
 
 
-def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **bindings: Any) -> Any:
+def specialise(template: PythonFunction, *, parallel: bool | None = None, **bindings: Any) -> CompiledFunction:
     """Return `template` compiled with its free names bound to `bindings`.
 
     Parameters
@@ -149,8 +162,8 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
     if full in _made:
         return _made[full]
     function = _bind(template, name, bindings)
-    _made[full] = inline(function) if parallel is None else CompiledFunction(function, None, _loop(parallel))
-    return _made[full]
+    made = inline(function) if parallel is None else CompiledFunction(function, None, partial(_make_loop, parallel))
+    return _made.setdefault(full, made)
 
 
 def missing_loops() -> list[str]:
@@ -163,16 +176,41 @@ def missing_loops() -> list[str]:
     return [loop.__name__.rsplit("_", 1)[0] for loop in loops if file_stem(loop) not in stored]
 
 
-def _register_operations() -> None:
-    from . import scalar_functions  # noqa: F401  takes 0.03 s
+def bind(
+    template: PythonFunction,
+    options: Mapping[str, object],
+    offered: Mapping[str, object] | None = None,
+    parts: Iterable[PythonFunction] = (),
+) -> CompiledFunction:
+    """Return `template` compiled with `options` and with those names of `offered` that it uses.
+
+    Parameters
+    ----------
+    template
+        See `specialise`.
+    parts
+        Templates that it, or a later one of them, calls by name; they are bound to the same values.
+    options
+        Constants and functions of this template; it or one of its parts must use each of them.
+    offered
+        Constants and functions that several templates share, such as the slots of a row.
+
+    Raises
+    ------
+    TypeError
+        For an option that the template does not use, for example a misspelt one.
+    """
+    every = {name for one in (template, *parts) for name in one.__code__.co_names}
+    for option in options:
+        if option not in every:
+            near = get_close_matches(option, every, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise TypeError(f"{template.__module__}.{template.__name__} has no option {option!r}{hint}")
+    given = dict(offered or {}) | dict(options)
+    for one in parts:
+        given[one.__name__] = specialise(one, **_named_by(one, given))
+    return specialise(template, **_named_by(template, given))
 
 
-def _loop(parallel: bool) -> Callable[[CompiledFunction], Any]:
-    """Return the function that makes the numba function of a loop."""
-
-    def make(one: CompiledFunction) -> Any:
-        from . import dispatch
-
-        return dispatch.make_loop(one, parallel, _register_operations)
-
-    return make
+def _named_by(template: PythonFunction, given: Mapping[str, object]) -> Options:
+    return {name: given[name] for name in template.__code__.co_names if name in given}

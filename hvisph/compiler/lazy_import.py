@@ -1,4 +1,4 @@
-"""Placeholders for compiled functions, which do not need numba.
+"""Placeholders for compiled functions, and component functions, which do not need numba.
 
 Compiled functions call each other by name, so numba finds these objects among their globals. `compiler.dispatch`
 defines their types. Without numba a `check` takes three quarters of the time.
@@ -10,6 +10,11 @@ from collections.abc import Callable
 from functools import cached_property
 from importlib import import_module
 from typing import Any
+
+# A function in plain Python: a template, or one that numba compiles.
+PythonFunction = Callable[..., Any]
+# Constants and compiled functions bound to the free names of a template.
+Options = dict[str, Any]
 
 
 class LazyFunction:
@@ -31,7 +36,9 @@ class LazyFunction:
 class CompiledFunction:
     """A function that numba compiles, `py_func`; `inlined` is None for a loop that Python calls."""
 
-    def __init__(self, function: Callable[..., Any], inlined: bool | None, make: Callable[[Any], Any]) -> None:
+    def __init__(
+        self, function: PythonFunction, inlined: bool | None, make: Callable[[CompiledFunction], object]
+    ) -> None:
         self.py_func, self.inlined, self._make = function, inlined, make
         self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
 
@@ -55,3 +62,28 @@ class prange:  # noqa: N801  numba's name; numba's class replaces it in compiled
     def __new__(cls, *bounds: Any) -> Any:
         """Return Python's."""
         return range(*bounds)
+
+
+_written: list[PythonFunction] = []
+_readers: list[Callable[[PythonFunction], None]] = []
+
+
+def operation(write: PythonFunction) -> Any:
+    """Let compiled functions call `write`, a function of the components of tuples or of the items of rows.
+
+    `write` remains a plain Python function. When a loop is compiled it is executed with symbolic arguments: literal
+    integers are Python's, integers are row numbers, floats, lanes and tuples of them are numbers with +, -, *, /, and
+    arrays are read and written by row and slot. It may branch on lengths and literals, never on values.
+    """
+    vars(write)["py_func"] = write  # as other compiled functions have it
+    _written.append(write)
+    for read in _readers:
+        read(write)
+    return write
+
+
+def for_each_operation(read: Callable[[PythonFunction], None]) -> None:
+    """Call `read` with every operation, present and future."""
+    _readers.append(read)
+    for write in _written:
+        read(write)

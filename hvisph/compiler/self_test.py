@@ -1,19 +1,23 @@
-"""A compiled loop on all threads against plain NumPy: whether compiled code works on this machine."""
+"""Whether compiled code works on this machine, and what determines its last bits."""
 
 from __future__ import annotations
 
+import hashlib
 import time
-from typing import Any
 
 import numpy as np
+from llvmlite import binding
+
+import hvisph
+from hvisph.compiler.vector.api import LANES
 
 from .jit import prange, report_compilation, specialise
 
 COUNT = 200_000
 
 
-def self_test() -> dict[str, Any]:
-    """Compile, or take from the cache, a small parallel loop and compare its result.
+def self_test() -> dict[str, bool | str | float | int]:
+    """Compile, or take from the cache, a small loop on all threads and compare its result with NumPy's.
 
     Returns
     -------
@@ -47,3 +51,16 @@ def self_test() -> dict[str, Any]:
 def _powers(x, out):
     for k in prange(len(x)):
         out[k] = np.sqrt(x[k]) * x[k]
+
+
+def build_id() -> str:
+    """Return what determines the last bits of results and must agree on all processes of a run.
+
+    It names the program, the compiler, the vectors and the processor.
+    """
+    import numba
+
+    name = numba.config.CPU_NAME or binding.get_host_cpu_name()
+    features = numba.config.CPU_FEATURES or binding.get_host_cpu_features().flatten()
+    short = hashlib.sha256(features.encode()).hexdigest()[:8]
+    return f"hvisph {hvisph.__version__}, numba {numba.__version__}, {LANES} lanes, processor {name} ({short})"

@@ -10,16 +10,14 @@
 
 The stress update has three dimensions in every case, with six and nine components: `compiler.tensors3d`.
 
-Every operation is written once, in plain Python over its components. `compiler.component_functions` compiles the same
+Every operation is written once, in plain Python over its components. `compiler.lazy_import` compiles the same
 function, unrolled. Sizes follow from lengths and from the tables below, so that a further set of components (an
 in-plane tensor with a hoop component) is one line in them.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
-from .component_functions import operation
+from .lazy_import import PythonFunction, operation
 
 # Number of components of each rank in 1, 2 and 3 dimensions.
 SIZE = {"vector": (1, 2, 3), "axial": (0, 1, 3), "symmetric": (1, 3, 6), "gradient": (1, 4, 9),
@@ -43,7 +41,7 @@ def sum_terms(terms):
 # Rows and lanes
 
 
-def _reader(rank: str) -> Any:
+def _reader(rank: str) -> PythonFunction:
     """Return the operation that reads a tensor of this rank at `slot` of the neighbours `b`."""
 
     def read(b, slot, dim):
@@ -52,7 +50,7 @@ def _reader(rank: str) -> Any:
     return operation(read)
 
 
-def _own_reader(rank: str) -> Any:
+def _own_reader(rank: str) -> PythonFunction:
     """Return the operation that reads a tensor of this rank at `slot` of row `i`."""
 
     def read(rows, i, slot, dim):
@@ -61,7 +59,7 @@ def _own_reader(rank: str) -> Any:
     return operation(read)
 
 
-def _nothing(rank: str) -> Any:
+def _nothing(rank: str) -> PythonFunction:
     """Return the operation that returns the zero tensor of this rank."""
 
     def zero(dim):

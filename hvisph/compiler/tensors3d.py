@@ -6,7 +6,7 @@ vectors and tensors of `compiler.tensors`. Symmetric ones are stored as xx yy zz
 
 from __future__ import annotations
 
-from .component_functions import operation
+from .lazy_import import operation
 from .tensors import PLACES, matrix, product, sum_terms
 
 # By dimensions: the components of a full symmetric tensor that lie in the plane, and those that the state stores.

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Iterable
 
 from llvmlite import ir
 from numba import types
@@ -11,16 +10,17 @@ from numba.core import cgutils
 from numba.core.base import BaseContext
 from numba.core.typing.templates import AbstractTemplate, signature
 
-from hvisph.compiler.vector.gather import Many, load, store
 from hvisph.compiler.vector.lanes import VECTOR, Lanes, lanes, reduce_lanes, splat, strict
+from hvisph.compiler.vector.memory_access import Many, load, store
 
 from .codegen import infer_global, lower_builtin
+from .lazy_import import PythonFunction
 
 
 class _Number:
     """A symbolic number: arithmetic with it records types or emits instructions."""
 
-    def _with(self, name: str, a: Any, b: Any) -> Any:
+    def _with(self, name: str, a: Operand, b: Operand) -> _Number:
         raise NotImplementedError
 
     def __add__(self, other):
@@ -51,13 +51,16 @@ class _Number:
         return self._with("fmul", -1.0, self)
 
 
+Operand = _Number | float
+
+
 class _Kind(_Number):
     """A symbolic number of type `kind`, lanes or a float, without a value."""
 
     def __init__(self, kind: types.Type) -> None:
         self.kind = kind
 
-    def _with(self, name: str, a: Any, b: Any) -> _Kind:
+    def _with(self, name: str, a: Operand, b: Operand) -> _Kind:
         return _Kind(_common((a, b)))
 
     def total(self) -> _Kind:
@@ -67,9 +70,10 @@ class _Kind(_Number):
         return _Kind(lanes)
 
 
-def _common(numbers: ir.Value) -> Any:
+def _common(numbers: Iterable[object]) -> types.Type:
     """Return the type that holds all of `numbers`: lanes where one of them is."""
-    return next((n.kind for n in numbers if isinstance(getattr(n, "kind", None), Lanes)), types.float64)
+    kinds = (getattr(n, "kind", None) for n in numbers)
+    return next((kind for kind in kinds if isinstance(kind, Lanes)), types.float64)
 
 
 class _Value(_Number):
@@ -78,12 +82,12 @@ class _Value(_Number):
     def __init__(self, builder: ir.IRBuilder, value: ir.Value, kind: types.Type) -> None:
         self.builder, self.value, self.kind = builder, value, kind
 
-    def _with(self, name: str, a: Any, b: Any) -> _Value:
+    def _with(self, name: str, a: Operand, b: Operand) -> _Value:
         builder, kind = self.builder, _common((a, b))
-        a, b = (_emitted(builder, n) for n in (a, b))
+        values = [_emitted(builder, n) for n in (a, b)]
         if isinstance(kind, Lanes):
-            a, b = (n if n.type == VECTOR else splat(builder, n) for n in (a, b))
-        return _Value(builder, getattr(builder, name)(a, b, flags=getattr(kind, "flags", ())), kind)
+            values = [n if n.type == VECTOR else splat(builder, n) for n in values]
+        return _Value(builder, getattr(builder, name)(*values, flags=getattr(kind, "flags", ())), kind)
 
     def total(self) -> _Value:
         return _Value(self.builder, reduce_lanes(self.builder, "fadd", self.value, 0.0), types.float64)
@@ -92,8 +96,11 @@ class _Value(_Number):
         return _Value(self.builder, splat(self.builder, self.value), lanes)
 
 
-def _emitted(builder: ir.IRBuilder, number: ir.Value) -> ir.Value:
-    return number.value if isinstance(number, _Value) else ir.Constant(ir.DoubleType(), float(number))
+def _emitted(builder: ir.IRBuilder, number: Operand) -> ir.Value:
+    if isinstance(number, _Value):
+        return number.value
+    assert not isinstance(number, _Number)
+    return ir.Constant(ir.DoubleType(), float(number))
 
 
 class _KindOfRows:
@@ -116,7 +123,7 @@ class _Rows:
         self.context, self.builder, self.kind = context, builder, kind
         self.array = context.make_array(kind)(context, builder, value)
 
-    def _address(self, place: tuple[Any, ...]) -> Any:
+    def _address(self, place: tuple[Operand, ...]) -> ir.Value:
         builder, count = self.builder, self.kind.ndim
         shape, strides = (cgutils.unpack_tuple(builder, t, count) for t in (self.array.shape, self.array.strides))
         index = [n.value if isinstance(n, _Value) else ir.Constant(ir.IntType(64), n) for n in place]
@@ -147,7 +154,7 @@ class _ManyRows:
         store(self.context, self.builder, self.kind, self.value, slot, wide)
 
 
-def _stand_in(kind: types.Type) -> Any:
+def _stand_in(kind: types.Type) -> object:
     """Return the symbolic argument of type `kind` for type inference."""
     if isinstance(kind, types.Literal):
         return kind.literal_value
@@ -158,7 +165,7 @@ def _stand_in(kind: types.Type) -> Any:
     return _Kind(kind)
 
 
-def _argument(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value) -> ir.Value:
+def _argument(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value) -> object:
     """Return the symbolic argument for a value of type `kind`."""
     if isinstance(kind, types.Literal):
         return kind.literal_value
@@ -169,15 +176,15 @@ def _argument(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, val
     return rows(context, builder, kind, value) if rows else _Value(builder, value, kind)
 
 
-def _passed(kind: types.Type) -> Any:
+def _passed(kind: types.Type) -> types.Type:
     """Return the type to which an argument of type `kind` is converted; plain integers are indices."""
     if isinstance(kind, types.Literal) or not isinstance(kind, types.Integer):
         return types.float64 if isinstance(kind, types.Float) else kind
     return types.uint64
 
 
-def register_operation(write: Callable[..., Any]) -> None:
-    """Let compiled functions call an operation, see `compiler.component_functions`."""
+def register_operation(write: PythonFunction) -> None:
+    """Let compiled functions call an operation, see `compiler.lazy_import`."""
 
     class Operation(AbstractTemplate):
         key, prefer_literal = write, True

@@ -36,8 +36,11 @@ class Derived(Mapping[str, np.ndarray]):
         return len(self._names)
 
 
-def transform_arrays(arrays: Mapping[str, np.ndarray], change: Callable[[str, np.ndarray], np.ndarray],
-            names: Iterable[str] | None = None) -> Mapping[str, np.ndarray]:  # fmt: skip
+def transform_arrays(
+    arrays: Mapping[str, np.ndarray],
+    change: Callable[[str, np.ndarray], np.ndarray],
+    names: Iterable[str] | None = None,
+) -> Mapping[str, np.ndarray]:
     """Return the arrays of some names, or all, as `change(name, array)` makes them.
 
     They are made now, and where `arrays` are `Derived` whenever they are asked for.

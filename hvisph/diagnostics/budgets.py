@@ -13,7 +13,7 @@ from hvisph.integrators.gravity import UNIFORM, Gravity
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.schemes.standard.scheme import fallbacks
 from hvisph.setup.build import Setup
-from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.neighbours.ghost_rows import Plane
 
 # Of the two gradients of each pair in the last evaluation, those that the correction left plain.
 FALLBACKS_COLUMN = "correction_fallbacks"

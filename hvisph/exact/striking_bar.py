@@ -36,8 +36,9 @@ def stiffness(dx: float, dim: int, youngs_modulus: float, poisson_ratio: float) 
     return (total * (dx / 2) ** dim).reshape(len(corners) * dim, -1)
 
 
-def rebound(size: tuple[float, ...], dx: float, material: tuple[float, float, float], speed: float,
-            end: float) -> tuple[float, float]:  # fmt: skip
+def rebound(
+    size: tuple[float, ...], dx: float, material: tuple[float, float, float], speed: float, end: float
+) -> tuple[float, float]:
     """Return the mean velocity of the bar away from the wall at the end [m/s], and since when it is free [s].
 
     Parameters

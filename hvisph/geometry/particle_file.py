@@ -74,8 +74,9 @@ def _refuse_misfit(name: str, positions: np.ndarray, breadth: np.ndarray) -> Non
         first, second = sorted(numbers[one] + 1)
         raise CaseError(
             f"'{name}' has two particles at one place, those of lines {first} and {second} of its data; keep one "
-            "of them", where="shape.file",
-        )  # fmt: skip
+            "of them",
+            where="shape.file",
+        )
     usual, wide = float(np.median(distance)), float(np.median(breadth))
     if not 1.0 / MISFIT < usual / wide < MISFIT:
         raise CaseError(

@@ -100,10 +100,13 @@ def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
         apart = points[first] - points[second]
         r = np.maximum(np.sqrt((apart**2).sum(axis=1)), 1e-6 * a)
         push = apart * (np.maximum(1 - r / reach, 0.0) ** 2 / r)[:, None]
-        move = np.stack([
-            np.bincount(first, push[:, k], len(points)) - np.bincount(second, push[:, k], len(points))
-            for k in range(shape.dim)
-        ], axis=1)  # fmt: skip
+        move = np.stack(
+            [
+                np.bincount(first, push[:, k], len(points)) - np.bincount(second, push[:, k], len(points))
+                for k in range(shape.dim)
+            ],
+            axis=1,
+        )
         size = np.sqrt((move**2).sum(axis=1)).max()
         points = points + move * (length / max(size, 0.2))
         points[outer] = _project_inside(shape, points[outer], DEPTH * dx)

@@ -6,7 +6,7 @@ next evaluation is predicted, `materials.stress_update` gives the stress there, 
 need is packed into the particle's row. See `integrators.scheme` for the scheme and its energy.
 
 Particles of a chunk that share a material, and are all held or all free, are carried LANES at once. The text is that of
-a single one: arrays stand for many of their rows, numbers are lanes (`compiler.vector.gather`,
+a single one: arrays stand for many of their rows, numbers are lanes (`compiler.vector.memory_access`,
 `compiler.if_conversion`), each of which
 rounds as a single number does. So the bits do not depend on which particles are carried together.
 """
@@ -32,8 +32,7 @@ from hvisph.compiler.tensors import (
 )
 from hvisph.compiler.tensors3d import extend_vector
 from hvisph.compiler.vector.api import LANES, broadcast_strict, extract_lane, first_lanes, gather
-from hvisph.compiler.vector.partition import NONE, list_equal_keys
-from hvisph.compiler.vector.prefetch import fetch_row
+from hvisph.compiler.vector.rows import NONE, fetch_row, list_equal_keys
 from hvisph.sph.terms.viscosity import shear_share
 
 from .particle_steps import MORRIS_MONAGHAN, Limits, Shown, State, hoop_signal, ring_radius
@@ -174,7 +173,7 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     Parameters
     ----------
     chunk, count
-        See `compiler.threads.parallel_for.chunk_loop`.
+        See `compiler.parallel_for.chunk_loop`.
     state, tags
         The particles.
     place, rates

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.compiler.jit import specialise
-from hvisph.compiler.threads.parallel_for import chunk_loop
+from hvisph.compiler.parallel_for import chunk_loop
 
 NAMES = ("signal", "acceleration")
 CHUNK = 256

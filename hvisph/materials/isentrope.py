@@ -22,7 +22,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.compiler.vector.table_access import number_at
+from hvisph.compiler.vector.api import number_at
 
 from .slots import (
     ADDRESS,

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from hvisph.compiler.jit import bind_constants, python_twin
+from hvisph.compiler.jit import CompiledFunction, bind_constants, python_twin
 from hvisph.core.errors import CaseError
 
 from . import isentrope, moduli, slots, tags
@@ -300,7 +300,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
     return table, models
 
 
-def bind_models(function: object, table: np.ndarray, models: np.ndarray) -> Any:
+def bind_models(function: CompiledFunction, table: np.ndarray, models: np.ndarray) -> CompiledFunction:
     """Return a compiled function with the common models alone if the table has no others, see `model_flags`."""
     common = np.array([tags.IDEAL_GAS, tags.JOHNSON_COOK, tags.JOHNSON_COOK_DAMAGE])
     further = (models > common).any() or (table[:, slots.DISTENSION] > 1.0).any()

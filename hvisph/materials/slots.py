@@ -17,7 +17,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.compiler.vector.table_access import row_address
+from hvisph.compiler.vector.api import row_address
 from hvisph.core.errors import CaseError
 
 # Columns of `table` that every material has.

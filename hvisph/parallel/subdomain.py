@@ -15,8 +15,8 @@ import numpy as np
 from hvisph.core.memory import peak_memory
 from hvisph.integrators.time_step import Criteria
 from hvisph.schemes.protocol import AnyStepper
+from hvisph.sph.neighbours.ghost_rows import Plane
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 
 from .collectives import Collectives
 from .halo import Halo
@@ -210,8 +210,9 @@ class Parts:
         cut = Cut(first, count, axis, float(at[first_above, axis]), int(numbers[first_above]))
         self._sides(place, cut, (at, numbers, weights), _lies_below(at, numbers, cut), lower)
 
-    def _sides(self, place: int, cut: Cut, held: tuple[np.ndarray, np.ndarray, np.ndarray], below: np.ndarray,
-               lower: int) -> None:  # fmt: skip
+    def _sides(
+        self, place: int, cut: Cut, held: tuple[np.ndarray, np.ndarray, np.ndarray], below: np.ndarray, lower: int
+    ) -> None:
         at, numbers, weights = held
         self._cut(at[below], numbers[below], weights[below], cut.first, lower)
         upper = len(self.cuts)

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hvisph.compiler.build_id import build_id
+from hvisph.compiler.self_test import build_id
 from hvisph.core.errors import CaseError, HvisphError
 
 from .mpi_launch import launched_rank

@@ -184,8 +184,11 @@ def tears(case: Case) -> str:
     """Return which solids without damage come under tension after an impact; empty where none does."""
     if Facts(case).overload < 1.0:
         return ""
-    names = [name for name, body in case.bodies.items()
-             if body.material.strength.type != "none" and body.material.damage.type == "none"]  # fmt: skip
+    names = [
+        name
+        for name, body in case.bodies.items()
+        if body.material.strength.type != "none" and body.material.damage.type == "none"
+    ]
     if not names:
         return ""
     return (
@@ -232,8 +235,11 @@ def _initial_overlap(facts: Facts) -> Found:
     contact = getattr(facts.model, "contact", None)
     if contact is None or contact.type != "penalty" or facts.scheme != "eulerian":
         return False
-    near = [name for name, body in list(facts.bodies.items())[1:]
-            if body.position is None and body.gap < 0.5 * facts.case.resolution]  # fmt: skip
+    near = [
+        name
+        for name, body in list(facts.bodies.items())[1:]
+        if body.position is None and body.gap < 0.5 * facts.case.resolution
+    ]
     return [{"name": name, "gap": facts.case.resolution} for name in near[:1]]
 
 

@@ -32,11 +32,18 @@ MOST_FILLED = 2_000_000
 # What the largest memory of runs grows by from 300,000 to 1,000,000 particles (`benchmarks/memory.py`), with moments of
 # output inside steps, checkpoints and measures: by formulation and dimensions [bytes a particle], what lists of
 # neighbours take [bytes a neighbour], and what is left for none: the interpreter, compiled loops, what measures.
-MEMORY = {"eulerian": {1: 570, 2: 600, 3: 970}, "riemann": {1: 540, 2: 970, 3: 1440},
-          "total_lagrangian": {1: 700, 2: 1070, 3: 1600}, "adaptive": {1: 700, 2: 1080, 3: 1600},
-          "projection": {1: 600, 2: 640, 3: 640}}  # fmt: skip
-LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 15}, "adaptive": {1: 30, 2: 30, 3: 15},
-          "projection": {1: 20, 2: 18, 3: 21}}  # fmt: skip
+MEMORY = {
+    "eulerian": {1: 570, 2: 600, 3: 970},
+    "riemann": {1: 540, 2: 970, 3: 1440},
+    "total_lagrangian": {1: 700, 2: 1070, 3: 1600},
+    "adaptive": {1: 700, 2: 1080, 3: 1600},
+    "projection": {1: 600, 2: 640, 3: 640},
+}
+LISTED = {
+    "total_lagrangian": {1: 30, 2: 30, 3: 15},
+    "adaptive": {1: 30, 2: 30, 3: 15},
+    "projection": {1: 20, 2: 18, 3: 21},
+}
 INTERPRETER = 190_000_000  # [bytes]
 # What the first of several processes holds of the whole when it hands it out or writes it [bytes a particle].
 BEGINNING = 600
@@ -201,8 +208,9 @@ def refuse_impossible(
     if processes > 1:
         several = f" on this machine, which has {beside} of {processes} processes,"
         fewer = "take more machines; "
-    name, extent = max(((name, max(body.shape.extent(), default=0.0)) for name, body in case.bodies.items()),
-                       key=lambda one: one[1])  # fmt: skip
+    name, extent = max(
+        ((name, max(body.shape.extent(), default=0.0)) for name, body in case.bodies.items()), key=lambda one: one[1]
+    )
     largest = f" (the largest, bodies.{name}, measures {extent:.4g}{' m' if case.units == 'si' else ''})"
     raise CaseError(
         f"about {count:.2g} particles{largest} need{several} about {needed / 1e9:.3g} GB of memory, "
@@ -316,9 +324,13 @@ def _snapshot_bytes(dim: int) -> int:
 
 
 # Time on one core, by formulation and dimensions [us a particle-step].
-MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 0.6, 3: 2.4},
-                "projection": {1: 0.1, 2: 0.25, 3: 1.2}, "total_lagrangian": {1: 0.2, 2: 0.3, 3: 0.9},
-                "adaptive": {1: 0.3, 2: 0.45, 3: 1.2}}  # fmt: skip
+MICROSECONDS = {
+    "eulerian": {1: 0.15, 2: 0.25, 3: 0.85},
+    "riemann": {1: 0.3, 2: 0.6, 3: 2.4},
+    "projection": {1: 0.1, 2: 0.25, 3: 1.2},
+    "total_lagrangian": {1: 0.2, 2: 0.3, 3: 0.9},
+    "adaptive": {1: 0.3, 2: 0.45, 3: 1.2},
+}
 STEP_OVERHEAD = 2e-4  # whatever the number of particles [s]
 THREAD_GAIN = 0.85  # of each further thread
 # Compilation of a loop over particles with the models of materials, over pairs, and of any other [s of a core].

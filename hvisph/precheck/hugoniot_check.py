@@ -110,6 +110,9 @@ def compare_peak_pressure(case: Case, highest: float) -> tuple[dict[str, float |
     return pressures, [
         f"the highest pressure of any particle is {scale * highest:.3g}{unit}, {highest / estimate:.2g} times the "
         f"{scale * estimate:.3g}{unit} of a flat impact by impedance matching: "
-        + ("particles too coarse or an impact that is not flat lower it" if highest < estimate
-           else "a spike at the contact, or waves that met, raise it")
-    ]  # fmt: skip
+        + (
+            "particles too coarse or an impact that is not flat lower it"
+            if highest < estimate
+            else "a spike at the contact, or waves that met, raise it"
+        )
+    ]

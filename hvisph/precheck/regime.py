@@ -72,8 +72,11 @@ def regime(case: Case) -> Regime:
     if first.porosity is not None or second.porosity is not None:  # pores crush far below the speed of sound
         pressure = min(pressure, impact_pressure(first, second, velocity))
     known = [y for y in (_strength(material_of_body(body), pressure) for body in case.bodies.values()) if y is not None]
-    liquids = () if met is None else tuple(name for name, one in zip(names, (first, second), strict=True)
-                                           if one.strength.name == "none")  # fmt: skip
+    liquids = (
+        ()
+        if met is None
+        else tuple(name for name, one in zip(names, (first, second), strict=True) if one.strength.name == "none")
+    )
     return Regime(velocity, pressure, min(known, default=None), liquids)
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import chunk_loop
+from hvisph.compiler.jit import CompiledFunction, bind
+from hvisph.compiler.parallel_for import chunk_loop
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles, reorder, take_rows
 from hvisph.integrators import particle_steps as carrying
@@ -19,12 +18,11 @@ from hvisph.materials import anisotropic_stress, plane_stress, stress_update, th
 from hvisph.materials.material_table import Material, bind_models, pack
 from hvisph.sph.neighbours import particle_layout
 from hvisph.sph.neighbours.cells import Grid
-from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.ghost_rows import Halo, Plane, turn_back
 from hvisph.sph.neighbours.pairs import Pairs
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane, turn_back
 
-from .formulation import Formulation
+from .protocol import Formulation
 
 # Functions of a particle's material that the pass over single particles calls.
 OF_MATERIALS = (
@@ -116,8 +114,9 @@ class Stepper:
         self.coefficients = formulation.coefficients()
         self.gravity = gravity
         layout = formulation.layout(dim)
-        self.pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), self.coefficients,
-                           particles["position"], h, planes)  # fmt: skip
+        self.pairs = Pairs(
+            layout, formulation.kernel, formulation.passes(dim), self.coefficients, particles["position"], h, planes
+        )
         smoothing = formulation.smoothing
         self.h_low, self.h_high = smoothing.smallest * h, smoothing.largest * h
         self.h_max = h
@@ -130,7 +129,7 @@ class Stepper:
         if formulation.fragment_contact:
             self.pieces = particles.body.copy()
 
-    def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
+    def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> CompiledFunction:
         """Return the pass over single particles, compiled for this formulation, its row and scheme."""
         particles, dim, smoothing = self.particles, self.particles.dim, self.formulation.smoothing
         # Columns that a state lacks are never read: the branches that name them are compiled away.
@@ -312,8 +311,12 @@ class Stepper:
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
         pairs, count = self.pairs, self.particles.count
-        for name, own in (("rows", self.rows), ("lengths", self.lengths), ("signals", self.signals),
-                          ("pressures", self.pressures)):  # fmt: skip
+        for name, own in (
+            ("rows", self.rows),
+            ("lengths", self.lengths),
+            ("signals", self.signals),
+            ("pressures", self.pressures),
+        ):
             own[...] = carried[name]
         self.rates[:count] = carried["rates"]
         pairs.place[:count] = np.arange(count, dtype=np.uint32)

@@ -15,7 +15,7 @@ from hvisph.materials.material_table import Material
 from hvisph.parallel.subdomain import Subdomain
 from hvisph.schemes.protocol import AnyStepper
 from hvisph.schemes.stepper import Stepper
-from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
 from .gauges import Gauges

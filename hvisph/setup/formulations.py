@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hvisph.core.catalogues import KINEMATICS
-from hvisph.schemes.formulation import Smoothing
-from hvisph.schemes.protocol import AnyFormulation
+from hvisph.schemes.protocol import AnyFormulation, Smoothing
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import (
     BalsaraViscosity,

@@ -24,7 +24,7 @@ from hvisph.core.particles import FLAGS, ID, RETIRED
 from hvisph.parallel.subdomain import Subdomain
 from hvisph.schemes.derived_fields import NAMES, diagnose
 from hvisph.schemes.protocol import AnyStepper
-from hvisph.sph.neighbours.interpolation import weigh
+from hvisph.sph.kernels import weigh
 
 from .bodies import PlacedBody
 

@@ -17,7 +17,7 @@ from hvisph.measures.debris.groups import connected_groups
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.kernels import KERNELS
-from hvisph.sph.neighbours.symmetry_planes import AXIS, Plane
+from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
 
 from .axes import material_axes
 from .bodies import PlacedBody, placed_bodies

@@ -13,7 +13,7 @@ from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.paths import run_name
 from hvisph.compiler.jit import report_compilation
-from hvisph.compiler.threads.fork_guard import refuse_fork
+from hvisph.compiler.parallel_for import refuse_fork
 from hvisph.core.errors import CaseError, computable
 from hvisph.core.memory import give_back_large
 from hvisph.output.run_folder import RunFolder, SilentFolder

@@ -1,10 +1,18 @@
-"""Vector operations by name, and the number of lanes; numba and their modules are imported when a loop is compiled."""
+"""Vector operations by name, and the number of lanes; numba and their modules are imported when a loop is compiled.
+
+Long tables are read by address in compiled scalar functions. An array that is alive across branches costs numba atomic
+reference counts. The address of one of its rows is a plain number and is passed as a float: addresses have 48 bits,
+floats 53. `row_address` and `number_at` work alike in compiled code and in plain Python. The caller keeps the array
+alive; in a run the stepper holds the table.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import os
 from typing import Any
 
+import numpy as np
 from llvmlite import binding
 
 from hvisph.compiler.lazy_import import LazyFunction
@@ -35,10 +43,19 @@ select, first_lanes, extract_lane = _from("vector.lane_masks", "select", "first_
 add_rounded, neighbours = _from("vector.intrinsics", "add_rounded", "neighbours")
 restore_mode, flush_tiny = _from("vector.intrinsics", "restore_mode", "flush_tiny")
 append_near, append_near_box = _from("vector.neighbour_filter", "append_near", "append_near_box")
-load_lanes, put_lanes = _from("vector.contiguous_load", "load_lanes", "put_lanes")
-load_row_lanes, put_row_lanes = _from("vector.contiguous_load", "load_row_lanes", "put_row_lanes")
-(gather,) = _from("vector.gather", "gather")
-(fetch,) = _from("vector.pointers", "fetch")
-thread_count, atomic_max, atomic_min = _from("threads.primitives", "thread_count", "atomic_max", "atomic_min")
-make_counters, increment_counter = _from("threads.primitives", "make_counters", "increment_counter")
+load_lanes, put_lanes = _from("vector.memory_access", "load_lanes", "put_lanes")
+load_row_lanes, put_row_lanes = _from("vector.memory_access", "load_row_lanes", "put_row_lanes")
+gather, fetch = _from("vector.memory_access", "gather", "fetch")
+thread_count, atomic_max, atomic_min = _from("thread_primitives", "thread_count", "atomic_max", "atomic_min")
+make_counters, increment_counter = _from("thread_primitives", "make_counters", "increment_counter")
 COUNTERS = 64  # number of counters of `make_counters`
+
+
+def row_address(table: np.ndarray, m: int) -> float:
+    """Return the address of row `m` of `table`, a float64 array of shape (rows, columns) in C order."""
+    return float(table.ctypes.data + int(m) * table.strides[0])
+
+
+def number_at(address: float, k: int) -> float:
+    """Return the float64 number with index `k` behind `address`."""
+    return ctypes.c_double.from_address(int(address) + 8 * k).value

@@ -6,7 +6,6 @@ They are written in LLVM's target-independent vector code and give the same resu
 from __future__ import annotations
 
 import platform
-from typing import Any
 
 from llvmlite import ir
 from numba import types
@@ -40,7 +39,7 @@ def _address(
     array_type: types.Type,
     array: ir.Value,
     indices: list[ir.Value],
-    target: Any,
+    target: ir.Type,
 ) -> ir.Value:
     """Return a pointer to `array[indices]` as a pointer to `target`."""
     view = context.make_array(array_type)(context, builder, array)

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import Any
+from collections.abc import Callable
 
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.base import BaseContext
+from numba.core.datamodel.manager import DataModelManager
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, signature
 from numba.extending import intrinsic, models, register_model
@@ -25,6 +26,8 @@ from .api import LANES
 from .lanes import VECTOR, splat, strict
 
 _i1, _i32, _i64 = ir.IntType(1), ir.IntType(32), ir.IntType(64)
+Types = tuple[types.Type, ...]
+Pairs = tuple[tuple[types.Type, ir.Value], ...]
 _MASK, _BITS = ir.VectorType(_i1, LANES), ir.IntType(LANES)
 
 
@@ -48,7 +51,7 @@ mask = Mask()
 
 @register_model(Mask)
 class _MaskModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: types.Type) -> None:
+    def __init__(self, manager: DataModelManager, kind: types.Type) -> None:
         super().__init__(manager, kind, _MASK)
 
 
@@ -57,7 +60,7 @@ def _from_truth(context, builder, kind, target, value):
     return splat(builder, value)
 
 
-def _compare(function: Any, sign: str) -> None:
+def _compare(function: Callable[..., object], sign: str) -> None:
     cases = [(strict, strict), (strict, types.float64), (types.float64, strict)]
     template = {"key": function, "cases": [signature(mask, *case) for case in cases]}
     infer_global(function)(type("_Template", (ConcreteTemplate,), template))
@@ -76,7 +79,7 @@ for _comparison, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt
     _compare(_comparison, _sign)
 
 
-def _lane_by_lane(function: Any, count: int) -> None:
+def _lane_by_lane(function: Callable[..., object], count: int) -> None:
     """Define `function` of `count` floats for lanes: one lane after the other, by the code for floats."""
     cases = [(strict,)] if count == 1 else [(strict, strict), (strict, types.float64), (types.float64, strict)]
     template = {"key": function, "cases": [signature(strict, *case) for case in cases]}
@@ -106,7 +109,7 @@ def _is_truth(kind: types.Type) -> bool:
     return isinstance(kind, (types.Boolean, Mask))
 
 
-def _joined(a: Any, b: Any, by_lanes: bool) -> Any:
+def _joined(a: types.Type, b: types.Type, by_lanes: bool) -> types.Type | None:
     """Return the type of a selection between values of types `a` and `b`, or None."""
     if isinstance(a, types.BaseTuple) and isinstance(b, types.BaseTuple) and len(a) == len(b):
         parts = [_joined(p, q, by_lanes) for p, q in zip(a, b, strict=True)]
@@ -124,7 +127,9 @@ def _joined(a: Any, b: Any, by_lanes: bool) -> Any:
     return strict if by_lanes or strict in (a, b) else types.float64
 
 
-def _chosen(context: BaseContext, builder: ir.IRBuilder, condition: Any, kind: types.Type, parts: Any) -> ir.Value:
+def _chosen(
+    context: BaseContext, builder: ir.IRBuilder, condition: ir.Value, kind: types.Type, parts: Pairs
+) -> ir.Value:
     """Return the selection, of type `kind`, between two pairs of type and value."""
     (a_kind, a), (b_kind, b) = parts
     if isinstance(kind, types.BaseTuple):
@@ -135,7 +140,7 @@ def _chosen(context: BaseContext, builder: ir.IRBuilder, condition: Any, kind: t
     return builder.select(condition, a, b)
 
 
-def _as(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value, target: Any) -> ir.Value:
+def _as(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value, target: types.Type) -> ir.Value:
     """Convert a number or a truth value to the type `target`."""
     if kind == target:
         return value
@@ -158,7 +163,7 @@ def select(typing_context, condition, a, b):
     return result(condition, a, b), generate
 
 
-def _combined(name: str) -> Any:
+def _combined(name: str) -> Callable[..., ir.Value]:
     @intrinsic
     def combine(typing_context, a, b):
         if not _is_truth(a) or not _is_truth(b):
@@ -183,7 +188,7 @@ def mask_not(typing_context, a):
     return (a(a), lambda context, builder, sig, arguments: builder.not_(arguments[0])) if _is_truth(a) else None
 
 
-def _asked(whole: bool) -> Any:
+def _asked(whole: bool) -> Callable[..., ir.Value]:
     @intrinsic
     def ask(typing_context, a):
         if not _is_truth(a):
@@ -218,14 +223,14 @@ def first_lanes(typing_context, count):
 # Single lanes, for functions that are called once per lane.
 
 
-def _of_lane(kind: types.Type) -> Any:
+def _of_lane(kind: types.Type) -> types.Type:
     if isinstance(kind, types.BaseTuple):
         named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
         return types.BaseTuple.from_types([_of_lane(k) for k in kind], named)
     return {strict: types.float64, mask: types.boolean}.get(kind, kind)
 
 
-def _of_lanes(kind: types.Type) -> Any:
+def _of_lanes(kind: types.Type) -> types.Type:
     if isinstance(kind, types.BaseTuple):
         named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
         return types.BaseTuple.from_types([_of_lanes(k) for k in kind], named)
@@ -234,14 +239,16 @@ def _of_lanes(kind: types.Type) -> Any:
     return strict if isinstance(kind, (types.Float, types.Integer)) else kind
 
 
-def _lane(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value, k: Any) -> ir.Value:
+def _lane(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir.Value, k: ir.Value) -> ir.Value:
     if isinstance(kind, types.BaseTuple):
         parts = zip(kind, cgutils.unpack_tuple(builder, value, len(kind)), strict=True)
         return context.make_tuple(builder, _of_lane(kind), [_lane(context, builder, q, v, k) for q, v in parts])
     return builder.extract_element(value, k) if kind in (strict, mask) else value
 
 
-def _with_lane(context: BaseContext, builder: ir.IRBuilder, kinds: Any, values: Any, k: Any) -> ir.Value:
+def _with_lane(
+    context: BaseContext, builder: ir.IRBuilder, kinds: Types, values: tuple[ir.Value, ...], k: ir.Value
+) -> ir.Value:
     """Return a value of type kinds[0] with lane `k` of that of kinds[1]."""
     kind, single = kinds
     if isinstance(kind, types.BaseTuple):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from llvmlite import ir
@@ -26,6 +26,8 @@ from hvisph.compiler.codegen import infer_global, lower_builtin, lower_cast
 
 from .api import LANES
 
+# Emits instructions from a builder, flags and vectors.
+Generator = Callable[..., ir.Value]
 FAST = ("reassoc", "contract", "arcp", "nsz", "afn")
 _f64, _i32 = ir.DoubleType(), ir.IntType(32)
 VECTOR = ir.VectorType(_f64, LANES)
@@ -64,7 +66,7 @@ def splat(builder: ir.IRBuilder, value: ir.Value, count: int = LANES) -> ir.Valu
     return builder.shuffle_vector(single, ir.Constant(vector, ir.Undefined), zeros)
 
 
-def _call(name: str) -> Any:
+def _call(name: str) -> Generator:
     """Return a generator of LLVM's function `name`."""
 
     def generate(builder, flags, *arguments):
@@ -75,7 +77,7 @@ def _call(name: str) -> Any:
     return generate
 
 
-def _choose(comparison: str) -> Any:
+def _choose(comparison: str) -> Generator:
     """Return a generator that takes of two the one for which the comparison with the other holds.
 
     Of two that are equal or no numbers strict lanes take the first, as compiled code does of single numbers.
@@ -89,12 +91,12 @@ def _choose(comparison: str) -> Any:
     return generate
 
 
-def _emit(name: str) -> Any:
+def _emit(name: str) -> Generator:
     """Return a generator of LLVM's instruction `name`."""
     return lambda builder, flags, *arguments: getattr(builder, name)(*arguments, flags=flags)
 
 
-def _define(functions: tuple[Any, ...], count: int, generate: Any) -> None:
+def _define(functions: tuple[Callable[..., object], ...], count: int, generate: Generator) -> None:
     """Define `functions` of `count` arguments for vectors by `generate(builder, flags, *vectors)`."""
     cases = []
     for kind in (lanes, strict):
@@ -180,7 +182,7 @@ def reduce_lanes(builder: ir.IRBuilder, name: str, value: ir.Value, start: float
     return builder.call(function, [*first, value], fastmath=FAST)
 
 
-def _reduction(name: str, start: float | None) -> Any:
+def _reduction(name: str, start: float | None) -> Callable[[ir.Value], ir.Value]:
     """Return a compiled function from a vector to a number: LLVM's reduction `name`."""
 
     def declare(typing_context, value):

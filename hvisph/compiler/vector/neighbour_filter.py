@@ -7,7 +7,7 @@ without contraction: its list is the same on every machine, and that of a plain 
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 from llvmlite import ir
 from numba import types
@@ -19,12 +19,14 @@ from .api import EIGHT, NUMBERED, SIXTEEN
 from .intrinsics import _address, _kept_lanes
 from .lanes import splat
 
+# Stores a vector at a place of an array.
+Store = Callable[[ir.Value, ir.Value], None]
 _i8, _i32, _i64 = ir.IntType(8), ir.IntType(32), ir.IntType(64)
 _f32, _f64 = ir.FloatType(), ir.DoubleType()
 _FAST = ("reassoc", "contract", "arcp", "nsz")
 
 
-def _lane_numbers(kind: object, count: int) -> Any:
+def _lane_numbers(kind: ir.Type, count: int) -> ir.Constant:
     return ir.Constant(ir.VectorType(kind, count), list(range(count)))
 
 
@@ -33,7 +35,7 @@ def _bits(builder: ir.IRBuilder, mask: ir.Value) -> ir.Value:
     return builder.zext(builder.bitcast(mask, ir.IntType(mask.type.count)), _i64)
 
 
-def _append_lanes(builder: ir.IRBuilder, mask: ir.Value, first: ir.Value, store: Any, n: Any) -> ir.Value:
+def _append_lanes(builder: ir.IRBuilder, mask: ir.Value, first: ir.Value, store: Store, n: ir.Value) -> ir.Value:
     """Store `first` plus the lanes that a mask of eight keeps, side by side; return the new length."""
     bits = _bits(builder, mask)
     table = cgutils.global_constant(builder, "kept_lanes", _kept_lanes())
@@ -45,7 +47,7 @@ def _append_lanes(builder: ir.IRBuilder, mask: ir.Value, first: ir.Value, store:
 
 
 def _append_kept(
-    builder: ir.IRBuilder, mask: ir.Value, numbers: ir.Value, first: ir.Value, store: Any, n: Any
+    builder: ir.IRBuilder, mask: ir.Value, numbers: ir.Value, first: ir.Value, store: Store, n: ir.Value
 ) -> ir.Value:
     """Store the numbers that a mask of sixteen keeps, or their places from `first` on; return the new length."""
     if NUMBERED:

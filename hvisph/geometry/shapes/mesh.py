@@ -147,8 +147,11 @@ class Mesh(Shape):
     def outward(self, points: np.ndarray, step: float) -> np.ndarray:
         """Return unit vectors (n, 3) along which the distance to the surface grows; of a mesh without a `step`."""
         away, (apart, normals), along = self._nearest_sample(points)
-        ways = np.where(self._is_near_face(away)[:, None], np.sign(along)[:, None] * normals,
-                        apart / np.maximum(away, 1e-300)[:, None])  # fmt: skip
+        ways = np.where(
+            self._is_near_face(away)[:, None],
+            np.sign(along)[:, None] * normals,
+            apart / np.maximum(away, 1e-300)[:, None],
+        )
         return np.where(self.contains(points)[:, None], -ways, ways)
 
     def _nearest_sample(self, points: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:

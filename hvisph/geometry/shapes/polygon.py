@@ -73,8 +73,9 @@ class Polygon(Shape):
         start = self.corners
         edge = np.roll(start, -1, axis=0) - start
         step = max(1, AT_ONCE // len(start))
-        return np.concatenate([_to_edges(points[k : k + step], start, edge) for k in range(0, len(points), step)]
-                              or [np.empty(0)])  # fmt: skip
+        return np.concatenate(
+            [_to_edges(points[k : k + step], start, edge) for k in range(0, len(points), step)] or [np.empty(0)]
+        )
 
 
 def _to_edges(points: np.ndarray, start: np.ndarray, edge: np.ndarray) -> np.ndarray:
@@ -99,8 +100,9 @@ def _crossing(corners: np.ndarray) -> tuple[int, int] | None:
     start, end = corners, np.roll(corners, -1, axis=0)
 
     def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-        return np.asarray((b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
-                          - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0]))  # fmt: skip
+        return np.asarray(
+            (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+        )
 
     for i in range(n - 2):
         others = np.arange(i + 2, n - (i == 0))

@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline, python_twin
-from hvisph.compiler.vector.table_access import number_at
+from hvisph.compiler.vector.api import number_at
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.isentrope import LENGTH as CURVE_LENGTH

@@ -18,10 +18,9 @@ from hvisph.materials.material_table import Material
 from hvisph.sph.contact import penalty_contact
 from hvisph.sph.neighbours import particle_layout as rate_slots
 from hvisph.sph.neighbours.cells import Grid
-from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.ghost_rows import Halo, Plane
 from hvisph.sph.neighbours.pairs import Pairs
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 
 # Evaluations between two looks at whether bodies pass through each other, and who is near another part of its body.
 LOOK_EVERY = 16
@@ -109,8 +108,9 @@ class BodyContact:
         self.leaving |= leaves
         self._pieces[leaves] = self._bodies_in_all + self.particles.id[leaves]
 
-    def add(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray,
-            rates: np.ndarray) -> None:  # fmt: skip
+    def add(
+        self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray, rates: np.ndarray
+    ) -> None:
         """Add contact accelerations, and power where it is heat, to `rates`.
 
         `chosen` are particles near another component, `loose` (n,), bool, those detached from their bodies.
@@ -188,8 +188,9 @@ class BodyContact:
         pairs.evaluate(self.h)
         return pairs.rates[pairs.place[: len(chosen)], dim : dim + 2].T
 
-    def _place(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], packed: np.ndarray,
-               to: dict[str, int]) -> None:  # fmt: skip
+    def _place(
+        self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], packed: np.ndarray, to: dict[str, int]
+    ) -> None:
         """Write positions, lengths and volumes of the `chosen` particles into `packed` rows."""
         dim, own = self.particles.dim, rows[chosen]
         packed[:, :dim] = own[:, :dim]

@@ -13,8 +13,8 @@ from hvisph.sph.neighbours import particle_layout as rate_slots
 from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
 
+from .passes import SpatialPass
 from .penalty_contact_pass import BodyContact
-from .spatial_pass import SpatialPass
 
 # What a checkpoint holds beside the particles, of what every particle has one row.
 KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone",
@@ -67,9 +67,11 @@ class CompositeState(ReferenceChanges, Stepper):
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the global data that the next step needs, by name."""
-        return self.totals.history() | {"stage": np.array([self._stage])} | (
-            self.contact.history() if self.contact is not None else {}
-        )  # fmt: skip
+        return (
+            self.totals.history()
+            | {"stage": np.array([self._stage])}
+            | (self.contact.history() if self.contact is not None else {})
+        )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """Connect to other processes by the halos that `halo_for` makes of row layouts."""

@@ -24,13 +24,11 @@ from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.materials.material_table import Material, pack
 from hvisph.schemes.stepper import fastest_sound
 from hvisph.schemes.total_lagrangian.reference_update import stop_at_planes
-from hvisph.sph.neighbours.ghost_rows import FixedCopies, Halo
+from hvisph.sph.neighbours.ghost_rows import FixedCopies, Halo, Plane
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 
-from .loops import loops, offered_to_loops
+from .passes import SpatialPass, loops, offered_to_loops
 from .penalty_contact_pass import BodyContact
-from .spatial_pass import SpatialPass
 from .state import CompositeState
 
 
@@ -257,8 +255,9 @@ class CompositeStepper(CompositeState):
             return
         lagrangian = self._lagrangian & ~self.loose
         damage = particles["damage"].copy() if self._can_fail else self._undamaged  # side by side: read several times
-        turns = formulation.conversion.turning(lagrangian, self._convertible, self._active != 0, self.jacobians,
-                                               self.strains, damage, self)  # fmt: skip
+        turns = formulation.conversion.turning(
+            lagrangian, self._convertible, self._active != 0, self.jacobians, self.strains, damage, self
+        )
         leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none
         turned, left = turns.any(), leaves.any()
         if not self.anywhere(turned or left):

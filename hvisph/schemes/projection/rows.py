@@ -1,4 +1,4 @@
-"""Particle rows and neighbour list of the passes of SPH-projection."""
+"""Particle rows and neighbour list of the passes of SPH-projection, and the running time mean of its pressure."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours import traversal
+from hvisph.sph.neighbours.ghost_rows import Plane, mirror
 from hvisph.sph.neighbours.neighbour_list import NeighbourList
 from hvisph.sph.neighbours.particle_layout import aligned_zeros
-from hvisph.sph.neighbours.symmetry_planes import Plane, mirror
 
-from . import law as laws
+from .law import layouts
 
 # How far beyond the kernel's reach neighbours are listed, over h. At the published step the fastest
 # particle crosses half of it in 24 steps, a little more than the run waits until it sorts the particles.
@@ -26,7 +26,7 @@ class ProjectionRows:
     def __init__(self, kernel: Kernel, positions: np.ndarray, h: float, planes: tuple[Plane, ...]):
         count, dim = positions.shape
         self.list = NeighbourList(kernel, MARGIN, positions, h, planes)
-        self.layouts = laws.layouts(dim)
+        self.layouts = layouts(dim)
         self.listed_at = np.zeros((0, dim))
         self._kernels = np.zeros(0)
         self._count = count
@@ -83,3 +83,58 @@ class ProjectionRows:
         if self.list.halo is not None:
             for layout in self.layouts:
                 self.list.halo.exchange_again(np.zeros((self._count, layout.used_width)))
+
+
+# Parts of the window: it moves on by whole ones, and is shorter than asked for by less than one.
+PARTS = 20
+
+
+class TrailingMean:
+    """Mean over the last `window` [s]; the field is zero before the run."""
+
+    def __init__(self, count: int, window: float):
+        self._part_length = window / PARTS
+        self._parts = np.zeros((PARTS - 1, count))  # integrals over full parts
+        self._times = np.zeros(PARTS - 1)
+        self._full = np.zeros(count)  # their sum
+        self._now = np.zeros(count)  # integral over the part under way
+        self._time = 0.0
+
+    def add(self, values: np.ndarray, dt: float) -> None:
+        """Add `values` (n,) that applied for `dt` [s]."""
+        self._now += dt * values
+        self._time += dt
+        # a part that ends on a step must not wait for the next by round-off
+        if self._time >= self._part_length * (1.0 - 1e-9):
+            self._parts[1:], self._times[1:] = self._parts[:-1].copy(), self._times[:-1].copy()
+            self._parts[0], self._times[0] = self._now, self._time
+            self._full = self._parts.sum(axis=0)
+            self._now[:], self._time = 0.0, 0.0
+
+    def mean(self) -> np.ndarray:
+        """Return the mean of each particle (n,)."""
+        time = max(float(self._times.sum()) + self._time, (PARTS - 1) * self._part_length)
+        mean: np.ndarray = (self._full + self._now) / time
+        return mean
+
+    def permute(self, order: np.ndarray) -> None:
+        """Reorder with the state."""
+        self._parts = self._parts.take(order, axis=1)
+        self._full, self._now = self._full[order], self._now[order]
+
+    def get_carried(self) -> dict[str, np.ndarray]:
+        """Return the data of each particle by name, a row a particle."""
+        return {"parts": self._parts.T, "part": self._now}
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return the durations of the window's intervals, by name."""
+        return {"part_times": self._times, "part_time": np.array([self._time])}
+
+    def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
+        """Set the data of `get_carried` for the present particles."""
+        self._parts, self._now = np.ascontiguousarray(carried["parts"].T), np.array(carried["part"])
+        self._full = self._parts.sum(axis=0)
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Restore the data of `history`."""
+        self._times[...], self._time = history["part_times"], float(history["part_time"][0])

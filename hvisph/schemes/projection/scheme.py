@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.protocol import Smoothing
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 
 from .stepper import ProjectionStepper

@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from hvisph.compiler.jit import specialise
-from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
+from hvisph.compiler.jit import CompiledFunction, PythonFunction, bind, specialise
+from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 from hvisph.core.errors import RunError
 from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.materials import stress_update
 from hvisph.materials.material_table import Material, bind_models, pack
-from hvisph.schemes.formulation import Smoothing
-from hvisph.schemes.protocol import AnyFormulation
+from hvisph.schemes.protocol import AnyFormulation, Smoothing
 from hvisph.schemes.stepper import fastest_sound
-from hvisph.schemes.trailing_mean import TrailingMean
 from hvisph.sph.kernels import scale
 from hvisph.sph.neighbours import particle_layout
-from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.ghost_rows import Halo, Plane
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 
-from . import law as laws
-from . import passes
-from .rows import MARGIN, ProjectionRows
+from . import law
+from .rows import MARGIN, ProjectionRows, TrailingMean
 
 
 class ProjectionNumbers(AnyFormulation, Protocol):
@@ -80,7 +75,7 @@ class ProjectionStepper:
         self._eta2 = (0.1 * h) ** 2
         self._fullness = formulation.fullness(dim)
         self._body_force = (tuple(map(float, formulation.body_force)) + (0.0,) * dim)[:dim]
-        self.totals = column.Sums(particles, fastest_sound(materials), h, passes.CHUNK)
+        self.totals = column.Sums(particles, fastest_sound(materials), h, law.CHUNK)
         self._step = 0.0
         self._averaged = TrailingMean(count, formulation.pressure_average)
         self.support = formulation.kernel.reach * h
@@ -88,22 +83,27 @@ class ProjectionStepper:
         self._crossed = np.inf  # most that a particle has moved since the list was made [m]
         self._loops = self._compile_loops()
 
-    def _compile_loops(self) -> list[Any]:
+    def _compile_loops(self) -> list[CompiledFunction]:
         """Return the loops of the four passes and of the step's completion."""
         dim, kernel = self.particles.dim, self.formulation.kernel
         named = particle_layout.slots(dim) | self.particles.bindings() | {
             "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "respond": bind_models(stress_update.respond, self.table, self.models),
         }  # fmt: skip
-        sums: tuple[Any, ...] = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
-        loops: tuple[Any, ...] = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
+        sums: tuple[PythonFunction, ...] = (
+            law.velocity_gradient,
+            law.stress_divergence,
+            law.poisson,
+            law.pressure_gradient,
+        )
+        loops: tuple[PythonFunction, ...] = (law.stress, law.velocity, law.pressure, law.acceleration)
         compiled = []
-        for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
+        for number, (pair_sum, loop) in enumerate(zip(sums, loops, strict=True)):
             layout = self._rows.layouts[number]
-            summed = bind(law, {"WIDTH": layout.used_width}, named | layout.slots())
+            summed = bind(pair_sum, {"WIDTH": layout.used_width}, named | layout.slots())
             following = self._rows.layouts[(number + 1) % 4].slots()
-            compiled.append(particle_loop(bind(loop, {law.__name__: summed}, named | following)))
-        compiled.append(chunk_loop(bind(passes.carry, {}, named | self._rows.layouts[0].slots()), passes.CHUNK))
+            compiled.append(particle_loop(bind(loop, {pair_sum.__name__: summed}, named | following)))
+        compiled.append(chunk_loop(bind(law.carry, {}, named | self._rows.layouts[0].slots()), law.CHUNK))
         return compiled
 
     @property

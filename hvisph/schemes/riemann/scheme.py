@@ -7,23 +7,23 @@ Riemann problem of every pair (`schemes.riemann.law`).
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from hvisph.compiler.jit import Options, PythonFunction
 from hvisph.compiler.logarithmic_growth import growth_factor
 from hvisph.compiler.tensors import add, add_identity, multiply, own_symmetric, put
 from hvisph.compiler.tensors3d import plane_components
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import WHOLE
-from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.standard.frictional_contact import NoContact
 from hvisph.schemes.stepper import Stepper
 from hvisph.sph.contact import contact_normal, variable_resolution
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
+from hvisph.sph.neighbours.ghost_rows import Plane
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 from hvisph.sph.terms.density_correction import relaxation_rates
 from hvisph.sph.terms.limiters import LIMITERS, Limiter
 from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
@@ -182,7 +182,7 @@ class Riemann:
         further = variable_resolution.depths(self.kernel, self.h_over_dx) if self.meets_unlike else ()
         return np.array([1.0 / self.kernel.width, self.friction, *further])
 
-    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
+    def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and its bound constants."""
         return _pack, {"SEPARATING": int(self.parted), "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM":
         int(self.spins),
@@ -193,7 +193,7 @@ class Riemann:
         """Return the least rho h^dim/m: W(0) of an isolated particle, where density is the number density."""
         return float(self.kernel.value(0.0, 1.0, dim)) if self.consistent else 0.0
 
-    def limits(self) -> tuple[Any, dict[str, Any]] | None:
+    def limits(self) -> tuple[PythonFunction, Options] | None:
         """Return the packing function of strength limits and its constants; None in the original variant."""
         ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads,
                 "ANISOTROPIC": self.anisotropic}  # fmt: skip

@@ -7,13 +7,13 @@ SEPARATING): only particles near another body, and their neighbours, are packed 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.template_binding import bind
+from hvisph.compiler.jit import CompiledFunction, bind
+from hvisph.compiler.parallel_for import particle_loop
 from hvisph.compiler.tensors import SIZE
-from hvisph.compiler.threads.parallel_for import particle_loop
+from hvisph.compiler.vector.rows import fetch_row
 from hvisph.schemes.riemann import law as riemann
 from hvisph.schemes.riemann import row as riemann_row
 from hvisph.sph.contact import contact_normal
@@ -21,13 +21,13 @@ from hvisph.sph.contact import variable_resolution as unlike_spacings
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours import particle_layout as sums_of_pairs
 from hvisph.sph.neighbours.contact_candidates import Selection
-from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.ghost_rows import Halo, Plane
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 from hvisph.sph.terms.limiters import NO_RECONSTRUCTION
 
-from . import frictional_passes
+# Rows are prefetched so many particles before they are needed.
+AHEAD = 8
 
 
 class NoContact:
@@ -67,7 +67,7 @@ class SeparatingContact:
         self._packed = np.zeros((0, layout.used_width))  # nothing writes what passes make, which stays zero
         self.renumber(bodies)
         self._spins = SIZE["axial"][dim - 1] if spins else 0
-        self._bound: tuple[Any, Any, tuple[np.ndarray, np.ndarray]] | None = None
+        self._bound: tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
     def renumber(self, bodies: np.ndarray) -> None:
@@ -109,7 +109,7 @@ class SeparatingContact:
         self._pairs.evaluate(h, len(meeting))
         add(len(meeting), self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
 
-    def _bind(self, slots: dict[str, int]) -> tuple[Any, Any, tuple[np.ndarray, np.ndarray]]:
+    def _bind(self, slots: dict[str, int]) -> tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]]:
         """Return the passes that pack and add, and the common slots of both laws."""
         to, dim = self._pairs.slots, self._pairs.layout.dim
         widths = {"X": dim, "U": dim, "T": self._stress, "H": 1, "ZN": 1, "ZT": 1, "BODY": 1}
@@ -117,9 +117,9 @@ class SeparatingContact:
             widths["RING"] = 1
         same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
         named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
-        pack = particle_loop(bind(frictional_passes.contact_rows, named, to))
+        pack = particle_loop(bind(contact_rows, named, to))
         ways = {"DIM": dim, "ANGULAR_MOMENTUM": self._spins}
-        add = particle_loop(bind(frictional_passes.add_contact, ways, sums_of_pairs.slots(dim)))
+        add = particle_loop(bind(add_contact, ways, sums_of_pairs.slots(dim)))
         taken = np.array(same, np.uint64).T.copy()
         return pack, add, (taken[0], taken[1])
 
@@ -127,3 +127,39 @@ class SeparatingContact:
 def _places(dim: int) -> RowLayout:
     """Return the row layout of the selection of particles near another body."""
     return RowLayout(dim, (("x", "vector"), ("body", "scalar")))
+
+
+def contact_rows(k, rows, chosen, taken, packed):
+    """Pack the rows of the `chosen` particles for contact: a template.
+
+    `taken` are slots of contact and those of the standard law with the same in them; stresses (STRESSES from T on)
+    want a factor of rho^2, and what has no mass is given one.
+    """
+    to, of = taken
+    i = np.uint64(chosen[k])
+    fetch_row(rows, np.uint64(chosen[min(k + np.uint64(AHEAD), np.uint64(chosen.shape[0] - 1))]), 0, rows.shape[1])
+    rho, mass = rows[i, OF_RHO], rows[i, OF_M]
+    for f in range(np.uint64(to.shape[0])):
+        packed[k, np.uint64(to[f])] = rows[i, np.uint64(of[f])]
+    for f in range(np.uint64(T), np.uint64(T + STRESSES)):
+        packed[k, f] *= rho * rho
+    packed[k, V] = mass * (1.0 / rho)
+    packed[k, M] = mass if mass > 0.0 else 1.0
+
+
+def add_contact(k, pushed, place, chosen, of_standard, rates):
+    """Add the rates of contact, `pushed`, to those of standard SPH: a template.
+
+    All of them add up but the largest |mu|, of which the larger stays, and the heat of slip, which is that of contact.
+    Behind them stand ANGULAR_MOMENTUM numbers of the spin. `place` and `of_standard` say where the rates of the
+    chosen particles, and those of all, stand.
+    """
+    mine, at = np.uint64(of_standard[np.uint64(chosen[k])]), np.uint64(place[k])
+    before, closing = rates[mine, R_APPROACH], pushed[at, R_APPROACH]
+    for f in range(np.uint64(R_GRADIENT + DIM * DIM)):
+        rates[mine, f] += pushed[at, f]
+    for f in range(np.uint64(R_SPIN), np.uint64(R_SPIN + ANGULAR_MOMENTUM)):
+        rates[mine, f] += pushed[at, f]
+    # what is no number stays seen
+    rates[mine, R_APPROACH] = before if before > closing or before != before else closing
+    rates[mine, R_SLIP] = pushed[at, R_SLIP]

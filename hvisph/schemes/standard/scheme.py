@@ -14,18 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.template_binding import bind
+from hvisph.compiler.jit import Options, PythonFunction, bind
 from hvisph.compiler.tensors import add_identity, multiply, put
 from hvisph.compiler.tensors3d import plane_components
 from hvisph.core.particles import Particles
 from hvisph.integrators.time_step import VISCOUS_SIGNAL
-from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.stepper import Stepper
 from hvisph.sph.contact import coupling
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
+from hvisph.sph.neighbours.ghost_rows import Plane
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.neighbours.symmetry_planes import Plane
 from hvisph.sph.terms import artificial_stress, kernel_correction
 from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN
 
@@ -137,17 +137,20 @@ class Eulerian:
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""
-        plain, ways = self._plain_layout(dim), {
-            "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
-            "PRODUCT": int(self.product),
-            "MASS_FORM": int(self.mass_form),
-            "DISSIPATION": int(self.dissipation.acts),
-            "SWITCHED": int(self.viscosity.has_switch),
-            "EXPONENT": self.artificial_stress.exponent,
-            "AXISYMMETRIC": int(self.revolved),
-            "ANGULAR_MOMENTUM": int(self.spins),
-        }  # fmt: skip
-        apart: dict[str, Any] = {}
+        plain, ways = (
+            self._plain_layout(dim),
+            {
+                "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
+                "PRODUCT": int(self.product),
+                "MASS_FORM": int(self.mass_form),
+                "DISSIPATION": int(self.dissipation.acts),
+                "SWITCHED": int(self.viscosity.has_switch),
+                "EXPONENT": self.artificial_stress.exponent,
+                "AXISYMMETRIC": int(self.revolved),
+                "ANGULAR_MOMENTUM": int(self.spins),
+            },
+        )
+        apart: Options = {}
         if self.parted:  # pairs of different bodies are left to the contact between them
             apart = {"COUPLED": 1, "shares": bind(coupling.separate_shares, {}, plain.slots())}
         if not self.correction.acts:
@@ -197,7 +200,7 @@ class Eulerian:
         return np.array([self.viscosity.alpha, self.viscosity.beta, 1.0 / at_spacing, self.artificial_stress.eps,
                          self.dissipation.alpha, *self.viscosity.relaxation])  # fmt: skip
 
-    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
+    def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and what it is bound to."""
         return _pack, {
             "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),

@@ -53,8 +53,7 @@ from hvisph.compiler.tensors import (
 )
 from hvisph.compiler.tensors3d import full_gradient, replace_zz, symmetric_part
 from hvisph.compiler.vector.api import LANES, fetch, gather, load_row_lanes, put_row_lanes
-from hvisph.compiler.vector.partition import NONE, list_equal_keys
-from hvisph.compiler.vector.prefetch import fetch_row
+from hvisph.compiler.vector.rows import NONE, fetch_row, list_equal_keys
 from hvisph.sph.terms.viscosity import shear_share
 
 CHUNK = 256
@@ -196,8 +195,9 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
         rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
 
 
-def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corrections, materials, ahead, results,
-           rates):  # fmt: skip
+def deform(
+    chunk, count, rows, motions, active, eulerian, particles, lists, corrections, materials, ahead, results, rates
+):
     """Compute the deformation of those of a chunk of particles that are `active`: the template.
 
     Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, AXISYMMETRIC, MOTIONS, slots of the row,
@@ -207,7 +207,7 @@ def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corr
     Parameters
     ----------
     chunk, count
-        See `compiler.threads.parallel_for.chunk_loop`.
+        See `compiler.parallel_for.chunk_loop`.
     rows
         Packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total
         Lagrangian particles density and sound speed, are written.

@@ -42,7 +42,7 @@ from hvisph.compiler.tensors import (
     vector,
 )
 from hvisph.compiler.vector.api import LANES, broadcast_lanes, elementwise_max, lane_max, lane_sum, neighbours
-from hvisph.compiler.vector.prefetch import fetch_rows
+from hvisph.compiler.vector.rows import fetch_rows
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axisymmetric_jump, mirror_weight
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan

@@ -16,11 +16,10 @@ import numpy as np
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import ON_AXIS
 from hvisph.materials.material_table import Material
-from hvisph.schemes.adaptive.loops import Loops, motion_width
-from hvisph.sph.neighbours.ghost_rows import FixedCopies
+from hvisph.schemes.adaptive.passes import Loops, motion_width
+from hvisph.sph.neighbours.ghost_rows import FixedCopies, Plane
 from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
 from hvisph.sph.neighbours.reference_neighbours import Reference
-from hvisph.sph.neighbours.symmetry_planes import Plane
 from hvisph.sph.neighbours.traversal import FAR
 
 # A particle whose volume cut lists would have changed by more than this factor has no list that spans a volume.

@@ -9,17 +9,17 @@ Where there are Eulerian particles, a spatial pass of the standard law over them
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from hvisph.compiler.jit import Options, PythonFunction
 from hvisph.compiler.tensors import put
 from hvisph.compiler.tensors3d import plane_components
 from hvisph.integrators.particle_steps import WHOLE
 from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.schemes.adaptive.conversion import Conversion
 from hvisph.schemes.adaptive.stepper import CompositeStepper
-from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.standard.options import (
     GrayArtificialStress,
     KernelCorrection,
@@ -173,7 +173,7 @@ class TotalLagrangian:
         """Return alpha."""
         return np.array([self.alpha])
 
-    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
+    def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and its bound constants."""
         return _pack, {"AXISYMMETRIC": int(self.revolved)}
 

@@ -119,8 +119,10 @@ class Pressing:
         layout = self.row_layout(dim, revolved)
         ways = {"SELF_CONTACT": int(self.self_contact), "FRICTION": int(self.friction > 0.0)}
         ways |= {"AXISYMMETRIC": int(revolved)}
-        return [Pass(fill, layout, ways, (against,), into_rows=True),
-                Pass(accumulate, layout, ways, (against,), slips=True)]  # fmt: skip
+        return [
+            Pass(fill, layout, ways, (against,), into_rows=True),
+            Pass(accumulate, layout, ways, (against,), slips=True),
+        ]
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
         """Return the particle row.

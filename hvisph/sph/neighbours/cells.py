@@ -10,13 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import inline, specialise
+from hvisph.compiler.jit import CompiledFunction, inline, specialise
+from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.tensors import own_vector
-from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
 
 CHUNK = 1024
 
@@ -244,7 +243,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 
 
 @cache
-def _loops(dim: int) -> tuple[Any, Any, Any]:
+def _loops(dim: int) -> tuple[CompiledFunction, ...]:
     return (
         particle_loop(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),

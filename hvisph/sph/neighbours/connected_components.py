@@ -11,13 +11,12 @@ in sound matter that joins all. Only what is left over looks through its whole s
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import inline, specialise
+from hvisph.compiler.jit import CompiledFunction, inline, specialise
+from hvisph.compiler.parallel_for import particle_loop
 from hvisph.compiler.tensors import dot, own_vector, subtract
-from hvisph.compiler.threads.parallel_for import particle_loop
 
 from .cells import Grid, adjacent_cell, count_and_place, find_cells, place_of
 
@@ -25,8 +24,9 @@ from .cells import Grid, adjacent_cell, count_and_place, find_cells, place_of
 SMALLEST = {1: 3, 2: 9, 3: 27}
 
 
-def label_components(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray,
-           numbers: np.ndarray) -> np.ndarray:  # fmt: skip
+def label_components(
+    position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray, numbers: np.ndarray
+) -> np.ndarray:
     """Return the number of the piece that each particle belongs to (n,), those that have come apart told from another.
 
     Of a piece that has come apart the largest part keeps the number, of equal ones that with the least particle; others
@@ -148,7 +148,7 @@ def _flatten(parent):
 
 
 @cache
-def _loops(dim: int) -> tuple[Any, ...]:
+def _loops(dim: int) -> tuple[CompiledFunction, ...]:
     return (
         particle_loop(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),

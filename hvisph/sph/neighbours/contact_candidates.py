@@ -11,8 +11,8 @@ from itertools import product
 import numpy as np
 
 from hvisph.compiler.jit import specialise
+from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.tensors import own_vector
-from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.vector.api import atomic_max, atomic_min, fetch
 
 from .cells import Grid, adjacent_cell, cell_at, number_of, place_of
@@ -162,8 +162,7 @@ class Selection:
         # two cells more: beside those at the rim lie empty ones
         return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
 
-    def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float
-                          ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the indices of the particles within `reach` [m] of another body, and of their neighbours.
 
         Cells wrap round: some are chosen in vain.
@@ -182,8 +181,9 @@ class Selection:
         return np.flatnonzero(meets), np.flatnonzero(beside)
 
 
-def _choose_without_wrapping(position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float,
-               with_neighbours: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def _choose_without_wrapping(
+    position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float, with_neighbours: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Return what `Selection.choose` does, of particles at `position` (n, dim) [m], by cells that do not wrap round."""
     dim = position.shape[1]
     places = np.floor(position * (1.0 / edge)).astype(np.int64) % APART

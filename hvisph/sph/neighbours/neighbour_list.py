@@ -10,8 +10,6 @@ part of the list.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hvisph.compiler.jit import specialise
@@ -19,9 +17,8 @@ from hvisph.compiler.vector.api import EIGHT
 from hvisph.sph.kernels import Kernel
 
 from . import cells, traversal
-from .ghost_rows import Halo
+from .ghost_rows import Halo, Images, Plane, image_numbers, with_images
 from .particle_layout import RowLayout
-from .symmetry_planes import Images, Plane, image_numbers, with_images
 
 # Of the first guess for the room of a chunk's lists.
 SPARE = 1.3
@@ -146,7 +143,7 @@ class NeighbourList:
         chunks = -(-n // traversal.CHUNK)
         used = np.zeros(chunks, np.uint64)
 
-        def room(capacity: int) -> tuple[Any, ...]:
+        def room(capacity: int) -> tuple[object, ...]:
             return self.listed, self.order, self.first, self.last, used, np.uint64(self._room)
 
         while True:

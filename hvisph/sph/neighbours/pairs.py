@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import specialise
-from hvisph.compiler.template_binding import bind
+from hvisph.compiler.jit import CompiledFunction, Options, PythonFunction, bind, specialise
 from hvisph.compiler.tensors import SIZE
 from hvisph.compiler.vector.api import EIGHT
 from hvisph.core.errors import RunError
-from hvisph.sph.kernels import Kernel
-from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.kernels import Kernel, scale
 
 from . import cells, particle_layout, traversal
-from .ghost_rows import Halo, ImageCopies
+from .ghost_rows import Halo, ImageCopies, Plane
 from .particle_layout import RowLayout, aligned_zeros
-from .symmetry_planes import Plane
 
 # Fields of a row that are zero, and those that agree, among particles that have no rates.
 ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "correction_decay", "density_relaxation")
@@ -61,10 +57,10 @@ class Pass:
         Whether what it writes is zero, or is not read, for undisturbed particles; see `cells.find_undisturbed`.
     """
 
-    law: Any
+    law: PythonFunction
     reads: RowLayout
-    options: dict[str, Any]
-    parts: tuple[Callable[..., None], ...] = ()
+    options: Options
+    parts: tuple[PythonFunction, ...] = ()
     only: str = ""
     own_reach: bool = False
     into_rows: bool = False
@@ -227,7 +223,7 @@ class Pairs:
         self.sorted[: self.count, : rows.shape[1]] = rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
-    def _run(self, sweep: object, out: np.ndarray, meant: int) -> None:
+    def _run(self, sweep: CompiledFunction, out: np.ndarray, meant: int) -> None:
         self.capacity = traversal.complete_sweep(
             sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
             self.coefficients, self.capacity, lambda capacity: out)  # fmt: skip

@@ -13,11 +13,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.template_binding import bind
+from hvisph.compiler.jit import CompiledFunction, bind
 from hvisph.compiler.tensors import put
 
 # Components of each rank, as strings of axes; a symmetric tensor has its in-plane components only.
@@ -140,6 +139,6 @@ def _write(out, i, a, power, mu, l):
         out[i, R_SLIP] = 0.0
 
 
-def writer(dim: int, slips: bool) -> Any:
+def writer(dim: int, slips: bool) -> CompiledFunction:
     """Return the compiled function that writes the rates of a pair law in `dim` dimensions."""
     return bind(_write, {"SLIPS": int(slips)}, slots(dim))

@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import specialise
-from hvisph.compiler.template_binding import bind
+from hvisph.compiler.jit import CompiledFunction, bind, specialise
+from hvisph.compiler.parallel_for import particle_loop
 from hvisph.compiler.tensors import (
     add,
     dot,
@@ -42,9 +42,7 @@ from hvisph.compiler.tensors import (
     put,
     subtract,
 )
-from hvisph.compiler.threads.parallel_for import particle_loop
-from hvisph.sph.kernels import Kernel
-from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.kernels import Kernel, scale
 from hvisph.sph.terms.shape_matrix import sound_inverse
 
 from . import cells, traversal
@@ -204,15 +202,19 @@ class Reference:
         self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
         self.sums = self.first_sums, self.zeroth_sums
         offered = {
-            "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(shepard),
-            "CORRECTED": int(gradient), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
-        }  # fmt: skip
+            "DIM": dim,
+            "shape": kernel.shape,
+            "slope": kernel.slope,
+            "MIXED": int(shepard),
+            "CORRECTED": int(gradient),
+            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+        }
         self._tabulate(particle_loop(bind(_measure, {}, offered)), particle_loop(bind(_fill, {}, offered)))
         self.lists = self.starts, self.near, self.codes, self.kernels  # what compiled loops take, in rows
         self._correct = particle_loop(bind(_correct, {}, offered))
         self._update_corrections(np.arange(count))
 
-    def _tabulate(self, measure: Any, fill: Any) -> None:
+    def _tabulate(self, measure: CompiledFunction, fill: CompiledFunction) -> None:
         """Find the code of each entry and its kernel; code 0 is no neighbour."""
         dim, volume = self.dim, np.append(self.volume, 0.0)  # the far row has none
         volumes, steps, kinds = _Numbered(MOST_VOLUMES), _Numbered(MOST_STEPS), _Numbered(MOST_CODES)
@@ -295,8 +297,9 @@ class _Numbered:
         return np.where(self._sorted[at] == values, self._numbers[at], -1)
 
 
-def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float
-           ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def _lists(
+    position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
     """List for the first `count` particles those within `reach` [m] in the same body, in the order of `numbers`.
 
     Returns

@@ -14,14 +14,13 @@ vector at a time, with `hvisph.compiler.vector.intrinsics.neighbours`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import specialise
+from hvisph.compiler.jit import CompiledFunction, Options, specialise
+from hvisph.compiler.parallel_for import chunk_loop
 from hvisph.compiler.tensors import dot, own_vector
 from hvisph.compiler.tensors3d import extend_vector
-from hvisph.compiler.threads.parallel_for import chunk_loop
 from hvisph.compiler.vector.api import LANES, NUMBERED, SIXTEEN, append_near, append_near_box, flush_tiny, restore_mode
 from hvisph.core.errors import RunError
 
@@ -109,7 +108,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     Parameters
     ----------
     chunk, n_rows
-        See `compiler.threads.parallel_for.chunk_loop`.
+        See `compiler.parallel_for.chunk_loop`.
     rows, columns
         Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
         smoothing lengths by column, (dim + 1, n_rows + 8).
@@ -163,8 +162,9 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
             continue
         if wanted:
             wanted = False
-            m, lacking = gather(columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity,
-                                (rough, exact, numbers))  # fmt: skip
+            m, lacking = gather(
+                columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity, (rough, exact, numbers)
+            )
             needed = max(needed, lacking)
         n, own = zero, (*extend_vector(x), rows[i, H])
         if OWN_REACH:  # shorter ones count as long: with them the mean length is the own one
@@ -185,22 +185,36 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
 
 
 def loop(
-    dim: int, h_slot: int, law: object, only: int = 0, own_reach: bool = False, first_result: int | None = None
-) -> Any:
+    dim: int,
+    h_slot: int,
+    law: CompiledFunction,
+    only: int = 0,
+    own_reach: bool = False,
+    first_result: int | None = None,
+) -> CompiledFunction:
     """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
 
     `own_reach` says that lists hold all that a particle's own kernel reaches; `first_result`, that undisturbed cells
     are left out, and the first column that the law writes.
     """
-    skips: dict[str, Any] = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
-    bound: dict[str, Any] = {"DIM": dim, "OWN_REACH": int(own_reach)}
-    parts = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
+    skips: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
+    bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach)}
+    parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
     return chunk_loop(specialise(sweep, **bound, **skips, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
 
 
-def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],
-                   grid: cells.Grid, reach: float, constants: np.ndarray, capacity: int,
-                   room: Callable[[int], Any]) -> int:  # fmt: skip
+def complete_sweep(
+    sweep: CompiledFunction,
+    rows: np.ndarray,
+    columns: np.ndarray,
+    order: np.ndarray,
+    counts: tuple[int, int],
+    grid: cells.Grid,
+    reach: float,
+    constants: np.ndarray,
+    capacity: int,
+    room: Callable[[int], object],
+) -> int:
     """Run a compiled `sweep`, and again with more room while a list of neighbours overflows.
 
     Parameters

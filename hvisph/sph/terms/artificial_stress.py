@@ -9,9 +9,8 @@ carries half of this strength; `eps` here has Gray's meaning.
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
 
-from hvisph.compiler.jit import inline
+from hvisph.compiler.jit import CompiledFunction, inline
 
 # Sweeps of the Jacobi rotation: three bring a 3x3 matrix to round-off, one more is kept in hand.
 _SWEEPS = 4
@@ -100,6 +99,6 @@ def _solid(s):
     )
 
 
-def tensile_part(dim: int) -> Any:
+def tensile_part(dim: int) -> CompiledFunction:
     """Return the compiled function that takes the tensile part of a symmetric tensor in `dim` dimensions."""
     return (_in_line, _plane, _solid)[dim - 1]

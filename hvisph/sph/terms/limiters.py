@@ -12,9 +12,8 @@ once (`sph.terms.riemann_solver`).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from hvisph.compiler.jit import inline
+from hvisph.compiler.jit import CompiledFunction, inline
 
 # Keeps 0/0 from what is nothing.
 TINY = 1e-30
@@ -45,7 +44,7 @@ class Limiter:
     """Name of a limiter and its `share`; of ``none``, without reconstruction, that is not called."""
 
     name: str
-    share: Any
+    share: CompiledFunction
 
     @property
     def acts(self) -> bool:

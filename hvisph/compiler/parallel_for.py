@@ -7,13 +7,17 @@ A chunk does not depend on others, so any number of threads gives the same bits.
 
 from __future__ import annotations
 
+import os
+import sys
+from contextlib import suppress
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import inline, prange, specialise
 from hvisph.compiler.vector.api import COUNTERS, increment_counter, make_counters, thread_count
+from hvisph.core.errors import RunError
+
+from .jit import inline, prange, specialise
 
 CHUNK = 256
 
@@ -50,8 +54,8 @@ def _visit(chunk, count, *given):
 
 
 @cache
-def _loop(name: str, given: tuple[str, ...]) -> Any:
-    made: dict[str, Any] = {
+def _loop(name: str, given: tuple[str, ...]) -> PythonFunction:
+    made: dict[str, object] = {
         **{"np": np, "prange": prange, "next_chunk": next_chunk},
         **{"thread_count": thread_count, "make_counters": make_counters, "__name__": __name__},
     }
@@ -59,7 +63,7 @@ def _loop(name: str, given: tuple[str, ...]) -> Any:
     return made[name]
 
 
-def chunk_loop(visit: Any, chunk: int = CHUNK) -> Any:
+def chunk_loop(visit: CompiledFunction, chunk: int = CHUNK) -> CompiledFunction:
     """Return `loop(count, *given)`, which calls the compiled function `visit(k, count, *given)` for all chunks.
 
     The k-th chunk begins at particle `k * chunk`; both numbers are uint64.
@@ -69,9 +73,42 @@ def chunk_loop(visit: Any, chunk: int = CHUNK) -> Any:
     return specialise(loop, parallel=True, visit=visit, CHUNK=chunk)
 
 
-def particle_loop(one: Any) -> Any:
+def particle_loop(one: CompiledFunction) -> CompiledFunction:
     """Return `loop(count, *given)`, which calls the compiled function `one(i, *given)` for i below `count`."""
     code = one.py_func.__code__
     visit = specialise(_visit, one=one)
     loop = _loop(code.co_name, code.co_varnames[1 : code.co_argcount])
     return specialise(loop, parallel=True, visit=visit, CHUNK=CHUNK)
+
+
+_unusable = False
+
+
+def refuse_fork() -> None:
+    """Raise `RunError` in a child that was forked after its parent had used threads.
+
+    GNU OpenMP cannot start threads there. It kills such a child by a signal, and a parent that waits for it, as
+    `multiprocessing.Pool` does, never returns. One thread is no remedy: it also enters a parallel region.
+
+    Raises
+    ------
+    RunError
+        With the remedies.
+    """
+    if _unusable:
+        raise RunError(
+            "this process was forked from one that had already used threads, and GNU OpenMP cannot start them here; "
+            "run before forking, or start processes afresh: multiprocessing.get_context('spawn'), or hvisph sweep"
+        )
+
+
+def _note_fork() -> None:
+    """Record in a forked child whether its parent had started threads."""
+    global _unusable
+    parallel = sys.modules.get("numba.np.ufunc.parallel")
+    with suppress(ValueError):  # numba has started no threads
+        _unusable = _unusable or (parallel is not None and parallel.threading_layer() == "omp")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_note_fork)

@@ -1,0 +1,193 @@
+"""Passes of the adaptive scheme: loops over reference neighbours, and the spatial pass.
+
+The spatial pass evaluates the law of Eulerian particles over them and the particles near them, at present positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import CompiledFunction, Options, bind, specialise
+from hvisph.compiler.parallel_for import chunk_loop, particle_loop
+from hvisph.compiler.tensors import add, no_axial, no_symmetric, own_gradient, own_symmetric, own_vector, put, subtract
+from hvisph.compiler.tensors3d import extend_symmetric
+from hvisph.compiler.vector.api import LANES
+from hvisph.core.particles import Particles
+from hvisph.integrators.particle_steps import Shown
+from hvisph.materials import thermodynamics
+from hvisph.materials.material_table import bind_models
+from hvisph.schemes.total_lagrangian import deformation_gradient
+from hvisph.schemes.total_lagrangian import law as reference
+from hvisph.sph.contact import coupling
+from hvisph.sph.kernels import scale
+from hvisph.sph.neighbours import particle_layout as rate_slots
+from hvisph.sph.neighbours.contact_candidates import Selection
+from hvisph.sph.neighbours.ghost_rows import Halo, Plane
+from hvisph.sph.neighbours.pairs import Pairs
+from hvisph.sph.neighbours.particle_layout import RowLayout
+
+
+class SpatialPass:
+    """Selection of particles near another body or an Eulerian particle, and pairs of the latter."""
+
+    def __init__(self, formulation: Any, at: np.ndarray, h: float, planes: tuple[Plane, ...], offered: Options):
+        dim, kernel, euler, self._h = at.shape[1], formulation.kernel, formulation.eulerian, h
+        layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
+        to = layout.slots()
+        self.parted = formulation.contact.parts
+        shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
+                            CONTACT=float(self.parted),
+                            STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
+        coupled = {"COUPLED": 1, "shares": shares} | ({"HYBRID": 1} if formulation.revolved else {})
+        passes = [replace(one, reads=layout, options=one.options | coupled, skips=False) for one in euler.passes(dim)]
+        constants = np.append(euler.coefficients(), (kernel.reach * h) ** 2)
+        self.pairs = Pairs(layout, kernel, passes, constants, at, h, planes)
+        self._selection = Selection(at, kernel.reach * h, with_neighbours=formulation.spatial_correction.acts)
+        packer, more = euler.pack(dim)
+        write = bind(packer, more, {"DIM": dim} | to)
+        self._add_rates = particle_loop(bind(add_rates, {}, offered))
+        to_spatial = {"TO_D": to["D"], "TO_KIND": to["KIND"], "TO_BODY": to["BODY"], "write": write}
+        self._pack = particle_loop(bind(spatial_rows, to_spatial, offered))
+        self._seen: Halo | None = None
+        self._chosen = 0
+
+    @property
+    def paired_rows(self) -> np.ndarray:
+        """Sorted rows of the particles paired in the last evaluation."""
+        return self.pairs.place[: self._chosen]
+
+    def find_near(
+        self, rows: np.ndarray, numbers: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which particles are near another body, and which near an Eulerian one (n,), bool."""
+        own = len(numbers)
+        if self._seen is not None:
+            dim = self.pairs.layout.dim
+            shown = np.zeros((own, _selection_layout(dim).used_width))
+            shown[:, :dim], shown[:, dim], shown[:, dim + 1] = rows[:own, :dim], bodies, eulerian
+            # a cell is chosen by what is up to two cells away
+            rows, _ = self._seen.append(shown, numbers, 3.0 * self._selection.grid.edge)
+            bodies, eulerian = rows[:, dim].astype(np.uint32), rows[:, dim + 1].astype(np.uint8)
+        near_body, near_eulerian = self._selection.choose(rows, eulerian, bodies)
+        return near_body[:own], near_eulerian[:own]
+
+    def rest(self) -> None:
+        """Clear the pairs of this evaluation."""
+        self._chosen = 0
+
+    def add(self, chosen: np.ndarray, rows: np.ndarray, numbers: np.ndarray,
+            shown: tuple[np.ndarray, np.ndarray, np.ndarray], eulerian: np.ndarray,
+            rates: np.ndarray) -> None:  # fmt: skip
+        """Add the pairs of the `chosen` particles (k,) to `rates`; `shown`: bodies, pressures and loads [Pa] (n,)."""
+        pairs = self.pairs
+        packed = np.zeros((len(chosen), pairs.layout.used_width))
+        self._pack(len(chosen), rows, chosen, *shown, pairs.coefficients, packed)
+        self._chosen = len(chosen)
+        pairs.rows, pairs.numbers = packed, numbers[chosen]
+        pairs.evaluate(self._h)
+        self._add_rates(len(chosen), pairs.rates, self.paired_rows, chosen, eulerian, rates)
+
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
+        self._seen = halo_for(_selection_layout(self.pairs.layout.dim))
+        self.pairs.halo = halo_for(self.pairs.layout)
+
+    def fit_grid(self, positions: np.ndarray) -> None:
+        """Make the selection grid anew around `positions` (n, dim) [m]."""
+        self._selection.fit(positions)
+
+
+def _selection_layout(dim: int) -> RowLayout:
+    """Return the row layout of the selection."""
+    return RowLayout(dim, (("x", "vector"), ("body", "scalar"), ("eulerian", "scalar")))
+
+
+def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
+    """Pack the rows of the `chosen` particles for the standard law (template)."""
+    i = np.uint64(chosen[k])
+    x = own_vector(rows, i, 0, DIM)
+    put(out, k, TO_D, subtract(x, own_vector(rows, i, X0, DIM)))
+    out[k, TO_KIND] = rows[i, KIND]
+    out[k, TO_BODY] = bodies[i]
+    s, ring = extend_symmetric(own_symmetric(rows, i, S, DIM)), 0.0
+    if AXISYMMETRIC:
+        s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
+    write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
+                                      pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
+                                      ring, no_axial(DIM), 0.0, no_symmetric(3)))  # fmt: skip
+
+
+def add_rates(k, spatial, place, chosen, eulerian, rates):
+    """Add the rates of the spatial pass to those of the `chosen` particles (template).
+
+    The larger max|mu| remains, and an Eulerian particle takes the spatial velocity gradient.
+    """
+    i, at = np.uint64(chosen[k]), np.uint64(place[k])
+    a = add(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
+    put(rates, i, R_ACCELERATION, a)
+    rates[i, R_POWER] += spatial[at, R_POWER]
+    rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
+    if eulerian[i] == 1:
+        put(rates, i, R_GRADIENT, own_gradient(spatial, at, R_GRADIENT, DIM))
+        if AXISYMMETRIC:
+            rates[i, R_HOOP] = spatial[at, R_HOOP]
+
+
+@dataclass(frozen=True)
+class Loops:
+    """Passes over reference neighbours: displacements and velocities; F, stress and density; F alone; pair forces."""
+
+    move: CompiledFunction
+    deform: CompiledFunction
+    map_particles: CompiledFunction
+    sums: tuple[CompiledFunction, CompiledFunction]
+
+
+def motion_width(dim: int) -> int:
+    """Return the width of a row of displacement and velocity, in whole vectors."""
+    return -(-2 * dim // LANES) * LANES
+
+
+def offered_to_loops(
+    formulation: Any, particles: Particles, materials: tuple[np.ndarray, np.ndarray], slots: dict[str, int], read: int
+) -> Options:
+    """Return the names available to loops: options, row slots, columns of rates and of the state."""
+    dim, kernel = particles.dim, formulation.kernel
+    moving = motion_width(dim)
+    options = {
+        "DIM": dim, "MIXED": int(formulation.correction.shepard), "PRINTED": int(formulation.printed_viscosity),
+        "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "WEIGHTS": dim + 1,
+        "ROW": formulation.row(dim)[0].used_width, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
+        "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
+        "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
+        "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.revolved),
+        "remembered_state": bind_models(thermodynamics.remembered_state, *materials), "longitudinal_speed":
+        thermodynamics.longitudinal_speed, "shear_modulus": bind_models(thermodynamics.shear_modulus, *materials),
+        "REMEMBERS": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
+        **{name: at for name, at in particles.bindings().items()
+           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_HISTORY_VARIABLE")},
+        "slope": kernel.slope,
+        "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+    }  # fmt: skip
+    return options | slots | rate_slots.slots(dim)
+
+
+def loops(formulation: Any, offered: Options) -> Loops:
+    """Return the compiled loops over reference neighbours."""
+    collect, mapped = deformation_gradient.collect, deformation_gradient.load_deformation
+    return Loops(
+        particle_loop(bind(deformation_gradient.move, {}, offered)),
+        chunk_loop(bind(deformation_gradient.deform, {}, offered,
+                    parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deform_lanes)),
+                    deformation_gradient.CHUNK),
+        particle_loop(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
+        tuple(
+            particle_loop(bind(reference.accumulate,
+                               {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)}, offered))
+            for coupled in (0, 1)
+        ),
+    )  # fmt: skip
