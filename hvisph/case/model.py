@@ -14,6 +14,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 PROBLEMS = "problems"
 
 Path = tuple[str | int, ...]  # keys and places in lists, from the outermost in
+Values = dict[str, Any]  # plain values of a mapping by key
 
 
 class StrictModel(BaseModel):
@@ -61,7 +62,7 @@ class Shorthand:
         JSON schemas of further forms.
     """
 
-    expand: Callable[[Any, ValidationInfo], Any]
+    expand: Callable[[Any, ValidationInfo], object]
     forms: tuple[str, ...] = ("number", "string")
     schemas: tuple[JsonSchemaValue, ...] = ()
 
@@ -72,14 +73,14 @@ class Shorthand:
         return {"anyOf": [handler(schema), *({"type": form} for form in self.forms), *self.schemas]}
 
 
-def _as_list(value: object, info: ValidationInfo) -> Any:
+def _as_list(value: object, info: ValidationInfo) -> object:
     return [value] if isinstance(value, int | float | str) and not isinstance(value, bool) else value
 
 
 SCALAR_AS_LIST = Shorthand(_as_list)
 
 
-def _resolve_path(value: object, info: ValidationInfo) -> Any:
+def _resolve_path(value: object, info: ValidationInfo) -> object:
     """Resolve the path of a file, relative to the files of the case where it exists there."""
     if not isinstance(value, str) or Path_(value).is_absolute():
         return value

@@ -25,7 +25,7 @@ from hvisph.core.errors import FEW, CaseError
 MOST_DEEP = 32
 MOST_NODES = 100_000
 
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_LOADER: type[yaml.SafeLoader] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(
     r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
@@ -119,7 +119,7 @@ class _Reader:
     def __init__(self, name: str, events: Iterator[yaml.Event]):
         self.name, self.events = name, events
         self.places: dict[Path, Place] = {}
-        self.anchors: dict[str, Any] = {}
+        self.anchors: dict[str, object] = {}
         self.nodes = 0
 
     def read(self) -> Document:
@@ -133,7 +133,7 @@ class _Reader:
                 value = self.node(event, ())
         return Document(value, self.places)
 
-    def node(self, event: Any, path: Path) -> Any:
+    def node(self, event: Any, path: Path) -> object:
         self.enter(event, path)
         self.places.setdefault(path, Place(self.name, _line(event)))
         if isinstance(event, yaml.AliasEvent):
@@ -143,7 +143,7 @@ class _Reader:
         if event.tag is not None:
             raise self.error(f"the tag '{event.tag}' is not allowed", event)
         if isinstance(event, yaml.ScalarEvent):
-            value = event.value if event.style else _scalar(event.value)
+            value: Any = event.value if event.style else _scalar(event.value)
         elif isinstance(event, yaml.SequenceStartEvent):
             value = [self.node(item, (*path, index)) for index, item in enumerate(self.items())]
         else:
@@ -173,7 +173,7 @@ class _Reader:
             raise self.error(f"the key '{event.value}' appears twice in one mapping", event)
         return str(event.value)
 
-    def copy(self, value: object, path: Path, event: yaml.Event) -> Any:
+    def copy(self, value: object, path: Path, event: yaml.Event) -> object:
         """Return an anchor's value at the place of its alias."""
         self.enter(event, path)
         self.places[path] = Place(self.name, _line(event))
@@ -199,7 +199,7 @@ def _line(event: yaml.Event) -> int:
     return int(mark.line) + 1
 
 
-def _scalar(text: str) -> Any:
+def _scalar(text: str) -> str | float | bool | None:
     if text in _WORDS:
         return _WORDS[text]
     if _INTEGER.fullmatch(text):
@@ -271,7 +271,7 @@ class _Copy:
     def __init__(self) -> None:
         self.nodes = 0
 
-    def plain(self, value: object, path: tuple[str, ...]) -> Any:
+    def plain(self, value: object, path: tuple[str, ...]) -> object:
         self.nodes += 1
         where = ".".join(path)
         if len(path) > MOST_DEEP:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from hvisph.case.model import Values
 from hvisph.core.errors import CaseError
 
 from .document import parse
 
 
-def _case(text: object) -> dict[str, Any]:
+def _case(text: object) -> Values:
     if not isinstance(text, str):
         return {}
     try:

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from hvisph.case.model import PROBLEMS, Path
 from hvisph.case.units import kind_of
@@ -141,7 +142,7 @@ OTHER_TYPES = {
 }
 
 
-def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple[Path, str]:
+def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: object) -> tuple[Path, str]:
     kind, value = detail["type"], detail["input"]
     if path[-2:-1] in (("measures",), ("expected",)) and kind in ("extra_forbidden", "literal_error"):
         name = path[-1] if kind == "extra_forbidden" else value
@@ -232,7 +233,7 @@ def _meaningless(spot: Spot, value: object, key: str) -> str:
     return f"has no meaning with {tag}: {reason}; leave it out" if reason else ""
 
 
-def _plain(kind: str, detail: Any, value: Any) -> str:
+def _plain(kind: str, detail: ErrorDetails, value: object) -> str:
     """Reword the remaining messages of pydantic."""
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return f"expected a mapping of keys, found {kind_of(value)}"

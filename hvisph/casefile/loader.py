@@ -8,7 +8,6 @@ import pathlib
 import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -29,7 +28,7 @@ MOST_BASES = 8
 ENDINGS = (".yaml", ".yml", ".json")  # of files that a case may be based on
 _QUOTED = re.compile(r"'[^']*'")
 
-Source = str | os.PathLike[str] | Mapping[str, Any]
+Source = str | os.PathLike[str] | Mapping[str, object]
 
 
 def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | float | None = None) -> Case:
@@ -107,7 +106,7 @@ def case_hash(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _type_first(value: object) -> Any:
+def _type_first(value: object) -> object:
     """Move the `type` of every block to its front."""
     if isinstance(value, list):
         return [_type_first(item) for item in value]

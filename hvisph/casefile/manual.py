@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from inspect import cleandoc
 from textwrap import fill
-from typing import Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -293,7 +292,7 @@ def default_text(name: str, info: FieldInfo) -> str:
     """Return the default of the field `name` in words."""
     if info.is_required():
         return "required"
-    default: Any = info.default
+    default: object = info.default
     if name in DERIVED:
         return DERIVED[name]
     if default is PydanticUndefined or default is None or default == ():
@@ -306,7 +305,7 @@ def default_text(name: str, info: FieldInfo) -> str:
     return f"`{_scalar(default)}`" if default != "" else "empty"
 
 
-def _scalar(value: Any) -> str:
+def _scalar(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)

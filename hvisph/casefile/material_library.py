@@ -18,7 +18,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError
 
 from hvisph.case.materials.material import Material
-from hvisph.case.model import StrictModel
+from hvisph.case.model import StrictModel, Values
 from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
 from hvisph.core.errors import CaseError
 
@@ -175,11 +175,11 @@ class Library:
         given = {key: value for key, value in document.value.items() if key in Notes.model_fields}
         return _valid(Notes, given, document)
 
-    def values(self, name: str) -> dict[str, Any]:
+    def values(self, name: str) -> Values:
         """Return the material called `name` as plain values, those of its base included."""
         return self._values(self.name_of(name), ())
 
-    def _values(self, name: str, seen: tuple[str, ...]) -> dict[str, Any]:
+    def _values(self, name: str, seen: tuple[str, ...]) -> Values:
         given = self._document(name).value
         own = {key: value for key, value in given.items() if key not in {*Notes.model_fields, "base"}}
         if "base" in given:
@@ -230,7 +230,7 @@ def _materials_of(file: Path) -> dict[str, Document]:
     return documents
 
 
-def _valid(model: Any, values: dict[str, Any], document: Document) -> Any:
+def _valid(model: Any, values: Values, document: Document) -> Any:
     try:
         return model.model_validate(values)
     except ValidationError as error:
@@ -255,7 +255,7 @@ def load_material(name: str) -> Material:
     return library_of().load(name)
 
 
-def library_values(name: str) -> dict[str, Any]:
+def library_values(name: str) -> Values:
     """Return the package's material called `name` as plain values, those of its base included."""
     return library_of().values(name)
 

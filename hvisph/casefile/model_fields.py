@@ -9,7 +9,7 @@ import types
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Union, get_args, get_origin
 
 from pydantic import BaseModel, Discriminator
 from pydantic.fields import FieldInfo
@@ -46,7 +46,7 @@ class Spot:
     """
 
     models: dict[str, type[BaseModel]]
-    item: Any = None
+    item: object = None
     quantity: Quantity | None = None
     choices: tuple[str, ...] = ()
     integer: bool = False
@@ -166,7 +166,7 @@ def _models_of_kind(spot: Spot, kind: object) -> list[type[BaseModel]]:
     return list(spot.models.values())
 
 
-def _item(value: object, key: str | int) -> Any:
+def _item(value: object, key: str | int) -> object:
     if isinstance(value, dict):
         return value.get(key)
     if isinstance(value, list | tuple) and isinstance(key, int) and 0 <= key < len(value):

@@ -9,10 +9,9 @@ validation names it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from hvisph.case.case import Case
-from hvisph.case.model import Path
+from hvisph.case.model import Path, Values
 from hvisph.case.units import kind_of
 from hvisph.core.errors import CaseError
 
@@ -34,7 +33,7 @@ def merge(base: Document, changes: Document) -> Document:
     return result
 
 
-def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> Any:
+def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> object:
     if not isinstance(old, dict) or not isinstance(new, dict) or _other_type(old, new):
         _replace_places(path, places, new_places)
         return _without_null(new, path) if isinstance(new, dict) else new
@@ -52,11 +51,11 @@ def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_
     return result
 
 
-def _other_type(old: dict[str, Any], new: dict[str, Any]) -> bool:
+def _other_type(old: Values, new: Values) -> bool:
     return new.get("type") is not None and old.get("type") != new["type"]
 
 
-def _making_way(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+def _making_way(old: Values, new: Values) -> Values:
     """Return a copy of `old` without what keys of `new` stand for, see `INSTEAD`."""
     given = {key for key, item in new.items() if item is not None}
     gone: set[str] = set()
@@ -67,7 +66,7 @@ def _making_way(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     return {key: item for key, item in old.items() if key not in gone}
 
 
-def _without_null(value: dict[str, Any], path: Path) -> dict[str, Any]:
+def _without_null(value: Values, path: Path) -> Values:
     return {
         key: _without_null(item, (*path, key)) if isinstance(item, dict) else item
         for key, item in value.items()
@@ -88,12 +87,14 @@ def _replace_places(path: Path, places: dict[Path, Place], new_places: dict[Path
     places.update({p: place for p, place in new_places.items() if p[:depth] == path})
 
 
-def override_material(material: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+def override_material(material: Values, changes: Values) -> Values:
     """Return a material's plain values with `changes` laid over them, by the rules of a case and its base."""
-    return dict(_merge(material, changes, ("bodies", "", "material"), {}, {}))
+    merged = _merge(material, changes, ("bodies", "", "material"), {}, {})
+    assert isinstance(merged, dict)
+    return merged
 
 
-def with_bases(document: Document, values_of: Callable[[str], dict[str, Any]]) -> Document:
+def with_bases(document: Document, values_of: Callable[[str], Values]) -> Document:
     """Return `document` with every body's `material: {base: NAME, ...}` written out.
 
     Parameters
@@ -128,7 +129,7 @@ def with_bases(document: Document, values_of: Callable[[str], dict[str, Any]]) -
     return Document({**document.value, "bodies": result}, document.places)
 
 
-def _expand_base(material: dict[str, Any], values_of: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
+def _expand_base(material: Values, values_of: Callable[[str], Values]) -> Values:
     """Return a material that varies a `base` with all its values."""
     base = values_of(material["base"])
     changes = {key: value for key, value in material.items() if key != "base"}
@@ -136,7 +137,7 @@ def _expand_base(material: dict[str, Any], values_of: Callable[[str], dict[str, 
     return override_material(base | varied, changes)
 
 
-def overridden(document: Document, override: str, values_of: Callable[[str], dict[str, Any]]) -> Document:
+def overridden(document: Document, override: str, values_of: Callable[[str], Values]) -> Document:
     """Return `document` with one setting `path.to.key=value` applied.
 
     Parameters
@@ -159,7 +160,7 @@ def overridden(document: Document, override: str, values_of: Callable[[str], dic
     return Document(setting.apply(document.value, (), keys, new), setting.places)
 
 
-def _parse(override: str) -> tuple[list[str], Any, str]:
+def _parse(override: str) -> tuple[list[str], object, str]:
     name = f"--set {override[:80]}{'...' if len(override) > 80 else ''}"
     left, equals, text = override.partition("=")
     keys = [key.strip() for key in left.split(".")]
@@ -176,12 +177,10 @@ def _parse(override: str) -> tuple[list[str], Any, str]:
 class _Setting:
     """Application of one setting."""
 
-    def __init__(
-        self, places: dict[Path, Place], place: Place, root: object, values_of: Callable[[str], dict[str, Any]]
-    ):
+    def __init__(self, places: dict[Path, Place], place: Place, root: object, values_of: Callable[[str], Values]):
         self.places, self.place, self.root, self.values_of = places, place, root, values_of
 
-    def apply(self, value: object, path: Path, keys: list[str], new: object) -> Any:
+    def apply(self, value: object, path: Path, keys: list[str], new: object) -> object:
         """Return `value`, which stands at `path`, with what lies at `keys` below it set to `new`."""
         if not keys:
             self.mark(path)
@@ -199,14 +198,14 @@ class _Setting:
             raise self.fail(path, f"has no keys, so '{keys[0]}' cannot be set in it; it is {kind_of(value)}")
         return self.apply_in_mapping(value, path, keys, new)
 
-    def apply_in_list(self, value: list[Any], path: Path, keys: list[str], new: object) -> list[Any]:
+    def apply_in_list(self, value: list[object], path: Path, keys: list[str], new: object) -> list[object]:
         index = int(keys[0]) if keys[0].isdecimal() and len(keys[0]) < 9 else len(value)
         if index >= len(value):
             raise self.fail(path, f"has no entry '{keys[0]}'; its {len(value)} entries count from 0")
         item = self.apply(value[index], (*path, index), keys[1:], new)
         return [*value[:index], item, *value[index + 1 :]]
 
-    def apply_in_mapping(self, value: dict[str, Any], path: Path, keys: list[str], new: object) -> dict[str, Any]:
+    def apply_in_mapping(self, value: Values, path: Path, keys: list[str], new: object) -> Values:
         key, *rest = keys
         below = (*path, key)
         if not rest and new is None:
@@ -224,7 +223,7 @@ class _Setting:
     def fail(self, path: Path, message: str) -> CaseError:
         return CaseError(message, where=".".join(map(str, path)), file=self.place.file)
 
-    def default_block(self, path: Path) -> dict[str, Any]:
+    def default_block(self, path: Path) -> Values:
         """Return the block that stands where the case has none: the `type` of the default, if it has one."""
         spot = walk(Case, path, self.root)
         default = spot.info.default if spot and spot.info else None

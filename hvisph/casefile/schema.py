@@ -9,9 +9,9 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 from hvisph.case.case import Case
+from hvisph.case.model import Values
 from hvisph.case.sweep import Sweep
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -23,7 +23,7 @@ BASE = {
 }
 
 
-def case_schema() -> dict[str, Any]:
+def case_schema() -> Values:
     """Return the JSON schema of a case file."""
     case = Case.model_json_schema()
     definitions = case.pop("$defs")
@@ -49,7 +49,7 @@ def case_schema() -> dict[str, Any]:
     }
 
 
-def sweep_schema() -> dict[str, Any]:
+def sweep_schema() -> Values:
     """Return the JSON schema of a sweep's file."""
     return {"$schema": DIALECT, "$id": IDENTIFIER + "sweep", "title": "hvisph sweep", **Sweep.model_json_schema()}
 

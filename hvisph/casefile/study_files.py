@@ -6,7 +6,6 @@ import csv
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -20,7 +19,7 @@ from .loader import case_document, validate
 from .paths import SET, data_folder
 
 
-def load_sweep(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Sweep, Document, Document, Path]:
+def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[Sweep, Document, Document, Path]:
     """Return a sweep's model, its text, the case that it starts from, and the folder that its paths are relative to.
 
     Parameters

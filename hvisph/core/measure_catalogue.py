@@ -7,7 +7,7 @@ A new measure is a row here and a function in `hvisph.measures` that is register
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -308,7 +308,7 @@ DRIFTS = {
 }
 
 
-def axis_unit(unit: str, values: Any) -> tuple[str, float]:
+def axis_unit(unit: str, values: Iterable[float]) -> tuple[str, float]:
     """Return the unit of an axis that shows `values` [SI], and how many of it the SI unit has.
 
     It is `unit`, that of people, unless they are very small or large; what is not finite does not count.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 # Line ends and tabs lay out our own text. Everything else that is control or invisible formatting is spelled out:
 # escape codes, which move the cursor, rename the window or answer in the user's name, and marks that turn the
@@ -42,10 +41,11 @@ def format_value(value: object) -> str:
     return _WORDS[value] if value is None or isinstance(value, bool) else str(value)
 
 
-def format_differences(values: Sequence[Any]) -> list[str]:
+def format_differences(values: Sequence[object]) -> list[str]:
     """Return values as a case file has them, of mappings only the keys in which they are not all the same."""
-    if len(values) < 2 or not all(isinstance(value, Mapping) for value in values):
+    mappings = [value for value in values if isinstance(value, Mapping)]
+    if len(values) < 2 or len(mappings) < len(values):
         return ["" if value is None else format_value(value) for value in values]
-    keys = dict.fromkeys(key for value in values for key in value)
-    unlike = [key for key in keys if any(value.get(key) != values[0].get(key) for value in values[1:])]
-    return [format_value({key: value[key] for key in unlike if key in value}) for value in values]
+    keys = dict.fromkeys(key for value in mappings for key in value)
+    unlike = [key for key in keys if any(value.get(key) != mappings[0].get(key) for value in mappings[1:])]
+    return [format_value({key: value[key] for key in unlike if key in value}) for value in mappings]

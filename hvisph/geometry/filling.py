@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -90,7 +89,7 @@ def fill(
             where="arrangement",
         )
     function = FUNCTIONS[name]
-    arrange: Any = partial(function, even=even) if even and name in PAIRED else function
+    arrange: Callable[[Shape, float], Filling] = partial(function, even=even) if even and name in PAIRED else function
     return fill_exactly(shape, dx, arrange) if exact else arrange(shape, dx)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from hvisph.measures.correlations import Impact, Wall, alloy_of
 from .impact_pair import meeting
 
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
 
 
@@ -48,7 +49,7 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
     return impact, ""
 
 
-def _plate(body: Any) -> tuple[np.ndarray, float]:
+def _plate(body: Body) -> tuple[np.ndarray, float]:
     """Return the normal and the thickness of a plate: its least extent."""
     extent = np.array(body.shape.extent())
     axis = int(np.argmin(extent))

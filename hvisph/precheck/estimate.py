@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE
@@ -25,6 +25,7 @@ from hvisph.setup.materials import material_of, start_of
 from hvisph.setup.shapes import shape_of
 
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
 
 # Bodies of more particles than this are counted by their volumes instead of being filled.
@@ -230,7 +231,7 @@ def rough_count(case: Case) -> float:
     return sum(counts)
 
 
-def _rough(body: Any, case: Case) -> float:
+def _rough(body: Body, case: Case) -> float:
     """Return the number of a body's particles by volume; a graded body is taken to be fine throughout."""
     if body.shape.type == "particles":
         return 0.0
@@ -238,7 +239,7 @@ def _rough(body: Any, case: Case) -> float:
     return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
 
 
-def _filled_shape(body: Any, case: Case) -> Shape:
+def _filled_shape(body: Body, case: Case) -> Shape:
     """Return what particles fill: of a solid of revolution its section."""
     shape = shape_of(body.shape, case.drawing_dimensions)
     return shape if case.drawing_dimensions == case.dim else Section(shape)
@@ -294,7 +295,7 @@ def _at_zero(low: float, high: float, off: float) -> tuple[float, float]:
     return (0.0, high - low) if abs(low) < off else (low, high)
 
 
-def _density(name: str, model: Any) -> float:
+def _density(name: str, model: Body) -> float:
     """Return the density that a body starts with [kg/m^3]."""
     return start_of(name, model, material_of(model.material, model.internal_energy))[0]
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hvisph.core.errors import HvisphError
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
     from hvisph.casefile.material_library import Library, Notes
+    from hvisph.exact.hugoniot import Impact
 
 MARGIN = 0.9  # of the ends of the range that a material is known to hold in, since the estimate is a flat impact's
 APART = 0.3  # of the estimate: a difference that is worth a remark
 
 
-def plane_shock(case: Case) -> tuple[Any, str]:
+def plane_shock(case: Case) -> tuple[Impact | None, str]:
     """Return what follows from impedance matching of the two bodies that meet first.
 
     Returns

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -77,13 +77,13 @@ def meeting(case: Case) -> Meeting | None:
 def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> bool:
     """Whether one of two bodies fits the hole of the other, a straight tube along x: a plug in a barrel."""
     for tube, other in ((a, b), (b, a)):
-        body: Any = case.bodies[names[tube]]
+        body = case.bodies[names[tube]]
         if body.shape.type != "tube" or body.shape.axis != "x" or body.rotation is not None:
             continue
         low, high = boxes[other]
         middle = 0.5 * (boxes[tube][0] + boxes[tube][1])[1:]
         far = np.maximum(np.abs(low[1:] - middle), np.abs(high[1:] - middle))
-        inner: Any = case.bodies[names[other]]
+        inner = case.bodies[names[other]]
         round_one = inner.shape.type in ROUND and getattr(inner.shape, "axis", "x") == "x" and inner.rotation is None
         reach = far.max() if round_one else float(np.sqrt((far**2).sum()))
         if reach <= 0.5 * body.shape.inner_diameter * (1.0 + TOUCHING):
@@ -132,7 +132,7 @@ def _length(box: Box) -> float:
     return float(box[1][0] - box[0][0])
 
 
-def _turn(body: Any, case: Case) -> np.ndarray | None:
+def _turn(body: Body, case: Case) -> np.ndarray | None:
     from hvisph.geometry.placement import rotation_matrix
 
     return (
@@ -142,7 +142,7 @@ def _turn(body: Any, case: Case) -> np.ndarray | None:
     )
 
 
-def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = None) -> Box:
+def _box(body: Body, case: Case, shift: float = 0.0, axes: np.ndarray | None = None) -> Box:
     """Return the corners of a box around a body at its stated place, about the origin where it has none.
 
     It stands `shift` [m] further along x. The box is along the columns of `axes`, those of the case unless given.
