@@ -6,7 +6,7 @@ from small_runs import METAL, TWO, assert_same_results, final
 
 import hvisph
 from hvisph.case.checks.axisymmetric import axisymmetric_warnings
-from hvisph.case.formulations.viscosity import NoArtificialStress
+from hvisph.case.formulations.options import NoArtificialStress
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.particle_steps import hoop_signal

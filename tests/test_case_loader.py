@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from hvisph.case.formulations.viscosity import MonaghanViscosity
+from hvisph.case.formulations.options import MonaghanViscosity
 from hvisph.casefile.document import parse
 from hvisph.casefile.loader import bundled_cases, dump_case, load_case
 from hvisph.core.errors import CaseError

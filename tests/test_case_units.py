@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from hvisph.case.dimensions import (
+from hvisph.case.units import (
     ANGLE,
     COMMON_UNITS,
     DENSITY,
@@ -22,8 +22,11 @@ from hvisph.case.dimensions import (
     TEMPERATURE,
     TIME,
     VELOCITY,
+    Length,
+    Number,
+    PositiveLength,
+    parse_quantity,
 )
-from hvisph.case.units import Length, Number, PositiveLength, parse_quantity
 
 REGISTRY = pint.UnitRegistry()
 

@@ -11,7 +11,7 @@ from hvisph_validation.report import write_page
 from hvisph_validation.results import SetResult, store, stored
 from typer.testing import CliRunner
 
-from hvisph.case.experiments import Asked
+from hvisph.case.expectations import Asked
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 from hvisph.sweeps.plan import load_plan

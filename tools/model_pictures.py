@@ -112,7 +112,7 @@ def _pores(model: Any) -> list[Panel]:
 
 
 def _melting(model: Any) -> list[Panel]:
-    from hvisph.case.materials.thermal import SimonMelting
+    from hvisph.case.materials.material import SimonMelting
 
     heat = Panel("pressure behind a shock [GPa]", "temperature [K]")
     laws = {"melting, Lindemann": model, "melting, Simon, a 12 GPa, c 1.8": model.model_copy(
@@ -127,7 +127,7 @@ def _melting(model: Any) -> list[Panel]:
 
 
 def _temperature(model: Any) -> list[Panel]:
-    from hvisph.case.materials.thermal import TotalEnergyTemperature
+    from hvisph.case.materials.material import TotalEnergyTemperature
 
     panel = Panel("particle velocity [km/s]", "temperature behind a shock [K]")
     heat = model.temperature

@@ -18,9 +18,8 @@ import numpy as np
 
 from hvisph.case.materials.damage import Damage
 from hvisph.case.materials.eos import Eos
-from hvisph.case.materials.material import Material
+from hvisph.case.materials.material import Material, Melting, Porosity, Temperature
 from hvisph.case.materials.strength import Strength
-from hvisph.case.materials.thermal import Melting, Porosity, Temperature
 from hvisph.casefile.material_library import library_of
 from hvisph.materials import isentrope, melting, porosity
 from hvisph.materials.damage import REGISTRY as DAMAGES

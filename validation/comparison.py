@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import isfinite, sqrt
 from typing import Any
 
-from hvisph.case.experiments import Asked
+from hvisph.case.expectations import Asked
 
 from .experiments import UNITS, Measured
 from .quantity import Key, Value

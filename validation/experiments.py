@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
-from hvisph.case.experiments import ExperimentSet
+from hvisph.case.expectations import ExperimentSet
 from hvisph.casefile.loader import case_document
 from hvisph.casefile.study_files import bundled_sets, load_set, read_table
 from hvisph.core.errors import CaseError, suggest_nearest

@@ -17,13 +17,10 @@ from hvisph.core.measure_catalogue import measures_of
 from .bodies import Body
 from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
-from .gauges import Gauge
 from .gravity import Gravity, OptionalOverburden
-from .limits import RunLimits, Witness
 from .model import StrictModel, refuse
-from .output import Output
-from .regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
-from .time import Time, default_courant
+from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
+from .time import RunLimits, Time, Witness, default_courant
 from .units import PositiveLength
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker

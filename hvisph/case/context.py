@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from .bodies import Body
-from .output import Output
-from .regions import BoxRegion, InitialLoad, SymmetryPlane
+from .output import BoxRegion, InitialLoad, Output, SymmetryPlane
 from .time import Time
 
 

@@ -8,9 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo
 
 from .bodies import Position
-from .dimensions import MASS, NUMBER
 from .model import SCALAR_AS_LIST, Problem, Shorthand, StrictModel
-from .units import Acceleration, PositiveLength, Quantity
+from .units import MASS, NUMBER, Acceleration, PositiveLength, Quantity
 
 Components = Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST, Field(min_length=1, max_length=3)]
 

@@ -1,16 +1,144 @@
-"""Output: quantities, formats and intervals."""
+"""Output: quantities, formats and intervals; regions of space, symmetry planes and gauges."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.core.fields import WRITTEN
+from hvisph.core.errors import suggest_nearest
+from hvisph.core.fields import WRITTEN, component_names, recordable
 
-from .model import SCALAR_AS_LIST, StrictModel
-from .regions import BoxRegion, Region
-from .units import PositiveTime
+from .bodies import Axis, Position
+from .model import SCALAR_AS_LIST, Path, Problem, StrictModel
+from .units import Length, PositiveTime, Pressure
+
+Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
+
+
+class SymmetryPlane(StrictModel):
+    """Symmetry plane normal to an axis; one side is computed."""
+
+    axis: Axis = Field(description="Axis normal to the plane")
+    at: Length = Field(default=0.0, description="Coordinate of the plane on that axis [m]")
+    keep: Literal["above", "below"] = Field(
+        default="above", description="Side that is computed: coordinates above or below `at`"
+    )
+
+
+class BoxRegion(StrictModel):
+    """Box between two corners; a null component is unbounded."""
+
+    min: Corner = Field(default=(), description="Lower corner [m], a component per dimension, null if unbounded")
+    max: Corner = Field(default=(), description="Upper corner [m], a component per dimension, null if unbounded")
+
+
+class Region(StrictModel):
+    """Particles of some or all bodies within a box."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration whose particles are meant")
+    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
+
+
+class Clamp(Region):
+    """Particles at rest for the whole run."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration whose particles are held")
+    bodies: tuple[str, ...] = Field(default=(), description="Bodies that are held; all unless given")
+
+
+class InitialLoad(Region):
+    """Impulse: pressure added to that of the material during the first step."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration whose particles are loaded")
+    pressure: Pressure = Field(description="Pressure added [Pa]; negative is tension")
+
+
+class EulerianRegion(Region):
+    """Particles that are Eulerian from the start of the run."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration whose particles are Eulerian")
+
+
+def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str]) -> Iterator[Problem]:
+    """Yield the errors of a region in `dim` dimensions of a case with these `bodies`."""
+    for number, name in enumerate(region.bodies):
+        if name not in bodies:
+            yield Problem((*path, "bodies", number), f"unknown body '{name[:64]}'{suggest_nearest(name, list(bodies))}")
+    yield from box_problems(region.box, (*path, "box"), dim)
+
+
+def box_problems(box: BoxRegion, path: Path, dim: int) -> Iterator[Problem]:
+    """Yield the errors of a box in `dim` dimensions."""
+    axes = "xyz"[:dim]
+    for side, corner in (("min", box.min), ("max", box.max)):
+        if corner and len(corner) != dim:
+            yield Problem((*path, side), f"has {len(corner)} components, needs {dim} in {dim}D: [{', '.join(axes)}]")
+    for axis, low, high in zip(axes, box.min, box.max, strict=False):
+        if low is not None and high is not None and not low < high:
+            yield Problem(path, f"min {low:g} must be below max {high:g} along {axis}")
+
+
+Fields = Annotated[tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_LIST, Field(min_length=1, max_length=64)]
+
+
+class GaugeOptions(StrictModel):
+    """Options of every gauge."""
+
+    at: Position = Field(description="Place of the gauge at the start [m], a coordinate per dimension")
+    fields: Fields = Field(
+        default=("velocity", "pressure"),
+        description="What it records: names of fields, such as `pressure`, `velocity` (all components), "
+        "`velocity_x`, `stress_xx`, `density`, `plastic_strain`",
+    )
+    every: Annotated[int, Field(strict=True, ge=1, le=10**9)] | None = Field(
+        default=None,
+        description="Steps between its records, at least 1; with every line of history.csv unless given",
+    )
+
+
+class MaterialGauge(GaugeOptions):
+    """Gauge on the particle initially nearest to `at`; empty after it has left the `domain`."""
+
+    type: Literal["material"] = "material"
+
+
+class FixedGauge(GaugeOptions):
+    """Gauge at the fixed point `at`: kernel average over the particles there; empty without any."""
+
+    type: Literal["fixed"] = "fixed"
+
+
+class FreeSurfaceGauge(GaugeOptions):
+    """Gauge on the outermost particle of the body at `at` along `direction`."""
+
+    type: Literal["free_surface"] = "free_surface"
+    direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
+        default="+x", description="Direction in which the surface lies, seen from `at`"
+    )
+
+
+Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, Field(discriminator="type")]
+
+
+def gauge_problems(gauges: Mapping[str, Gauge], dim: int) -> Iterator[Problem]:
+    """Yield the errors of the gauges of a case in `dim` dimensions beyond their single fields."""
+    for name, gauge in gauges.items():
+        path: Path = ("gauges", name)
+        if len(gauge.at) != dim:
+            axes = ", ".join("xyz"[:dim])
+            yield Problem((*path, "at"), f"has {len(gauge.at)} coordinates, needs {dim} in {dim}D: [{axes}]")
+        if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[:dim]:
+            yield Problem((*path, "direction"), f"there is no axis {gauge.direction[1]} in {dim}D")
+        allowed = recordable(dim)
+        for number, field in enumerate(gauge.fields):
+            if field not in allowed:
+                yield Problem((*path, "fields", number), f"unknown field '{field}'{suggest_nearest(field, allowed)}")
+        columns = [c for field in gauge.fields if field in allowed for c in component_names(field, dim)]
+        if len(set(columns)) < len(columns):
+            yield Problem((*path, "fields"), "names a field twice")
+
 
 # Fields that snapshots always hold: places, and volumes as mass over density.
 ALWAYS = ("position", "mass", "density")

@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model, model_validator
 
-from .dimensions import NUMBER
 from .model import Problem, StrictModel, refuse
-from .units import PositiveTime, Quantity
+from .units import NUMBER, PositiveTime, Quantity
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 Value = str | int | float | bool | None | list[Any] | dict[str, Any]

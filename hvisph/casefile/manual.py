@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from hvisph.case.case import Case
-from hvisph.case.dimensions import COMMON_UNITS, DIMENSIONS, NUMBER
+from hvisph.case.units import COMMON_UNITS, DIMENSIONS, NUMBER
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import CATALOGUE, SECTIONS, Measure
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from hvisph.case.experiments import ExperimentSet
+from hvisph.case.expectations import ExperimentSet
 from hvisph.case.sweep import Sweep
 from hvisph.core.errors import CaseError
 

@@ -146,14 +146,13 @@ def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> C
 
 
 def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> float:
-    """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.dimensions`, such as ``TIME``.
+    """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.units`, such as ``TIME``.
 
     Raises
     ------
     CaseError
         When it is no such quantity; `remedy` is added to the message.
     """
-    from hvisph.case import dimensions
     from hvisph.case.units import parse_quantity
 
     try:

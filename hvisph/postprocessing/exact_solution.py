@@ -31,7 +31,7 @@ from hvisph.visualization.curves import Curve, curves_picture, gauge_panels, ste
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
-    from hvisph.case.gauges import Gauge
+    from hvisph.case.output import Gauge
 
 
 # What a state of the exact solution says of the columns of a gauge.

@@ -29,7 +29,7 @@ from hvisph.sph.kernels import weigh
 from .bodies import PlacedBody
 
 if TYPE_CHECKING:
-    from hvisph.case.gauges import Gauge
+    from hvisph.case.output import Gauge
 
 # A gauge further than this many spacings from every particle is in no body.
 NEAR = 1.0

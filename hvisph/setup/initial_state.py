@@ -29,7 +29,7 @@ from .materials import start_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
-    from hvisph.case.regions import BoxRegion, Region
+    from hvisph.case.output import BoxRegion, Region
 
 EULERIAN = "eulerian"
 

@@ -20,8 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hvisph.case.dimensions import COMMON_UNITS
 from hvisph.case.sweep import Fit
+from hvisph.case.units import COMMON_UNITS
 from hvisph.casefile.paths import data_folder
 from hvisph.casefile.study_files import read_table
 from hvisph.core.errors import CaseError, OutputError, suggest_nearest

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hvisph.case.case import Case
-from hvisph.case.dimensions import DIMENSIONS, NUMBER
-from hvisph.case.units import parse_quantity
+from hvisph.case.units import DIMENSIONS, NUMBER, parse_quantity
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain, PlainMapping

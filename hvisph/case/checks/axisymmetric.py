@@ -9,7 +9,7 @@ from hvisph.case.bodies import Body
 from hvisph.case.context import Surroundings
 from hvisph.case.formulations.riemann import bears_any_tension, is_gas
 from hvisph.case.model import Problem
-from hvisph.case.regions import SymmetryPlane
+from hvisph.case.output import SymmetryPlane
 from hvisph.core.catalogues import KINEMATICS
 
 # Fields of velocity that have a meaning about the axis.

@@ -6,12 +6,11 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from hvisph.case.bodies import Body
+from hvisph.case.bodies import Body, LinearField, UniformField
 from hvisph.case.context import Surroundings
 from hvisph.case.model import Path, Problem
 from hvisph.case.shapes import RingShape, Shape, shape_problems
 from hvisph.case.simple_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
-from hvisph.case.velocities import LinearField, UniformField
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
 
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units

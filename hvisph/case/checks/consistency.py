@@ -9,11 +9,9 @@ from hvisph.case.bodies import Body
 from hvisph.case.context import Surroundings
 from hvisph.case.expectations import Expectations
 from hvisph.case.formulations.options import KernelOptions
-from hvisph.case.gauges import Gauge, gauge_problems
 from hvisph.case.gravity import gravity_problems
 from hvisph.case.model import Path, Problem
-from hvisph.case.output import Output
-from hvisph.case.regions import Clamp, SymmetryPlane, box_problems, region_problems
+from hvisph.case.output import Clamp, Gauge, Output, SymmetryPlane, box_problems, gauge_problems, region_problems
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
 
 from .axisymmetric import axisymmetric_problems, axisymmetric_warnings

@@ -8,9 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from hvisph.case.context import Surroundings
-from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel
-from hvisph.case.units import PositiveNumber, Quantity
+from hvisph.case.units import NUMBER, PositiveNumber, Quantity
 
 
 class FrictionalContact(StrictModel):

@@ -11,15 +11,18 @@ from hvisph.case.context import Surroundings
 from hvisph.case.model import Problem, refuse
 
 from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, separate_bodies_problems
-from .correction import Correction, NoCorrection, fill_correction
-from .options import NO_CONVERSION, KernelOptions
-from .viscosity import (
+from .options import (
+    NO_CONVERSION,
     ArtificialStress,
+    Correction,
     DensityDissipation,
+    KernelOptions,
     MonaghanViscosity,
     NoArtificialStress,
+    NoCorrection,
     NoDensityDissipation,
     Viscosity,
+    fill_correction,
 )
 
 

@@ -1,16 +1,15 @@
-"""Options of every formulation: kernel and smoothing length."""
+"""Options of formulations: kernel and smoothing length; viscosity and artificial stress; correction of the kernel."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
 from hvisph.case.context import Surroundings
-from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel
-from hvisph.case.units import Quantity
+from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 from hvisph.core.catalogues import REACH
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
@@ -103,3 +102,152 @@ def _kernels_of_another_kind(kind: str, case: Surroundings) -> Iterator[Problem]
 
 # What siblings of `adaptive` say of its key.
 NO_CONVERSION = {"conversion": "only particles of the formulation 'adaptive' turn Eulerian"}
+
+
+class NoViscosity(StrictModel):
+    """No artificial viscosity: shocks ring."""
+
+    type: Literal["none"] = "none"
+
+
+class MonaghanViscosity(StrictModel):
+    """(-alpha c mu + beta mu^2)/rho between approaching particles; SAV1 is 1 and 2, SAV2 is 2.5 and 2.5."""
+
+    type: Literal["monaghan"] = "monaghan"
+    alpha: NonNegativeNumber = Field(default=1.0, description="Linear coefficient alpha [-], at least 0")
+    beta: NonNegativeNumber = Field(default=2.0, description="Quadratic coefficient beta [-], at least 0")
+
+
+class BalsaraViscosity(StrictModel):
+    """BAL: Monaghan's viscosity times |div u|/(|div u| + |curl u|), so that shear feels less of it (Balsara 1995)."""
+
+    type: Literal["balsara"] = "balsara"
+    alpha: NonNegativeNumber = Field(default=1.0, description="Linear coefficient alpha [-], at least 0")
+    beta: NonNegativeNumber = Field(default=2.0, description="Quadratic coefficient beta [-], at least 0")
+
+
+class MorrisMonaghanViscosity(StrictModel):
+    """MON: every particle its own alpha, raised by compression and relaxing; beta is twice it (1997)."""
+
+    type: Literal["morris_monaghan"] = "morris_monaghan"
+    alpha_min: NonNegativeNumber = Field(default=0.1, description="What alpha relaxes to [-], at least 0")
+    decay: PositiveNumber = Field(default=0.2, description="C1: alpha relaxes in the time h/(C1 c) [-], above 0")
+
+
+Viscosity = Annotated[
+    NoViscosity | MonaghanViscosity | BalsaraViscosity | MorrisMonaghanViscosity, Field(discriminator="type")
+]
+
+
+class NoArtificialStress(StrictModel):
+    """No artificial stress."""
+
+    type: Literal["none"] = "none"
+
+
+class GrayArtificialStress(StrictModel):
+    """Repulsion in tension against clumping (Gray, Monaghan & Swift 2001)."""
+
+    type: Literal["gray"] = "gray"
+    eps: NonNegativeNumber = Field(
+        default=0.3, description="Strength of the repulsion [-], at least 0; 0.15 is Young 2021's"
+    )
+    n: Annotated[int, Field(strict=True, ge=1, le=16)] = Field(
+        default=4, description="Exponent of W/W(dx) [-], a whole number from 1 to 16"
+    )
+
+
+ArtificialStress = Annotated[NoArtificialStress | GrayArtificialStress, Field(discriminator="type")]
+
+
+class NoDensityDissipation(StrictModel):
+    """No density dissipation."""
+
+    type: Literal["none"] = "none"
+
+
+class ZisisDensityDissipation(StrictModel):
+    """Diffusion of density by pressure differences, for layered materials (Zisis 2013, eqs. 22-24)."""
+
+    type: Literal["zisis"] = "zisis"
+    alpha: Annotated[float, Quantity(NUMBER, minimum=0, maximum=2)] = Field(
+        default=0.3, description="Coefficient alpha_rho [-], 0 to 2; 0.3 for touching bodies, 0.8 with a gap"
+    )
+
+
+DensityDissipation = Annotated[NoDensityDissipation | ZisisDensityDissipation, Field(discriminator="type")]
+
+
+# C_f without and with artificial stress (Young 2021 section 3.2).
+FACTORS = {"none": 7.5, "gray": 90.0}
+CORRECTIONS = ("shepard", "gradient", "mixed")
+
+
+class NoCorrection(StrictModel):
+    """The plain kernel gradient."""
+
+    type: Literal["none"] = "none"
+
+
+class _Limited(StrictModel):
+    factor: Annotated[float, Quantity(NUMBER, above=1)] | None = Field(
+        default=None,
+        description="C_f: a pair whose corrected gradient is more than C_f times as long as the plain one, or has "
+        "less than 1/C_f of it along the pair, takes the plain one [-], above 1; unless given, 7.5 without "
+        "artificial stress and 90 with it",
+    )
+    limiter: Literal["pair", "components"] = Field(
+        default="pair",
+        description="Criterion of C_f: `pair`, independent of the frame of reference; `components` limits each "
+        "component of the gradient, as published, so that results depend on the orientation of the axes",
+    )
+
+
+class ShepardCorrection(_Limited):
+    """The kernel over its own sum: a constant is exact."""
+
+    type: Literal["shepard"] = "shepard"
+
+
+class GradientCorrection(_Limited):
+    """The gradient times the inverse of its moment matrix: the gradient of a linear field is exact."""
+
+    type: Literal["gradient"] = "gradient"
+
+
+class MixedCorrection(_Limited):
+    """Both (Young 2021 eqs. 3-5, 14)."""
+
+    type: Literal["mixed"] = "mixed"
+
+
+Correction = Annotated[
+    NoCorrection | ShepardCorrection | GradientCorrection | MixedCorrection, Field(discriminator="type")
+]
+
+
+def fill_factor(data: object, key: str, unless_given: str) -> Any:
+    """Write out C_f of the correction under `key`, by the artificial stress or what it is `unless_given`."""
+    if not isinstance(data, dict):
+        return data
+    correction = data.get(key)
+    if isinstance(correction, BaseModel):
+        correction = correction.model_dump()
+    if not isinstance(correction, dict) or correction.get("type") not in CORRECTIONS:
+        return data
+    stress = data.get("artificial_stress")
+    kind = stress.get("type") if isinstance(stress, dict) else getattr(stress, "type", unless_given)
+    if correction.get("factor") is None and isinstance(kind, str) and kind in FACTORS:
+        return data | {key: correction | {"factor": FACTORS[kind]}}
+    return data
+
+
+def fill_correction(data: object) -> Any:
+    """Write out C_f, by the artificial stress, and the momentum form where a formulation has a correction."""
+    if not isinstance(data, dict):
+        return data
+    correction = data.get("correction")
+    kind = correction.get("type") if isinstance(correction, dict) else getattr(correction, "type", None)
+    if kind not in CORRECTIONS:
+        return data
+    return {"momentum_form": "product"} | fill_factor(data, "correction", "none")

@@ -8,9 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from hvisph.case.context import Surroundings
-from hvisph.case.dimensions import LENGTH, NUMBER, TIME
 from hvisph.case.model import SCALAR_AS_LIST, Path, Problem
-from hvisph.case.units import Acceleration, Quantity, parse_quantity
+from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, parse_quantity
 
 from .options import NO_CONVERSION, KernelOptions
 

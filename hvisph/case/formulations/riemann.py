@@ -8,9 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from hvisph.case.context import Surroundings
-from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, refuse
-from hvisph.case.units import Quantity
+from hvisph.case.units import NUMBER, Quantity
 
 from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, unavailable
 from .options import NO_CONVERSION, Kernel, KernelOptions

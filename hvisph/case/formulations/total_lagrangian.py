@@ -8,15 +8,52 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from hvisph.case.context import Surroundings
-from hvisph.case.model import Problem
-from hvisph.case.regions import EulerianRegion, region_problems
-from hvisph.case.units import NonNegativeNumber, PositiveNumber
+from hvisph.case.model import Problem, StrictModel
+from hvisph.case.output import EulerianRegion, region_problems
+from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 
 from .contact import Contact, FrictionalContact, PenaltyContact, separate_bodies_problems
-from .conversion import ConversionLimits
-from .correction import Correction, NoCorrection, fill_factor
-from .options import NO_CONVERSION, KernelOptions
-from .viscosity import ArtificialStress, GrayArtificialStress, MonaghanViscosity, NoArtificialStress, NoViscosity
+from .options import (
+    NO_CONVERSION,
+    ArtificialStress,
+    Correction,
+    GrayArtificialStress,
+    KernelOptions,
+    MonaghanViscosity,
+    NoArtificialStress,
+    NoCorrection,
+    NoViscosity,
+    fill_factor,
+)
+
+
+class ConversionLimits(StrictModel):
+    """Criteria for the permanent conversion of a Total Lagrangian particle to an Eulerian one."""
+
+    strain: Annotated[float, Quantity(NUMBER, minimum=0)] | None = Field(
+        default=None,
+        description="Equivalent deviatoric Green-Lagrange strain at which a particle converts [-], at least 0; 0: "
+        "Eulerian from the first step on; none unless given",
+    )
+    damage: bool = Field(default=False, description="Whether a failed particle (damage 1) converts")
+    neighbours: bool = Field(
+        default=True, description="Whether the reference neighbours of a converted particle convert, too"
+    )
+    fallback: bool = Field(
+        default=True,
+        description="Whether Total Lagrangian particles with Eulerian neighbours convert where the deformation "
+        "gradient is no longer valid: J outside 0.2 to 5, or strain above `fallback_strain`",
+    )
+    fallback_strain: PositiveNumber | None = Field(
+        default=None,
+        description="Strain limit of the fallback [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given",
+    )
+    fallback_damage: bool = Field(
+        default=True,
+        description="Whether the fallback also converts the neighbours of failed Eulerian particles; with "
+        "`damage: true`",
+    )
+
 
 # What a composite pair law knows.
 PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, Field(discriminator="type")]

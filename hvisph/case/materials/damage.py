@@ -6,9 +6,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hvisph.case.dimensions import NUMBER, RATE, TOUGHNESS
 from hvisph.case.model import StrictModel
 from hvisph.case.units import (
+    NUMBER,
+    RATE,
+    TOUGHNESS,
     NegativePressure,
     NonNegativeNumber,
     NonNegativePressure,

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import DataFile, Problem, StrictModel, refuse
 from hvisph.case.units import (
+    NUMBER,
     Length,
     NonNegativeNumber,
     NonNegativePressure,

@@ -6,9 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.dimensions import INVERSE_PRESSURE, INVERSE_TEMPERATURE, VISCOSITY
 from hvisph.case.model import StrictModel
 from hvisph.case.units import (
+    INVERSE_PRESSURE,
+    INVERSE_TEMPERATURE,
+    VISCOSITY,
     NonNegativeNumber,
     NonNegativePressure,
     Number,

@@ -15,7 +15,6 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.base import BaseContext
-from numba.core.datamodel.manager import DataModelManager
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, signature
 from numba.extending import intrinsic, models, register_model
@@ -51,7 +50,7 @@ mask = Mask()
 
 @register_model(Mask)
 class _MaskModel(models.PrimitiveModel):
-    def __init__(self, manager: DataModelManager, kind: types.Type) -> None:
+    def __init__(self, manager: object, kind: types.Type) -> None:
         super().__init__(manager, kind, _MASK)
 
 

@@ -13,7 +13,6 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.base import BaseContext
-from numba.core.datamodel.manager import DataModelManager
 from numba.core.typing.templates import AbstractTemplate, Signature, signature
 from numba.extending import intrinsic, models, overload, register_model
 
@@ -36,7 +35,7 @@ class Many(types.Type):
 
 @register_model(Many)
 class _ManyModel(models.StructModel):
-    def __init__(self, manager: DataModelManager, kind: types.Type) -> None:
+    def __init__(self, manager: object, kind: types.Type) -> None:
         members = [("data", types.CPointer(kind.array.dtype)), *((f"row{lane}", types.intp) for lane in range(LANES))]
         super().__init__(manager, kind, members)
 
