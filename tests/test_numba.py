@@ -103,6 +103,7 @@ INTERNAL = {
     "numba.core.codegen": "JITCPUCodegen JITCodeLibrary",
     "numba.core.compiler": "CompileResult",
     "numba.core.cpu": "CPUContext",
+    "numba.core.datamodel.manager": "DataModelManager",
     "numba.core.environment": "Environment lookup_environment",
     "numba.core.externals": "c_math_functions",
     "numba.core.registry": "CPUDispatcher CPUTarget cpu_target",
@@ -112,8 +113,7 @@ INTERNAL = {
     "numba.core.target_extension": "CPU dispatcher_registry jit_registry target_override target_registry",
     "numba.core.typeconv": "Conversion",
     "numba.core.typing": "templates",
-    "numba.core.typing.templates": "AbstractTemplate ConcreteTemplate signature",
-    "numba.np.ufunc": "parallel",
+    "numba.core.typing.templates": "AbstractTemplate ConcreteTemplate Signature signature",
 }
 PUBLIC = {"numba", "numba.extending", "llvmlite", "llvmlite.ir", "llvmlite.binding"}
 
@@ -126,7 +126,6 @@ PRIVATE = {
     *("_toplevel_target_context", "_toplevel_typing_context"),  # of a target
     *("_cache", "_compilation_chain_init_hook", "_rebuild", "_reduce"),  # of a dispatcher and its results
     "_getvalue",  # of a structure in generated code
-    "_is_initialized",  # whether threads have been started
 }
 
 

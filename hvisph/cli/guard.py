@@ -153,10 +153,10 @@ def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> fl
     CaseError
         When it is no such quantity; `remedy` is added to the message.
     """
-    from hvisph.case.units import parse_quantity
+    from hvisph.case import units
 
     try:
-        return parse_quantity(text.strip(), getattr(dimensions, dimension))
+        return units.parse_quantity(text.strip(), getattr(units, dimension))
     except ValueError as error:
         raise CaseError(f"{error}{remedy}", where=option) from None
 

@@ -105,9 +105,9 @@ def refuse_fork() -> None:
 def _note_fork() -> None:
     """Record in a forked child whether its parent had started threads."""
     global _unusable
-    parallel = sys.modules.get("numba.np.ufunc.parallel")
+    numba = sys.modules.get("numba")
     with suppress(ValueError):  # numba has started no threads
-        _unusable = _unusable or (parallel is not None and parallel.threading_layer() == "omp")
+        _unusable = _unusable or (numba is not None and numba.threading_layer() == "omp")
 
 
 if hasattr(os, "register_at_fork"):
