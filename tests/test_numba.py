@@ -103,7 +103,6 @@ INTERNAL = {
     "numba.core.codegen": "JITCPUCodegen JITCodeLibrary",
     "numba.core.compiler": "CompileResult",
     "numba.core.cpu": "CPUContext",
-    "numba.core.datamodel.manager": "DataModelManager",
     "numba.core.environment": "Environment lookup_environment",
     "numba.core.externals": "c_math_functions",
     "numba.core.registry": "CPUDispatcher CPUTarget cpu_target",

@@ -14,7 +14,6 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 PROBLEMS = "problems"
 
 Path = tuple[str | int, ...]  # keys and places in lists, from the outermost in
-Values = dict[str, Any]  # plain values of a mapping by key
 
 
 class StrictModel(BaseModel):

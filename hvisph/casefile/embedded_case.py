@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from hvisph.case.model import Values
 from hvisph.core.errors import CaseError
+from hvisph.core.text import Plain
 
 from .document import parse
 
 
-def _case(text: object) -> Values:
+def _case(text: object) -> Plain:
     if not isinstance(text, str):
         return {}
     try:

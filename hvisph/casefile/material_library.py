@@ -18,9 +18,10 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError
 
 from hvisph.case.materials.material import Material
-from hvisph.case.model import StrictModel, Values
+from hvisph.case.model import StrictModel
 from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
 from hvisph.core.errors import CaseError
+from hvisph.core.text import Plain
 
 from .document import Document, read_yaml
 from .errors import raise_all, translate
@@ -175,11 +176,11 @@ class Library:
         given = {key: value for key, value in document.value.items() if key in Notes.model_fields}
         return _valid(Notes, given, document)
 
-    def values(self, name: str) -> Values:
+    def values(self, name: str) -> Plain:
         """Return the material called `name` as plain values, those of its base included."""
         return self._values(self.name_of(name), ())
 
-    def _values(self, name: str, seen: tuple[str, ...]) -> Values:
+    def _values(self, name: str, seen: tuple[str, ...]) -> Plain:
         given = self._document(name).value
         own = {key: value for key, value in given.items() if key not in {*Notes.model_fields, "base"}}
         if "base" in given:
@@ -230,7 +231,7 @@ def _materials_of(file: Path) -> dict[str, Document]:
     return documents
 
 
-def _valid(model: Any, values: Values, document: Document) -> Any:
+def _valid(model: Any, values: Plain, document: Document) -> Any:
     try:
         return model.model_validate(values)
     except ValidationError as error:
@@ -255,7 +256,7 @@ def load_material(name: str) -> Material:
     return library_of().load(name)
 
 
-def library_values(name: str) -> Values:
+def library_values(name: str) -> Plain:
     """Return the package's material called `name` as plain values, those of its base included."""
     return library_of().values(name)
 

@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hvisph.case.case import Case
-from hvisph.case.model import Path, Values
+from hvisph.case.model import Path
 from hvisph.case.units import kind_of
 from hvisph.core.errors import CaseError
+from hvisph.core.text import Plain
 
 from .document import MOST_DEEP, Document, Place, parse
 from .model_fields import walk
@@ -51,11 +52,11 @@ def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_
     return result
 
 
-def _other_type(old: Values, new: Values) -> bool:
+def _other_type(old: Plain, new: Plain) -> bool:
     return new.get("type") is not None and old.get("type") != new["type"]
 
 
-def _making_way(old: Values, new: Values) -> Values:
+def _making_way(old: Plain, new: Plain) -> Plain:
     """Return a copy of `old` without what keys of `new` stand for, see `INSTEAD`."""
     given = {key for key, item in new.items() if item is not None}
     gone: set[str] = set()
@@ -66,7 +67,7 @@ def _making_way(old: Values, new: Values) -> Values:
     return {key: item for key, item in old.items() if key not in gone}
 
 
-def _without_null(value: Values, path: Path) -> Values:
+def _without_null(value: Plain, path: Path) -> Plain:
     return {
         key: _without_null(item, (*path, key)) if isinstance(item, dict) else item
         for key, item in value.items()
@@ -87,14 +88,14 @@ def _replace_places(path: Path, places: dict[Path, Place], new_places: dict[Path
     places.update({p: place for p, place in new_places.items() if p[:depth] == path})
 
 
-def override_material(material: Values, changes: Values) -> Values:
+def override_material(material: Plain, changes: Plain) -> Plain:
     """Return a material's plain values with `changes` laid over them, by the rules of a case and its base."""
     merged = _merge(material, changes, ("bodies", "", "material"), {}, {})
     assert isinstance(merged, dict)
     return merged
 
 
-def with_bases(document: Document, values_of: Callable[[str], Values]) -> Document:
+def with_bases(document: Document, values_of: Callable[[str], Plain]) -> Document:
     """Return `document` with every body's `material: {base: NAME, ...}` written out.
 
     Parameters
@@ -129,7 +130,7 @@ def with_bases(document: Document, values_of: Callable[[str], Values]) -> Docume
     return Document({**document.value, "bodies": result}, document.places)
 
 
-def _expand_base(material: Values, values_of: Callable[[str], Values]) -> Values:
+def _expand_base(material: Plain, values_of: Callable[[str], Plain]) -> Plain:
     """Return a material that varies a `base` with all its values."""
     base = values_of(material["base"])
     changes = {key: value for key, value in material.items() if key != "base"}
@@ -137,7 +138,7 @@ def _expand_base(material: Values, values_of: Callable[[str], Values]) -> Values
     return override_material(base | varied, changes)
 
 
-def overridden(document: Document, override: str, values_of: Callable[[str], Values]) -> Document:
+def overridden(document: Document, override: str, values_of: Callable[[str], Plain]) -> Document:
     """Return `document` with one setting `path.to.key=value` applied.
 
     Parameters
@@ -177,7 +178,7 @@ def _parse(override: str) -> tuple[list[str], object, str]:
 class _Setting:
     """Application of one setting."""
 
-    def __init__(self, places: dict[Path, Place], place: Place, root: object, values_of: Callable[[str], Values]):
+    def __init__(self, places: dict[Path, Place], place: Place, root: object, values_of: Callable[[str], Plain]):
         self.places, self.place, self.root, self.values_of = places, place, root, values_of
 
     def apply(self, value: object, path: Path, keys: list[str], new: object) -> object:
@@ -205,7 +206,7 @@ class _Setting:
         item = self.apply(value[index], (*path, index), keys[1:], new)
         return [*value[:index], item, *value[index + 1 :]]
 
-    def apply_in_mapping(self, value: Values, path: Path, keys: list[str], new: object) -> Values:
+    def apply_in_mapping(self, value: Plain, path: Path, keys: list[str], new: object) -> Plain:
         key, *rest = keys
         below = (*path, key)
         if not rest and new is None:
@@ -223,7 +224,7 @@ class _Setting:
     def fail(self, path: Path, message: str) -> CaseError:
         return CaseError(message, where=".".join(map(str, path)), file=self.place.file)
 
-    def default_block(self, path: Path) -> Values:
+    def default_block(self, path: Path) -> Plain:
         """Return the block that stands where the case has none: the `type` of the default, if it has one."""
         spot = walk(Case, path, self.root)
         default = spot.info.default if spot and spot.info else None

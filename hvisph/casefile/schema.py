@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 from hvisph.case.case import Case
-from hvisph.case.model import Values
 from hvisph.case.sweep import Sweep
+from hvisph.core.text import Plain
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 IDENTIFIER = "urn:hvisph:schema:v1:"  # the version rises when a valid file becomes invalid, from release 1.0 on
@@ -23,7 +23,7 @@ BASE = {
 }
 
 
-def case_schema() -> Values:
+def case_schema() -> Plain:
     """Return the JSON schema of a case file."""
     case = Case.model_json_schema()
     definitions = case.pop("$defs")
@@ -49,7 +49,7 @@ def case_schema() -> Values:
     }
 
 
-def sweep_schema() -> Values:
+def sweep_schema() -> Plain:
     """Return the JSON schema of a sweep's file."""
     return {"$schema": DIALECT, "$id": IDENTIFIER + "sweep", "title": "hvisph sweep", **Sweep.model_json_schema()}
 

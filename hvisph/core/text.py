@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 # Line ends and tabs lay out our own text. Everything else that is control or invisible formatting is spelled out:
 # escape codes, which move the cursor, rename the window or answer in the user's name, and marks that turn the
