@@ -78,7 +78,7 @@ LAZY = {"PIL", "trimesh", "jinja2", "scipy", "sklearn", "matplotlib", "h5py", "m
 # Outside `compiler`, numba sets and tells the number of threads; only `compiler` compiles.
 NUMBA_ELSEWHERE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Packages that must load without numba: nothing that they do needs a compiler.
-WITHOUT_NUMBA = ("case", "casefile", "cli", "geometry", "output", "measures", "pictures")
+WITHOUT_NUMBA = ("case", "casefile", "cli", "geometry", "output", "measures", "visualization")
 
 
 def module_name(path):
