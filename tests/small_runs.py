@@ -43,6 +43,11 @@ KINEMATICS = {1: "uniaxial_strain", 2: "plane_strain", 3: "three_d"}
 
 def row_of(materials, dim=2, dx=0.5e-3, speed=1500.0, **further):
     """A case of one box a material, or cylinder about an axis, in a row, the first flying at the others."""
+    return load_case(document_of(materials, dim, dx, speed, **further))
+
+
+def document_of(materials, dim=2, dx=0.5e-3, speed=1500.0, **further):
+    """The same as a mapping."""
     shape = {"type": "interval", "length": SIZES[1][0]} if dim == 1 else {"type": "box", "size": SIZES[dim]}
     if further.get("kinematics") == "axisymmetric":
         shape = {"type": "cylinder", "length": SIZES[2][0], "diameter": SIZES[2][1]}
@@ -58,7 +63,7 @@ def row_of(materials, dim=2, dx=0.5e-3, speed=1500.0, **further):
         if body["material"] is GAS:
             body["internal_energy"] = 1e6
     plain = {"kinematics": KINEMATICS[dim], "resolution": dx, "bodies": bodies, "time": {"end": 1e-6}}
-    return load_case(plain | further)
+    return plain | further
 
 
 def every_material(formulation, **further):

@@ -26,6 +26,11 @@ def _escape_character(character: str) -> str:
     return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}" if number < 0x10000 else f"\\U{number:08x}"
 
 
+def recommend(text: str, *settings: str) -> str:
+    """Return a warning that ends with a line of options `--set` which follow its recommendation."""
+    return "\n  ".join([text, " ".join(f"--set '{setting}'" for setting in settings)]) if settings else text
+
+
 # The plain form of an object, as JSON knows it: numbers, text, None, lists, and mappings by name.
 Plain = dict[str, Any]
 PlainMapping = Mapping[str, Any]

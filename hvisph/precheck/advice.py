@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from hvisph.case.formulations.riemann import following, is_gas
+from hvisph.case.formulations.riemann import bears_any_tension, following, is_gas
 from hvisph.case.time import COURANT_OF
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
+from hvisph.core.text import recommend
 
 from .impact_pair import Meeting, meeting
 from .regime import ELASTIC, SHOCK, Regime, material_of_body, regime
@@ -23,8 +26,9 @@ if TYPE_CHECKING:
 PUNCHED = 2.0
 BALLISTIC = 1200.0
 POINTED, ROUND_NOSED = ("cone", "ogive"), ("sphere", "hollow_sphere", "disc", "annulus", "dome", "rounded_cylinder")
-# Particles across a projectile from which on it shears out plugs in time, and up to which contact SPH slows it.
-BAND, COARSE = 60.0, 24.0
+# Particles across a projectile from which on it shears out plugs in time, up to which contact SPH slows it, and that
+# resolve the band.
+BAND, COARSE, RESOLVED_BAND = 60.0, 24.0, 80.0
 # Length over width of a rod, particles across from which on it erodes as it should, and speeds up to which it matters
 # [m/s]: measured with 25 mm of `tungsten-alloy-wnife`, 5 mm across, in `steel-4340`, axisymmetric.
 SLENDER, EVEN, ERODING = 3.0, 20.0, 2500.0
@@ -145,11 +149,14 @@ class Rule:
         Key of the case and what to consider, with the values in braces.
     page
         Page of the documentation with the evidence.
+    setting
+        Setting that follows the recommendation, with the values in braces; empty where the user has to decide.
     """
 
     condition: Callable[[Facts], Found]
     sentence: str
     page: str = ""
+    setting: str = ""
 
     def texts(self, facts: Facts) -> list[str]:
         """Return the advice that applies."""
@@ -158,7 +165,16 @@ class Rule:
             found = [found]
         values = ([{}] if found else []) if isinstance(found, bool) else found
         page = f" (docs/{self.page}.md)" if self.page else ""
-        return [self.sentence.format(**one) + page for one in values]
+        return [recommend(self.sentence.format(**one) + page, *self._settings(facts, one)) for one in values]
+
+    def _settings(self, facts: Facts, values: Values) -> list[str]:
+        settings = [text] if (text := self.setting.format(**values)) else []
+        if self.setting.startswith("formulation={"):  # of one formulation for all bodies, without graded ones
+            graded = "riemann" not in self.setting
+            for name, body in facts.bodies.items():
+                settings += [f"bodies.{name}.formulation=null"] if body.formulation else []
+                settings += [f"bodies.{name}.grading=null"] if graded and body.grading else []
+        return settings
 
 
 def advice(case: Case) -> list[str]:
@@ -170,11 +186,14 @@ def advice(case: Case) -> list[str]:
     return [*texts[0], *texts[1], *hugoniot_warnings(case), *(text for one in texts[2:] for text in one)]
 
 
-def sparse(across: Mapping[str, int]) -> list[str]:
-    """Return which bodies have too few particles across to be resolved, from the numbers by name."""
+def sparse(across: Mapping[str, int], resolution: float) -> list[str]:
+    """Return which bodies have too few particles across, from the numbers by name at a spacing `resolution` [m]."""
     return [
-        f"bodies.{name}: {count} particles across do not resolve its waves and its bending; {FEWEST_ACROSS} are few, "
-        "10 show what matters: give a finer resolution"
+        recommend(
+            f"bodies.{name}: {count} particles across do not resolve its waves and its bending; {FEWEST_ACROSS} are "
+            "few, 10 show what matters: give a finer resolution",
+            f"resolution={0.1 * max(count, 1) * resolution:.3g}",
+        )
         for name, count in across.items()
         if count < FEWEST_ACROSS
     ]
@@ -243,7 +262,7 @@ def _initial_overlap(facts: Facts) -> Found:
     return [{"name": name, "gap": facts.case.resolution} for name in near[:1]]
 
 
-def _eroding(facts: Facts) -> bool:
+def _eroding(facts: Facts) -> Found:
     """Rods that erode in thick metal, with few particles across."""
     met = facts.impact_pair
     if met is None or facts.scheme != "riemann" or facts.dim == 1 or facts.kind.velocity >= ERODING:
@@ -252,7 +271,8 @@ def _eroding(facts: Facts) -> bool:
     if facts.overload < SHOCK or not rod or not struck or not min(rod[1:]) > 0.0:
         return False
     width = max(rod[1:])
-    return rod[0] > SLENDER * width and struck[0] > width and width < EVEN * facts.case.resolution
+    eroding = rod[0] > SLENDER * width and struck[0] > width and width < EVEN * facts.case.resolution
+    return eroding and {"finer": width / EVEN}
 
 
 def _spalling(facts: Facts) -> Found:
@@ -261,7 +281,19 @@ def _spalling(facts: Facts) -> Found:
     if facts.overload < 1.0 or (facts.dim > 1 and not shocked):
         return False
     names = [name for name, body in reversed(list(facts.bodies.items())[1:]) if _strain_alone(body)]
-    return [{"name": name} for name in names[:1]]
+    return [{"name": name} | _spalling_like(facts.bodies[name]) for name in names[:1]]
+
+
+def _spalling_like(body: Body) -> dict[str, object]:
+    """Return the library's material of nearest density with a spall strength [Pa], which stands for an unknown one."""
+    from hvisph.casefile.material_library import load_material, material_names
+
+    known: dict[float, dict[str, object]] = {}
+    for material in map(load_material, material_names()):
+        strength = getattr(material.damage, "spall_strength", None)
+        if strength and material.strength.type != "none" and material.porosity is None:
+            known[abs(math.log(material.density / body.material.density))] = {"of": material.name, "like": strength}
+    return known[min(known)]
 
 
 def _strain_alone(body: Body) -> bool:
@@ -293,7 +325,19 @@ def _liquid(facts: Facts) -> Iterator[Values]:
     for name, body in facts.bodies.items():
         model = body.material
         if model.strength.type == "none" and model.name in library.files and not model.name.startswith(LIQUIDS):
-            yield {"name": name, "material": model.name}
+            family = re.split(r"[-0-9]", model.name)[0]
+            kin = [
+                one for one in library.names() if one.startswith(family) and library.load(one).strength.type != "none"
+            ]
+            yield {"name": name, "material": model.name, "remedy": f"; '{kin[0]}' has one" if kin else "",
+                   "setting": f"bodies.{name}.material={kin[0]}" if kin else ""}  # fmt: skip
+
+
+def _held_by_hoops(facts: Facts) -> Iterator[Values]:
+    """Bodies about the axis whose tension nothing limits."""
+    for name, body in facts.bodies.items() if KINEMATICS[facts.case.kinematics].revolved else ():
+        if bears_any_tension(body):
+            yield {"name": name} | _spalling_like(body)
 
 
 def _thin_walls(facts: Facts) -> Iterator[Values]:
@@ -318,71 +362,88 @@ RULES = (
     Rule(_receding, "bodies.{name}.velocity: no two bodies approach each other: nothing will be struck{row}"),
     Rule(_slow,
          "formulation: the bodies stay elastic and move slowly over {crossings:.3g} crossings of their waves; "
-         "'{scheme}' damps vibration and rebound{lost}; take total_lagrangian", "verification"),
+         "'{scheme}' damps vibration and rebound{lost}; take total_lagrangian",
+         "verification", "formulation={{type: total_lagrangian}}"),
     Rule(lambda f: (f.scheme == "riemann" and f.case.time.step is None and f.case.time.cfl > LONGEST_STEP)
          and {"cfl": f.case.time.cfl, "most": LONGEST_STEP},
          "time.cfl: {cfl:g} is beyond {most:g}, up to which 'riemann' was verified; from 0.5 on yielded metal, liquids "
-         "and gases stay noisy; leave it out and take the default", "verification"),
+         "and gases stay noisy; leave it out and take the default", "verification", "time.cfl={most:g}"),
     Rule(lambda f: f.scheme == "riemann" and f.model.variant == "original" and f.strength_of_shock > STRONG / 2,
          "formulation.variant: 'original' underestimates the stress behind strong shocks, by 2 % at 3 km/s and "
-         "37 % at 24 km/s in aluminium; take 'corrected'", "verification"),
+         "37 % at 24 km/s in aluminium; take 'corrected'", "verification", "formulation.variant=corrected"),
     Rule(lambda f: f.scheme == "eulerian" and f.model.density_form == "volume" and f.strength_of_shock > 1.5 * STRONG,
          "formulation.density_form: 'volume' is off by up to 6 % of the stress in shocks this strong (24 km/s in "
-         "aluminium); take 'mass', or the formulation riemann", "verification"),
+         "aluminium); take 'mass', or the formulation riemann", "verification", "formulation.density_form=mass"),
     Rule(lambda f: f.scheme == "total_lagrangian" and f.overload > SHOCK,
          "formulation: at an impact pressure above ten times the strength strains exceed what reference kernels "
-         "resolve; take riemann or adaptive, or give reference_update_strain: 0.3", "verification"),
+         "resolve; take riemann or adaptive, or give reference_update_strain: 0.3",
+         "verification", "formulation={{type: riemann}}"),
     Rule(lambda f: ({"name": name} for name, body in f.bodies.items()
                     if f.overload >= SHOCK and body.arrangement == "lattice_two_rings"),
          "bodies.{name}.arrangement: single particles on the axis of 'lattice_two_rings' show 1.3 times the pressure "
-         "of 'square' and 'rings'; take one of these, or a mean, where peaks count", "verification"),
+         "of 'square' and 'rings'; take one of these, or a mean, where peaks count",
+         "verification", "bodies.{name}.arrangement=rings"),
     Rule(lambda f: (f.scheme == "eulerian" and f.dim == 3 and f.overload >= SHOCK
                     and any(body.shape.type == "sphere" for body in f.bodies.values())),
          "formulation: in 3D 'eulerian' leaves single particles at the rim of the contact of a sphere at up to 1.2 "
-         "times the pressure of a flat impact (riemann: 1.09); take riemann where peaks count", "verification"),
+         "times the pressure of a flat impact (riemann: 1.09); take riemann where peaks count",
+         "verification", "formulation={{type: riemann}}"),
     Rule(lambda f: f.gases != "" and f.scheme in ("total_lagrangian", "adaptive") and {"gases": f.gases},
          "formulation: {gases} is a gas or becomes one, which no reference kernel follows; take riemann, or give such "
-         "bodies `formulation: eulerian`", "verification"),
+         "bodies `formulation: eulerian`", "verification", "formulation={{type: riemann}}"),
     Rule(_fixed_smoothing_length,
          "formulation.smoothing_length: fixed, and {gases} is a gas or becomes one, which expands beyond the reach of "
-         "a fixed kernel; give {wanted}", "verification"),
+         "a fixed kernel; give {wanted}", "verification", "formulation.smoothing_length={wanted}"),
     Rule(lambda f: (f.gases != "" and f.scheme == "eulerian" and f.model.correction.type == "none"
                     and f.model.density_form == "volume"
                     and all(body.material.eos.type == "ideal_gas" for body in f.bodies.values())),
          "formulation.density_form: with 'volume' density and pressure of a gas are a fifth too high behind a shock "
-         "that compresses it fourfold; take 'mass', or the formulation riemann", "verification"),
+         "that compresses it fourfold; take 'mass', or the formulation riemann",
+         "verification", "formulation.density_form=mass"),
     Rule(_initial_overlap,
          "formulation.contact: 'penalty' starts loaded where bodies touch: bodies.{name} is pushed off at rest; give "
-         "it a gap of {gap:g}, or take 'frictional'", "verification"),
+         "it a gap of {gap:g}, or take 'frictional'", "verification", "bodies.{name}.gap={gap:g}"),
     # a limit came out 8 % too high with 60 particles across and by more than 12 % with 40
-    Rule(lambda f: bool(f.plug_damage) and f.flat and f.across < BAND,
+    Rule(lambda f: (bool(f.plug_damage) and f.flat and f.across < BAND)
+         and {"finer": f.case.resolution * f.across / RESOLVED_BAND},
          "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; "
-         "with 40 the ballistic limit is 12 % too high; compare with an experiment", "validation"),
+         "with 40 the ballistic limit is 12 % too high; compare with an experiment",
+         "validation", "resolution={finer:.3g}"),
     Rule(lambda f: [{"name": name} for name, damage in f.plug_damage.items() if not damage.softening][:1],
          "bodies.{name}.material.damage: damage does not reduce the yield stress, so that plugs leave a metal that "
-         "hardens too late; give `softening`, D_c, if the damage was published with one", "validation"),
+         "hardens too late; give `softening`, D_c, if the damage was published with one: 0.3 of Weldox 460 E",
+         "validation", "bodies.{name}.material.damage.softening=0.3"),
     # a flat steel core at 850 m/s leaves 10 mm of aluminium at 616 m/s at 8 particles across, at 648 at 12, for 680
     Rule(lambda f: bool(f.plug_damage) and f.flat and f.scheme == "riemann" and f.across < COARSE,
          "formulation: a projectile that punches a plate at this speed loses up to 10 % too much of it in 'riemann' "
-         "with few particles across; take adaptive, and compare with eulerian", "validation"),
+         "with few particles across; take adaptive, and compare with eulerian",
+         "validation", "formulation={{type: adaptive, conversion: {{damage: true}}}}"),
     Rule(_eroding,
          "resolution: a rod that erodes stops too early with few particles across it: tungsten at 1.5 km/s penetrates "
-         "0.75 of its length into steel at 8 across and 0.91 at 14; compare with a finer one", "validation"),
+         "0.75 of its length into steel at 8 across and 0.91 at 14; compare with a finer one",
+         "validation", "resolution={finer:.3g}"),
     Rule(lambda f: (f.dim == 3 and f.scheme == "riemann" and f.model.h_over_dx < WIDE and f.impact_pair is None
                     and f.overload > SHOCK) and {"wide": WIDE},
          "formulation.h_over_dx: in a foot that flattens against a wall in 3D particles separate beyond the reach of "
          "their kernels; it spreads by 9 % too much at 1.2, within 3 % at {wide:g}; give that, or take axisymmetric",
-         "validation"),
+         "validation", "formulation.h_over_dx={wide:g}"),
     Rule(_brittle,
          "bodies.{name}.material.damage: the strain to failure falls to zero at a triaxiality of {end:.3g}, so that "
-         "the tension of a release fails it at once; give high_triaxiality: void_growth, or damage none", "validation"),
+         "the tension of a release fails it at once; give high_triaxiality: void_growth, or damage none",
+         "validation", "bodies.{name}.material.damage.high_triaxiality=void_growth"),
     Rule(_spalling,
          "bodies.{name}.material.damage: johnson_cook adds up plastic strain, of which a release makes little, so that "
-         "plates spall too late; give spall_strength where spall decides", "validation"),
+         "plates spall too late; give spall_strength where spall decides, '{of}' has {like:.3g} Pa",
+         "validation", "bodies.{name}.material.damage.spall_strength={like:.3g}"),
     Rule(_liquid,
-         "bodies.{name}.material: the library has no strength of '{material}', a liquid here; give it a `strength` "
-         "where bending, penetration and shape count"),
+         "bodies.{name}.material: the library has no strength of '{material}', a liquid here: bending, penetration and "
+         "shape are those of a liquid{remedy}", setting="{setting}"),
+    Rule(_held_by_hoops,
+         "bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round the axis: "
+         "a cloud of debris is held by its own hoops, and what is drawn beyond all that its equation of state bears "
+         "runs away; give one, such as the spall strength of '{of}'",
+         setting="bodies.{name}.material.damage={{type: pressure_cutoff, pressure: -{like:.3g}}}"),
     Rule(_thin_walls,
          "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
-         "it a `resolution` of {finer:.2g} mm or finer"),
+         "it a `resolution` of {finer:.3g} mm or finer", setting="bodies.{name}.resolution={finer:.3g} mm"),
 )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hvisph.case.formulations.contact import PenaltyContact
+from hvisph.core.text import recommend
 
 from .impact_pair import meeting
 
@@ -42,24 +43,26 @@ def contact_warnings(case: Case) -> list[str]:
         first, second = (m.density * m.bulk_sound_speed for m in materials)
         expected = met.velocity * first * second / (first + second)
         if expected > pressure:
-            warnings.append(
+            words = (
                 f"formulation.contact: carries about {pressure:.3g} Pa, and the impact brings {expected:.3g} Pa: the "
-                f"bodies may pass through each other; give {_times(model, expected / pressure)}"
+                f"bodies may pass through each other; give it a higher stiffness"
             )
+            warnings.append(recommend(words, _times(model, 1.01 * expected / pressure)))
     for material in materials:
         stiff = contact.closer(kernel, case.formulation.h_over_dx, dim, dx)
         omega2 = 2.0 * stiffness * stiff / material.density
         share = 2.0 / np.sqrt(omega2) * material.longitudinal_sound_speed / case.smoothing_length
         if share < SHARE:
-            warnings.append(
-                f"formulation.contact: limits the step to about {share:.2g} of what '{material.name}' allows; give "
-                f"{_times(model, (share / SHARE) ** 2)}, or accept as many more steps"
+            words = (
+                f"formulation.contact: limits the step to about {share:.2g} of what '{material.name}' allows; give it "
+                "a lower stiffness, or accept as many more steps"
             )
+            warnings.append(recommend(words, _times(model, 0.99 * (share / SHARE) ** 2)))
             break
     return warnings
 
 
 def _times(model: object, factor: float) -> str:
-    """Return the key that gives the stiffness, with `factor` times its value."""
+    """Return the setting of the stiffness with `factor` times its value."""
     key = "stiffness" if getattr(model, "absolute_stiffness", None) is None else "absolute_stiffness"
-    return f"{key}: {factor * getattr(model, key):.2g}"
+    return f"formulation.contact.{key}={factor * getattr(model, key):.3g}"

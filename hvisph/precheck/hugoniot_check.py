@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hvisph.core.errors import HvisphError
+from hvisph.core.text import recommend
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -63,15 +64,17 @@ def hugoniot_warnings(case: Case) -> list[str]:
             continue
         notes = library.notes(body.material.name)
         better = _better(library, notes, speed)
-        remedy = f"; see '{better}'" if better else ""
-        here = f"about {speed:.0f} m/s come here{remedy}"
+        remedy = [f"bodies.{name}.material={better}"] if better else []
+        here = f"about {speed:.0f} m/s come here{f'; take {better}' if better else ''}"
         known = f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 %"
         if notes.shocks is None:
-            said += [f"{known} at no particle velocity, and {here}"] if better else []
+            said += [recommend(f"{known} at no particle velocity, and {here}", *remedy)] if better else []
             continue
         low, high = notes.shocks
         if not _holds(notes, speed):
-            said.append(f"{known} behind shocks of {low:g} to {high:g} m/s of particle velocity, and {here}")
+            said.append(
+                recommend(f"{known} behind shocks of {low:g} to {high:g} m/s of particle velocity, and {here}", *remedy)
+            )
     return said
 
 

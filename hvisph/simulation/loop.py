@@ -89,7 +89,7 @@ class Run:
         )
         self.listener.start(self.folder.path, count, self.clock.end)
         warnings = [*warnings_of(self.case), *contact_warnings(self.case), *advice(self.case)]
-        said = [f"warning: {warning}" for warning in warnings]
+        said = [f"warning: {warning.splitlines()[0]}" for warning in warnings]
         for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
             self.folder.log.write(line)
             self.listener.message(line)

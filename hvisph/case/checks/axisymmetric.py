@@ -7,10 +7,11 @@ from typing import Any
 
 from hvisph.case.bodies import Body
 from hvisph.case.context import Surroundings
-from hvisph.case.formulations.riemann import bears_any_tension, is_gas
+from hvisph.case.formulations.riemann import is_gas
 from hvisph.case.model import Problem
 from hvisph.case.output import SymmetryPlane
 from hvisph.core.catalogues import KINEMATICS
+from hvisph.core.text import recommend
 
 # Fields of velocity that have a meaning about the axis.
 FIELDS = ("uniform", "radial", "linear", "table")
@@ -145,14 +146,8 @@ def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
         return
     formulation = case.formulation
     if hasattr(formulation, "artificial_stress") and formulation.artificial_stress.type != "none":
-        yield (
+        yield recommend(
             "formulation.artificial_stress: pushes rings apart in the plane, which no hoop balances: bodies in tension "
-            "run away; leave it out"
+            "run away; leave it out",
+            "formulation.artificial_stress={type: none}",
         )
-    for name, body in case.bodies.items():
-        if bears_any_tension(body):
-            yield (
-                f"bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round "
-                "the axis: a cloud of debris is held by its own hoops, and what is drawn beyond all that its equation "
-                "of state bears, as on the axis, runs away; give one"
-            )

@@ -12,6 +12,7 @@ from hvisph.case.model import Path, Problem
 from hvisph.case.shapes import RingShape, Shape, shape_problems
 from hvisph.case.simple_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
+from hvisph.core.text import recommend
 
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
@@ -44,18 +45,21 @@ def spacing_warnings(case: Surroundings) -> Iterator[str]:
         spacings = [body.spacing(case) for body in (first, second)]
         ratio = max(spacings) / min(spacings)
         if ratio > UNLIKE:
-            yield (
+            own = [name for name, body in ((one, first), (other, second)) if body.resolution is not None]
+            yield recommend(
                 f"bodies.{one} and bodies.{other}: particle spacings in the ratio {ratio:.3g}; 2 to 6 % of a wave is "
                 "reflected at their interface, and `frictional` contact transmits little until they are compressed; "
-                "`grading` within one body reflects 0.2 to 0.5 %"
+                "`grading` within one body reflects 0.2 to 0.5 %",
+                *(f"bodies.{name}.resolution=null" for name in own),
             )
         masses = [body.material.density * dx**case.dim for body, dx in zip((first, second), spacings, strict=True)]
         unequal = max(masses) / min(masses)
         if ratio > UNLIKE and unequal > MOST_UNEQUAL:
             equal = spacings[1] * (masses[0] / masses[1]) ** (1 / case.dim)
-            yield (
+            yield recommend(
                 f"bodies.{one} and bodies.{other}: particles of one weigh {unequal:.3g} times those of the other; "
-                f"pairs of equal mass serve best: bodies.{other}.resolution = {equal:.3g} would make them so"
+                "pairs of equal mass serve best",
+                f"bodies.{other}.resolution={equal:.6g}",
             )
 
 

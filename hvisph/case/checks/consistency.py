@@ -13,6 +13,7 @@ from hvisph.case.gravity import gravity_problems
 from hvisph.case.model import Path, Problem
 from hvisph.case.output import Clamp, Gauge, Output, SymmetryPlane, box_problems, gauge_problems, region_problems
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
+from hvisph.core.text import format_value, recommend
 
 from .axisymmetric import axisymmetric_problems, axisymmetric_warnings
 from .bodies import body_problems, spacing_warnings
@@ -103,10 +104,12 @@ def _mirror_conflicts(case: Case) -> Iterator[str]:
         axis = AXES.index(plane.axis)
         for name, body in case.bodies.items():
             if axis < len(body.velocity) and body.velocity[axis] != 0.0 and not _is_on_one_side(body, axis, plane.at):
-                yield (
+                kept = [one.model_dump(mode="json") for one in case.symmetry if one is not plane]
+                yield recommend(
                     f"bodies.{name}.velocity: {body.velocity[axis]:g} along {plane.axis} is across the symmetry plane "
                     f"{plane.axis} = {plane.at:g}, so the body's image moves the other way; for a body that crosses "
-                    "the plane leave the plane out"
+                    "the plane leave the plane out",
+                    f"symmetry={format_value(kept)}",
                 )
 
 

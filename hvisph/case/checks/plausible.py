@@ -111,8 +111,8 @@ def of_material(material: Material) -> Iterator[str]:
             yield from _check_range(f"strength.{key}", value, usual)
     points = getattr(material.temperature, "heat_capacities", ())
     if points and value is not None and not 0.9 <= value / points[0][1] <= 1.1:  # the heat capacity came last
-        yield (f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities, which begins "
-               f"with {points[0][1]:g}, counts; give temperature.heat_capacity")  # fmt: skip
+        yield (f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities counts, which "
+               f"begins with {points[0][1]:g}")  # fmt: skip
 
 
 def _ceramic(material: Material) -> Iterator[str]:

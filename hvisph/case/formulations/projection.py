@@ -10,6 +10,7 @@ from pydantic import Field
 from hvisph.case.context import Surroundings
 from hvisph.case.model import SCALAR_AS_LIST, Path, Problem
 from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, parse_quantity
+from hvisph.core.text import recommend
 
 from .options import NO_CONVERSION, KernelOptions
 
@@ -96,11 +97,13 @@ class ProjectionFormulation(KernelOptions):
         """Yield warnings about this formulation in a valid `case`."""
         if case.time.integrator != "leapfrog":
             name = case.time.integrator
-            yield f"time.integrator: '{name}' is not used by projection, which has a step of its own"
+            yield recommend(f"time.integrator: '{name}' is not used by projection, which has a step of its own",
+                            "time.integrator=leapfrog")  # fmt: skip
         densities = {body.material.density for body in case.bodies.values()}
         if self.pressure_gradient == "original" and len(densities) > 1:
             between = " and ".join(f"{density:g}" for density in (min(densities), max(densities)))
-            yield (
+            yield recommend(
                 "formulation.pressure_gradient: 'original' requires bodies of one density; between "
-                f"{between} kg/m^3 it fails at the published time step, use conjugate"
+                f"{between} kg/m^3 it fails at the published time step, use conjugate",
+                "formulation.pressure_gradient=conjugate",
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +12,7 @@ from hvisph.cli.guard import load, locate_errors
 from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.cli.text.formatting import duration, echo_json, paragraph, quantity, round_two_figures, say, size, table
 from hvisph.core.catalogues import KINEMATICS
-from hvisph.core.errors import computable
+from hvisph.core.errors import CaseError, computable
 from hvisph.core.measure_catalogue import format_time
 from hvisph.core.text import Plain
 
@@ -71,9 +72,9 @@ def check(
         if picture is not None:
             drawn = draw_setup(loaded, picture)
             say(f"set-up drawn into {drawn}", err=True)
-    warnings += sparse({body.name: body.across for body in taken.bodies})
+    warnings += sparse({body.name: body.across for body in taken.bodies}, loaded.resolution)
     for warning in warnings:
-        say(f"warning: {warning}", err=True)
+        say(f"warning: {_tested(warning, case, settings or [], resolution)}", err=True)
     from hvisph.precheck.hugoniot_check import plane_shock
 
     shock, reason = plane_shock(loaded)
@@ -81,6 +82,19 @@ def check(
         echo_json(_plain(loaded, taken, shock, reason))
     else:
         say(_words(loaded, taken, shock, reason))
+
+
+def _tested(warning: str, case: str, settings: list[str], resolution: str | None) -> str:
+    """Return a warning whose settings the case accepts, else with the reason why it does not."""
+    text, *line = warning.split("\n")
+    if not line:
+        return warning
+    try:
+        chosen = shlex.split(line[0])[1::2]
+        load(case, [*settings, *chosen], None if any(one.startswith("resolution=") for one in chosen) else resolution)
+    except CaseError as error:
+        return f"{text}; this case would refuse {line[0].strip()}: {error}"
+    return warning
 
 
 def _plain(case: Case, taken: Estimate, shock: Any, reason: str) -> Plain:
