@@ -98,3 +98,63 @@ time: {end: 1 us}
         none, reason = impact_of(load_case(path, [f"bodies.shot.{setting}", "bodies.bumper.position=[1 mm, 0, 0]"]))
         assert none is None
         assert "flies past" in reason
+
+
+def shield(speed, angle=0.0, layers=1, diameter=9.5 * MM):
+    """6061-T6 of 1.27 mm, 0.43 g/cm^2 of cloth in the middle of 114 mm, 2219-T87 of 3.2 mm, after Christiansen 1995."""
+    cloth = [Wall("cloth", 4.3 * MM / layers, 1000.0, 54.85 * MM if k == 0 else 0.0, cloth=True) for k in range(layers)]
+    rear = Wall("rear", 3.2 * MM, 2840.0, 54.85 * MM, ALLOYS["aluminium-2219"])
+    return Impact(diameter, 2800.0, speed, angle, (wall(1.27 * MM, name="bumper"), *cloth, rear))
+
+
+def stuffed(impact):
+    return next(one for one in correlations(impact) if one.name == "Christiansen, stuffed Whipple")
+
+
+def test_stuffed_whipple_shield():
+    # by hand, in cm and g/cm^2: bumper 0.127 x 2.713 = 0.34455 and cloth 0.43; S = 11.4; sigma = 57 ksi
+    areal, sigma = 0.127 * 2.713 + 0.43, 57.0 / 40.0
+    slow = 2.35 * 2.0 ** (-2 / 3) * 2.8**-0.5 * (0.32 * sigma**0.5 + 0.37 * areal)
+    fast = 0.6 * (0.32 * 2.84 / 2.8) ** (1 / 3) * 8.0 ** (-1 / 3) * 11.4 ** (2 / 3) * sigma ** (1 / 6)
+    assert stuffed(shield(2000.0)).value == pytest.approx(slow * 1e-2)
+    assert stuffed(shield(8000.0)).value == pytest.approx(fast * 1e-2)
+    assert stuffed(shield(8000.0, layers=3)).value == pytest.approx(fast * 1e-2)  # the same cloth in three bodies
+    for angle in (0.0, math.radians(45.0)):
+        for edge in (2600.0 / math.cos(angle) ** 0.5, 6500.0 / math.cos(angle) ** 0.75):
+            below, above = (stuffed(shield(edge + by, angle)).value for by in (-1e-6, 1e-6))
+            assert below == pytest.approx(above, rel=1e-6)
+    assert stuffed(shield(7240.0)).text == "rear holds"  # as shot B290
+    assert stuffed(shield(7240.0, diameter=20 * MM)).text == "rear perforated"
+
+
+def test_multi_wall_shield_of_cloth():
+    bumpers = [Wall("cloth", 1.1 * MM, 909.0, 0.0 if k == 0 else 100 * MM, cloth=True) for k in range(4)]
+    rear = Wall("rear", 2 * MM, 2713.0, 100 * MM, SIX)
+    (found,) = correlations(Impact(8 * MM, 2800.0, 7000.0, 0.0, (*bumpers, rear)))
+    gap = 40.0 + 0.33  # four gaps, and three of the bumpers
+    assert found.value == pytest.approx(
+        0.358 * (0.2 * 2.713 / 2.8) ** (1 / 3) * 7.0 ** (-1 / 3) * gap ** (2 / 3) * 1e-2
+    )
+    assert not correlations(Impact(8 * MM, 2800.0, 7000.0, 0.0, (*bumpers[:2], rear)))
+
+
+def test_cloth_of_a_case(tmp_path):
+    text = """
+kinematics: three_d
+resolution: 1 mm
+bodies:
+  shot: {material: aluminium-2017-t4, shape: {type: sphere, diameter: 9 mm}, velocity: [7 km/s, 0, 0]}
+  bumper: {material: aluminium-6061-t6, shape: {type: box, size: [3 mm, 40 mm, 40 mm]}}
+  cloth:
+    material: nextel-af62
+    shape: {type: box, size: [4.4 mm, 60 mm, 60 mm]}
+    gap: 50 mm
+    axes: {one: y, two: z}
+  rear: {material: aluminium-2219-t87, shape: {type: box, size: [4 mm, 60 mm, 60 mm]}, gap: 50 mm}
+time: {end: 1 us}
+"""
+    path = tmp_path / "case.yaml"
+    path.write_text(text)
+    impact, _ = impact_of(load_case(path))
+    assert impact.walls[1].areal_density == pytest.approx(4.0, rel=0.01)  # four layers of 0.1 g/cm^2
+    assert stuffed(impact).source == "Christiansen and Kerr 2001"

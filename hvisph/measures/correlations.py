@@ -4,6 +4,8 @@ Spheres of any metal on plates of aluminium. Sources:
 
 - crater depth and single wall: Cour-Palais, as in NASA TM-2009-214785 eqs. 4-1 to 4-6;
 - Whipple shield: Christiansen, ibid. eqs. 4-23 to 4-26;
+- stuffed Whipple shield: Christiansen and Kerr 2001, Int. J. Impact Eng. 26, 93; multi-wall shield of cloth before
+  aluminium: Christiansen 2003, NASA/TP-2003-210788, eqs. 4-25 to 4-37; both read in the public code pyBLOSSUM;
 - hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
 - residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976.
 
@@ -22,6 +24,7 @@ from hvisph.core.text import Plain
 
 CM, KM, KSI = 1e-2, 1e3, 6.894757e6
 DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
+STUFFED, SHOCKS = "Christiansen and Kerr 2001", "NASA/TP-2003-210788 eqs. 4-25 to 4-37"
 MAIDEN, SAWLE = "Maiden and McHugh 1963; coefficients recalled", "Sawle 1969; coefficients recalled"
 RECHT = "Recht and Ipson 1963"
 
@@ -53,18 +56,24 @@ def alloy_of(material: str) -> Alloy | None:
 
 @dataclass(frozen=True)
 class Wall:
-    """A plate: thickness [m], density [kg/m^3], distance from the rear of the one before it [m], alloy."""
+    """A plate: thickness [m], density with pores [kg/m^3], distance from the rear of the one before it [m], material."""
 
     name: str
     thickness: float
     density: float
     gap: float = 0.0
     alloy: Alloy | None = None
+    cloth: bool = False
+
+    @property
+    def areal_density(self) -> float:
+        """Mass per area [kg/m^2]."""
+        return self.thickness * self.density
 
 
 @dataclass(frozen=True)
 class Impact:
-    """A sphere on one plate or two.
+    """A sphere on plates.
 
     Parameters
     ----------
@@ -156,6 +165,52 @@ def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float)
     return (low + (high - low) * (v * across - 3.0) / 4.0) * CM
 
 
+@dataclass(frozen=True)
+class ClothShield:
+    """Coefficients of a shield with cloth before an aluminium wall, lengths in cm, masses per area in g/cm^2.
+
+    Parameters
+    ----------
+    low, high
+        Coefficients below and above both speeds; between them the diameter is interpolated.
+    slow, fast
+        These speeds at normal impact [km/s].
+    slow_power, fast_power, high_power
+        Powers of 1/cos of the angle in both speeds, and in the diameter above.
+    """
+
+    low: float
+    high: float
+    slow: float
+    fast: float
+    slow_power: float
+    fast_power: float
+    high_power: float
+
+    def critical_diameter(self, impact: Impact, strength: float) -> float:
+        """Return the diameter of the sphere that just perforates the last wall of yield `strength` [Pa], in m."""
+        *front, wall = impact.walls
+        rho_p, cosine, sigma = impact.density * 1e-3, cos(impact.obliquity), strength / KSI / 40.0
+        areal, t_w = sum(one.areal_density for one in front) * 0.1, wall.thickness / CM
+        gap = (sum(one.gap for one in impact.walls) + sum(one.thickness for one in front[1:])) / CM
+        held = self.low * (t_w * sqrt(sigma) + 0.37 * areal) / (cosine ** (4 / 3) * sqrt(rho_p))
+        broken = self.high * (wall.areal_density * 0.1 / rho_p) ** (1 / 3) * gap ** (2 / 3) * sigma ** (1 / 6)
+        broken /= cosine**self.high_power
+        slow, fast = self.slow / cosine**self.slow_power, self.fast / cosine**self.fast_power
+        v = impact.speed / KM
+        if v <= slow:
+            return float(held * v ** (-2 / 3) * CM)
+        if v >= fast:
+            return float(broken * v ** (-1 / 3) * CM)
+        return float(np.interp(v, (slow, fast), (held * slow ** (-2 / 3), broken * fast ** (-1 / 3))) * CM)
+
+
+# The coefficient of fast impacts on a stuffed shield falls where little is stuffed: 10 to 15 % of the shield's mass.
+STUFFED_SHIELD = ClothShield(2.35, 0.6, 2.6, 6.5, 0.5, 0.75, 0.5)
+MULTI_WALL_SHIELD = ClothShield(2.0, 0.358, 2.4, 6.4, 0.5, 0.25, 1 / 3)
+LITTLE_STUFFING, LITTLE_COEFFICIENT = (0.10, 0.15), 0.45
+
+
 def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
     """Return the residual velocity of a blunt projectile [m/s], 0 below the ballistic limit.
 
@@ -202,7 +257,7 @@ def lambert_jonas_velocity(v: np.ndarray, a: float, p: float, limit: float) -> n
 
 def correlations(impact: Impact) -> list[Correlation]:
     """Return every correlation that holds for an impact; none where all are out of their range."""
-    return [*_single_wall(impact), *_hole(impact), *_whipple(impact)]
+    return [*_single_wall(impact), *_hole(impact), *_whipple(impact), *_cloth(impact)]
 
 
 def limit_speeds(impact: Impact) -> list[Correlation]:
@@ -278,3 +333,26 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
     text = f"{wall.name} {'perforated' if impact.diameter > critical else 'holds'}"
     span = "two aluminium walls, 1 to 15 km/s; +-25 % in diameter"
     yield Correlation("Christiansen, Whipple", "critical diameter of the sphere", critical, "m", text, span, WHIPPLE)
+
+
+def _cloth(impact: Impact) -> Iterator[Correlation]:
+    if len(impact.walls) < 3:
+        return
+    *front, wall = impact.walls
+    if wall.alloy is None or not all(one.cloth for one in front[1:]) or not 1.0 * KM <= impact.speed <= 15.0 * KM:
+        return
+    if front[0].alloy is not None:
+        name, law, source = "Christiansen, stuffed Whipple", STUFFED_SHIELD, STUFFED
+        stuffing = sum(one.areal_density for one in front[1:])
+        share = stuffing / sum(one.areal_density for one in impact.walls)
+        if LITTLE_STUFFING[0] <= share <= LITTLE_STUFFING[1]:
+            law = replace(law, high=LITTLE_COEFFICIENT)
+        span = "aluminium bumper, cloth, aluminium wall, 1 to 15 km/s"
+    elif front[0].cloth and len(front) == 4:
+        name, law, source = "Christiansen, multi-wall", MULTI_WALL_SHIELD, SHOCKS
+        span = "four bumpers of cloth before an aluminium wall, 1 to 15 km/s"
+    else:
+        return
+    critical = law.critical_diameter(impact, wall.alloy.strength)
+    text = f"{wall.name} {'perforated' if impact.diameter > critical else 'holds'}"
+    yield Correlation(name, "critical diameter of the sphere", critical, "m", text, span, source)

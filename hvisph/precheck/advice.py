@@ -206,7 +206,7 @@ def tears(case: Case) -> str:
     names = [
         name
         for name, body in case.bodies.items()
-        if body.material.strength.type != "none" and body.material.damage.type == "none"
+        if body.material.strength.type not in ("none", "fabric") and body.material.damage.type == "none"
     ]
     if not names:
         return ""

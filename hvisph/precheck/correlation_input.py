@@ -1,4 +1,4 @@
-"""From a case to the impact that correlations are about: a sphere on one plate or two."""
+"""From a case to the impact that correlations are about: a sphere on plates."""
 
 from __future__ import annotations
 
@@ -44,7 +44,10 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
     gaps = _gaps(case, others)
     for (name, _, thickness), gap in zip(fronts, gaps, strict=True):
         body = case.bodies[name]
-        walls.append(Wall(name, thickness, body.material.density, gap, alloy_of(str(body.material.name))))
+        pores = body.material.porosity
+        density = body.material.density / (1.0 if pores is None else pores.distension)
+        cloth = body.material.strength.type == "fabric"
+        walls.append(Wall(name, thickness, density, gap, alloy_of(str(body.material.name)), cloth))
     impact = Impact(shot.shape.extent()[0], shot.material.density, speed, math.acos(min(cosine, 1.0)), tuple(walls))
     return impact, ""
 

@@ -48,6 +48,7 @@ def draw_setup(case: Case, path: str) -> Path:
 
 Format = Callable[[float, str], str]  # of a number with its SI unit
 LARGE = 1e7  # grammes and cubic millimetres from which on kilogrammes and metres are read
+PLATE = 0.5  # of its other sizes: what is thinner is a layer, whose mass per area is shown
 
 
 def check(
@@ -215,6 +216,10 @@ def _filling(body: BodyEstimate, case: Case, number: Format) -> str:
         volume = f"{small:.5g} {millimetres}" if small < LARGE else f"{body.volume:.5g} {metres}"
         weight = f"{1e3 * body.mass:.5g} g" if 1e3 * body.mass < LARGE else f"{body.mass:.5g} kg"
         words = f"mass {weight}{depth}, volume of the shape {volume}"
+        shape = case.bodies[body.name].shape
+        sizes = sorted(shape.extent())
+        if case.drawing_dimensions == 3 and shape.type in ("box", "cylinder") and sizes[0] < PLATE * sizes[1]:
+            words += f", {0.1 * body.mass / body.volume * sizes[0]:.4g} g/cm^2"
     else:
         words = f"mass {body.mass:.5g}, volume of the shape {body.volume:.5g}"
     if body.along:
