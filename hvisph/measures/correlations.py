@@ -56,7 +56,7 @@ def alloy_of(material: str) -> Alloy | None:
 
 @dataclass(frozen=True)
 class Wall:
-    """A plate: thickness [m], density with pores [kg/m^3], distance from the rear of the one before it [m], material."""
+    """A plate: thickness [m], density with pores [kg/m^3], distance to the one before it [m], material."""
 
     name: str
     thickness: float
