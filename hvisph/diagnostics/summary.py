@@ -116,7 +116,8 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
     fractions = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
     models = [body.material for body in case.bodies.values()]
     restores = case.formulation.type == "projection"  # its pressures restore the density: no states of a material
-    whole = [not restores and one.strength.type not in ("none", "fabric") and one.damage.type == "none" for one in models]
+    breaks = [one.damage.type != "none" or one.strength.type in ("none", "fabric") for one in models]
+    whole = [not (restores or one) for one in breaks]
     return {
         "answer": measured.answer,
         "title": case.title,

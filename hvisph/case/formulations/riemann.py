@@ -85,7 +85,8 @@ def is_gas(body: Any, kinds: tuple[str, ...] = GASES) -> bool:
 def bears_any_tension(body: Any) -> bool:
     """Whether only the equation of state limits the tension of a body."""
     material = body.material
-    return bool(material.damage.type == "none" and material.strength.type not in ("elastic", "fabric")) and not is_gas(body)
+    breaks = material.damage.type != "none" or material.strength.type in ("elastic", "fabric")
+    return not (breaks or is_gas(body))
 
 
 class RiemannFormulation(KernelOptions):
