@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
@@ -31,7 +31,7 @@ from .units import (
 Rate = Annotated[float, Quantity(RATE)]
 
 
-def _vector(value: object, info: ValidationInfo) -> Any:
+def _vector(value: object, info: ValidationInfo) -> object:
     """Return the components of {speed, angle}, and a single number as a list."""
     if isinstance(value, Mapping):
         if set(value) - {"speed", "angle"} or "speed" not in value:

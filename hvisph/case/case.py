@@ -13,6 +13,7 @@ from hvisph.case.formulations.riemann import gas_formulation
 from hvisph.core.catalogues import KINEMATICS, SHAPES, Kinematics, arrangements_of
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import measures_of
+from hvisph.core.text import Plain
 
 from .bodies import Body
 from .expectations import Expectations, MeasureName
@@ -123,7 +124,7 @@ class Case(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_what_depends_on_dimensions(cls, data: Any, info: ValidationInfo) -> Any:
+    def _fill_what_depends_on_dimensions(cls, data: Any, info: ValidationInfo) -> object:
         """Fill in the arrangements, velocities and measures whose defaults depend on the kinematics."""
         name = data.get("kinematics") if isinstance(data, dict) else None
         if not isinstance(name, str) or name not in KINEMATICS:
@@ -154,11 +155,11 @@ class Case(StrictModel):
         return self
 
     @field_serializer("expected")
-    def _expected_values(self, expected: Any) -> dict[str, Any]:
+    def _expected_values(self, expected: Any) -> Plain:
         return {name: expectation.model_dump() for name, expectation in expected.items()}
 
 
-def _fill_body(body: object, kinematics: Kinematics) -> Any:
+def _fill_body(body: object, kinematics: Kinematics) -> object:
     if isinstance(body, Body):
         defaults = _body_defaults(body.shape.type, kinematics)
         missing = {key: value for key, value in defaults.items() if not getattr(body, key)}
@@ -171,12 +172,12 @@ def _fill_body(body: object, kinematics: Kinematics) -> Any:
     return body | {key: value for key, value in defaults.items() if body.get(key) is None}
 
 
-def _with_materials(bodies: object, context: object) -> Any:
+def _with_materials(bodies: object, context: object) -> object:
     """Replace material names in raw bodies by the materials; unknown names are refused later."""
     fetch = context.get("library") if isinstance(context, dict) else None
     if fetch is None or not isinstance(bodies, dict):
         return bodies
-    told: dict[str, Any] = {}
+    told: Plain = {}
     for name, body in bodies.items():
         named = body.get("material") if isinstance(body, dict) else None
         try:
@@ -186,8 +187,8 @@ def _with_materials(bodies: object, context: object) -> Any:
     return told
 
 
-def _body_defaults(shape: object, kinematics: Kinematics) -> dict[str, Any]:
-    defaults: dict[str, Any] = {"velocity": (0.0,) * kinematics.dim}
+def _body_defaults(shape: object, kinematics: Kinematics) -> Plain:
+    defaults: Plain = {"velocity": (0.0,) * kinematics.dim}
     if isinstance(shape, str) and shape in SHAPES[kinematics.drawing_dimensions]:
         defaults["arrangement"] = arrangements_of(kinematics.dim, shape)[0]
     return defaults

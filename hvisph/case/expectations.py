@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, create_model, model_validator
 
 from hvisph.core.measure_catalogue import CATALOGUE
+from hvisph.core.text import Plain
 
 from .model import Problem, StrictModel, refuse
 from .sweep import Bound, Settings, Text
@@ -22,7 +23,7 @@ class Expectation(StrictModel):
     source: str = Field(default="", description="Where the value comes from")
 
 
-def _percentage(value: object, info: ValidationInfo) -> Any:
+def _percentage(value: object, info: ValidationInfo) -> object:
     """Convert a tolerance such as '12 %' to the unit of the measure."""
     if isinstance(value, str) and value.rstrip().endswith("%"):
         try:
@@ -61,7 +62,7 @@ class _Expectations(StrictModel):
 
 
 _BY_UNIT = {unit: _expectation(dimension_of(unit)) for unit in dict.fromkeys(m.unit for m in CATALOGUE.values())}
-_FIELDS: dict[str, Any] = {
+_FIELDS: Plain = {
     name: (_BY_UNIT[measure.unit] | None, Field(default=None, description=measure.meaning))
     for name, measure in CATALOGUE.items()
 }

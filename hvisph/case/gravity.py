@@ -46,12 +46,12 @@ class Overburden(StrictModel):
     )
 
 
-def _expand_vector(value: object, info: ValidationInfo) -> Any:
+def _expand_vector(value: object, info: ValidationInfo) -> object:
     plain = isinstance(value, list | tuple | int | float | str) and not isinstance(value, bool)
     return {"type": "uniform", "acceleration": value} if plain else value
 
 
-def _expand_switch(value: object, info: ValidationInfo) -> Any:
+def _expand_switch(value: object, info: ValidationInfo) -> object:
     return {} if value is True else None if value is False else value
 
 

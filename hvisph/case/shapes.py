@@ -51,7 +51,7 @@ class Rotation(StrictModel):
         return math.radians(self.angle)
 
 
-def _angle_alone(value: object, info: ValidationInfo) -> Any:
+def _angle_alone(value: object, info: ValidationInfo) -> object:
     return {"angle": value} if isinstance(value, int | float | str) else value
 
 

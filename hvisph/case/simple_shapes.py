@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -15,7 +15,7 @@ Sizes = Annotated[tuple[PositiveLength, ...], SCALAR_AS_LIST, Field(min_length=2
 UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def _along_axis(value: object, info: ValidationInfo) -> Any:
+def _along_axis(value: object, info: ValidationInfo) -> object:
     if isinstance(value, str) and value not in UNIT_VECTORS:
         raise ValueError(f"'{value}' is no axis: write x, y, z, or a direction such as [0, 1, 1]")
     return UNIT_VECTORS[value] if isinstance(value, str) else value
@@ -243,7 +243,7 @@ class MeshShape(ShapeOptions):
 
     @field_validator("unit", mode="before")
     @classmethod
-    def _from_scalar(cls, value: object) -> Any:
+    def _from_scalar(cls, value: object) -> object:
         return f"1 {value}" if isinstance(value, str) and value.strip().isalpha() else value
 
 

@@ -6,11 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model, model_validator
 
+from hvisph.core.text import Plain
+
 from .model import Problem, StrictModel, refuse
 from .units import NUMBER, PositiveTime, Quantity
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
-Value = str | int | float | bool | None | list[Any] | dict[str, Any]
+Value = str | int | float | bool | None | list[Any] | Plain
 Settings = dict[Annotated[str, Field(pattern=r"^[A-Za-z_][\w.-]*$", max_length=200)], Value]
 Text = Annotated[str, Field(min_length=1, max_length=80)]
 File = Annotated[str, Field(min_length=1, max_length=4096)]  # as long as paths may be
@@ -97,7 +99,7 @@ class Choice(StrictModel):
 DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "choice": Choice}
 
 
-def _distribution(value: object) -> Any:
+def _distribution(value: object) -> object:
     """Refuse a value that names no distribution or several."""
     if isinstance(value, dict) and len(DISTRIBUTIONS.keys() & value.keys()) != 1:
         found = ", ".join(map(str, value)) or "nothing"
@@ -134,7 +136,7 @@ class Sample(StrictModel):
 
 
 FitResult = Annotated[
-    File | dict[str, Any] | None,
+    File | Plain | None,
     Field(
         default=None,
         description="Folder of a fit whose material the case is made of: its covariance is the material's share of the "

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
+
+from hvisph.core.text import Plain
 
 from .model import StrictModel
 from .units import LENGTH, NUMBER, PositiveTime, Quantity
@@ -18,7 +20,7 @@ COURANT_OF, COURANT = {"eulerian": 0.6, "total_lagrangian": 0.5, "adaptive": 0.5
 DAMPED, FIRM = 1.0, 0.35
 
 
-def default_courant(data: dict[str, Any]) -> float | None:
+def default_courant(data: Plain) -> float | None:
     """Return the Courant number of a raw case that leaves it to its formulation, None for any other case."""
     formulation, time = data.get("formulation", {"type": "riemann"}), data.get("time")
     if not isinstance(formulation, dict) or not isinstance(time, dict):

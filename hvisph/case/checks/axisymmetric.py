@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from hvisph.case.bodies import Body
 from hvisph.case.context import Surroundings
@@ -11,19 +10,19 @@ from hvisph.case.formulations.riemann import is_gas
 from hvisph.case.model import Problem
 from hvisph.case.output import SymmetryPlane
 from hvisph.core.catalogues import KINEMATICS
-from hvisph.core.text import recommend
+from hvisph.core.text import Plain, recommend
 
 # Fields of velocity that have a meaning about the axis.
 FIELDS = ("uniform", "radial", "linear", "table")
 # What solids leave out about the axis unless told otherwise: pairs push in the plane alone, and no hoop balances that.
-DEFAULTS: dict[str, dict[str, Any]] = {
+DEFAULTS: dict[str, Plain] = {
     "eulerian": {"viscosity_in_shear": "reduced"},
     "adaptive": {"artificial_stress": {"type": "none"}},
 }
 _VECTORS = ("velocity", "position")
 
 
-def about_axis(data: dict[str, Any]) -> dict[str, Any]:
+def about_axis(data: Plain) -> Plain:
     """Convert the plain form of an axisymmetric case from 3D to the half-plane (x, r).
 
     Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis
@@ -42,7 +41,7 @@ def about_axis(data: dict[str, Any]) -> dict[str, Any]:
     return filled
 
 
-def _flatten(body: object) -> Any:
+def _flatten(body: object) -> object:
     if not isinstance(body, dict):
         return body
     short = dict(body)
@@ -62,7 +61,7 @@ def _flatten(body: object) -> Any:
     return short
 
 
-def _in_space(shape: object) -> Any:
+def _in_space(shape: object) -> object:
     """Return a raw shape in 3D whose parts may stand at places of the half-plane, (x, y) for (x, y, 0)."""
     if not isinstance(shape, dict):
         return shape
@@ -80,7 +79,7 @@ def _in_space(shape: object) -> Any:
     return whole
 
 
-def _extend_vector(vector: object) -> Any:
+def _extend_vector(vector: object) -> object:
     return [*vector, 0] if isinstance(vector, list | tuple) and len(vector) == 2 else vector
 
 

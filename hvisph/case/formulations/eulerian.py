@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -69,7 +69,7 @@ class EulerianFormulation(KernelOptions):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_what_depends_on_correction(cls, data: object) -> Any:
+    def _fill_what_depends_on_correction(cls, data: object) -> object:
         return fill_correction(data)
 
     @model_validator(mode="after")

@@ -242,7 +242,7 @@ def fill_factor(data: object, key: str, unless_given: str) -> Any:
     return data
 
 
-def fill_correction(data: object) -> Any:
+def fill_correction(data: object) -> object:
     """Write out C_f, by the artificial stress, and the momentum form where a formulation has a correction."""
     if not isinstance(data, dict):
         return data

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from hvisph.case.context import Surroundings
 from hvisph.case.model import SCALAR_AS_LIST, Path, Problem
 from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, parse_quantity
-from hvisph.core.text import recommend
+from hvisph.core.text import Plain, recommend
 
 from .options import NO_CONVERSION, KernelOptions
 
@@ -18,7 +18,7 @@ from .options import NO_CONVERSION, KernelOptions
 STEP_OVER_DX = 1e-6
 
 
-def default_step(data: dict[str, Any]) -> float | None:
+def default_step(data: Plain) -> float | None:
     """Return the default time step [s] of SPH-projection, None for any other case."""
     formulation, time, resolution = (data.get(key) for key in ("formulation", "time", "resolution"))
     if not isinstance(formulation, dict) or formulation.get("type") != "projection":

@@ -10,12 +10,13 @@ from pydantic import Field, model_validator
 from hvisph.case.context import Surroundings
 from hvisph.case.model import Problem, refuse
 from hvisph.case.units import NUMBER, Quantity
+from hvisph.core.text import Plain
 
 from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, unavailable
 from .options import NO_CONVERSION, Kernel, KernelOptions
 
 # Defaults of each variant.
-VARIANTS: dict[str, dict[str, Any]] = {
+VARIANTS: dict[str, Plain] = {
     "original": {
         "tension_stabilization": False,
         "conserve_angular_momentum": False,
@@ -38,7 +39,7 @@ FOLLOWING = {"type": "variable", "min_over_initial": 0.1, "max_over_initial": 4.
 PRODUCTS_SHRINK, PRODUCTS_GROW = 1.0, 2.0
 
 
-def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
+def gas_formulation(data: Plain) -> Plain | None:
     """Return the formulation of a raw case with what a gas has unless given, None where that is nothing.
 
     `riemann` has a smoothing length that follows it. Where gases drive solids it gives no angular momentum back, which
@@ -66,7 +67,7 @@ def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
     return {"smoothing_length": following(bodies.values(), str(data.get("kinematics")))} | free | formulation
 
 
-def following(bodies: Iterable[Any], kinematics: str) -> dict[str, Any]:
+def following(bodies: Iterable[Any], kinematics: str) -> Plain:
     """Return how the smoothing length follows the gases and detonation products among `bodies`."""
     products = any(is_gas(body, ("jwl",)) for body in bodies)
     least = {"min_over_initial": PRODUCTS_SHRINK} if products else {}
@@ -138,7 +139,7 @@ class RiemannFormulation(KernelOptions):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_variant_defaults(cls, data: Any) -> Any:
+    def _fill_variant_defaults(cls, data: Any) -> object:
         if not isinstance(data, dict):
             return data
         variant = data.get("variant", "original" if data.get("reconstruction") == "none" else "corrected")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -122,7 +122,7 @@ class TotalLagrangianFormulation(KernelOptions):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_factor(cls, data: object) -> Any:
+    def _fill_factor(cls, data: object) -> object:
         return fill_factor(data, "spatial_correction", cls.model_fields["artificial_stress"].default.type)
 
     @property

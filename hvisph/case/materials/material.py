@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
 
@@ -250,7 +250,7 @@ class Material(StrictModel):
         return self.eos.shear_modulus if isinstance(self.eos, ElasticEos) else 0.0
 
 
-def _by_name(value: object, info: ValidationInfo) -> Any:
+def _by_name(value: object, info: ValidationInfo) -> object:
     """Replace the name of a material by the material of the library."""
     if not isinstance(value, str):
         return value
