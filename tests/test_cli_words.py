@@ -6,8 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 from hvisph.casefile.loader import load_case
+from hvisph.casefile.search import SUBJECTS, search
 from hvisph.cli.commands.run import sparkline
 from hvisph.cli.main import app
+from hvisph.core.errors import CaseError
 from hvisph.simulation.run import run
 
 
@@ -29,6 +31,26 @@ def test_words_are_found(word, found):
     text = said("help", word)
     assert found in text
     assert max(map(len, text.splitlines())) <= 100
+
+
+FIRST = {
+    "kevlar": "kevlar-129", "paraview": "docs/howto/paraview.md", "resume": "hvisph resume", "explosive": "eos.type: jwl",
+    "convergence": "docs/howto/convergence.md", "oblique": "shapes/oblique", "ogive": "shape.type: ogive", "symmetry": "symmetry",
+    "crater": "crater_diameter", "hole diameter": "layer.hole_diameter", "whipple": "shapes/whipple_shield",
+}  # fmt: skip
+
+
+def test_the_right_place_comes_first():
+    """SUBJECTS name words that are no names here; what they lead to must exist."""
+    commands = [(name, "") for name in ("ballistic-limit", "check", "resume", "sweep", "converge")]
+    for word, place in (SUBJECTS | FIRST).items():
+        assert search(word, commands)[0].name.endswith(place) or place in search(word, commands)[0].name, word
+    assert len(SUBJECTS | FIRST) >= 30
+
+
+def test_a_unit_without_a_power_sign_suggests_the_one_meant():
+    with pytest.raises(CaseError, match="did you mean 'g/mm\\^3'"):
+        load_case("quickstart", ["bodies.plate.material.density=2.7 g/mm3"])
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ ACCELERATION = Dimension("an acceleration", "m/s^2", "9.81 m/s^2", "m/s^2=1 m/s*
 PRESSURE = Dimension("a pressure", "Pa", "27.6 GPa", "Pa=1 kPa=1e3 MPa=1e6 GPa=1e9 TPa=1e12 bar=1e5 kbar=1e8 Mbar=1e11")
 DENSITY = Dimension(
     "a density", "kg/m^3", "2785 kg/m^3",
-    "kg/m^3=1 kg/m**3=1 g/cm^3=1e3 g/cm**3=1e3 g/cc=1e3 kg/m3=1 g/cm3=1e3",
+    "kg/m^3=1 kg/m**3=1 g/cm^3=1e3 g/cm**3=1e3 g/cc=1e3 g/mm^3=1e6 kg/m3=1 g/cm3=1e3",
 )  # fmt: skip
 SPECIFIC_ENERGY = Dimension("a specific energy", "J/kg", "1.2 MJ/kg", "J/kg=1 kJ/kg=1e3 MJ/kg=1e6 J/g=1e3 kJ/g=1e6")
 HEAT_CAPACITY = Dimension(

@@ -38,6 +38,37 @@ SYNONYMS = {
     "detonation": "jwl",
     "bumper": "whipple",
 }
+# Where the answer to a word stands that is no name here.
+SUBJECTS = {
+    "v50": "hvisph ballistic-limit",
+    "limit": "hvisph ballistic-limit",
+    "cost": "hvisph check",
+    "restart": "hvisph resume",
+    "sobol": "hvisph sweep",
+    "uncertainty": "hvisph converge",
+    "calibrate": "docs/howto/calibration.md",
+    "calibration": "docs/howto/calibration.md",
+    "efp": "docs/models/eos.md",
+    "liner": "docs/models/eos.md",
+    "gurney": "docs/models/eos.md",
+    "tank": "docs/shapes.md",
+    "rigid": "docs/case-file/conditions.md",
+    "mpi": "docs/processes.md",
+    "cluster": "docs/processes.md",
+    "gpu": "docs/performance.md",
+    "rod": "docs/measuring.md",
+    "beta": "measures.momentum_transfer",
+    "rha": "docs/materials.md",
+    "armour": "docs/materials.md",
+    "unit": "docs/case-file/README.md",
+    "units": "docs/case-file/README.md",
+    "debris": "docs/measuring.md",
+    "taylor": "shapes/taylor_bar",
+    "mesh": "docs/shapes.md",
+    "stl": "docs/shapes.md",
+    "spall": "docs/models/damage.md",
+    "citation": "docs/citing.md",
+}
 MOST = 40
 # Titles and headings of the documentation, made by `python tools/commands.py --write`.
 PAGES = Path(__file__).with_name("pages.json")
@@ -70,18 +101,23 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     Parameters
     ----------
     word
-        A key, part of a path, a value, a measure, a material, a case, a page, a command, or any word of their texts.
+        A key, part of a path, a value, a measure, a material, a case, a page, a command, or any word of their texts; or
+        several words, which what is found has all.
     commands
         Names and texts of commands.
     """
     asked = word.strip().lower().replace("-", "_")
+    subject = SUBJECTS.get(asked)
     wanted = {asked, SYNONYMS.get(asked.replace("_", ""), asked), ALLOY.sub(r"aluminium_\1", asked)}
     everything = list(_entries(commands))
-    scored = [(max(_score(one, each) for each in wanted), k, one) for k, one in enumerate(everything)]
+    scored = [(9 if one.name == subject else max(_score(one, each) for each in wanted), k, one)
+              for k, one in enumerate(everything)]  # fmt: skip
+    if " " in asked and not any(score for score, _, _ in scored):
+        scored = [(min(_score(one, each) for each in asked.split()), k, one) for k, one in enumerate(everything)]
     ranked = sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1]))
     best = ranked[0][0] if ranked else 0
     # words in texts only matter where no name has the word
-    return [one for score, _, one in ranked if best <= 2 or score > 1][:MOST]
+    return [one for score, _, one in ranked if best <= 3 or score > 2][:MOST]
 
 
 def nearest_names(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[str]:
@@ -93,17 +129,21 @@ def nearest_names(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[s
 def _score(one: Entry, word: str) -> int:
     name = one.name.replace(".NAME", "").lower().replace("-", "_")
     last = name.split(".")[-1]
-    if last == word or name == word:
-        return 5
+    if last == word or name in (word, f"hvisph {word}"):
+        return 8
     if name.endswith(f".{word}"):
-        return 4
+        return 7
+    if word in re.split(r"[_/ :.]", last):
+        return 6
     plain = one.text.lower().replace("-", " ").replace("_", " ")
     words = word.replace("_", " ")
-    if word in last or (one.kind == "page" and words in plain.partition(":")[0]):  # its title
-        return 3
+    if one.kind == "page" and re.search(rf"\b{re.escape(words)}\b", plain.partition(":")[0]):  # its title
+        return 5
+    if word in last or (one.kind == "page" and words in plain.partition(":")[0]):
+        return 4
     if word in name:
-        return 2
-    return 1 if words in plain else 0
+        return 3
+    return 2 if re.search(rf"\b{re.escape(words)}\b", plain) else int(words in plain)
 
 
 def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:

@@ -14,15 +14,16 @@ from hvisph.core.errors import CaseError
 
 def help(
     context: typer.Context,
-    word: Annotated[
-        str,
+    words: Annotated[
+        list[str] | None,
         argument(
-            "[WORD]",
-            "Place in the case file, such as time.cfl; or a value, measure, material, case, page, command, word.",
+            "[WORD]...",
+            "Place in the case file, such as time.cfl; or a value, measure, material, case, page, command, words.",
         ),
-    ] = "",
+    ] = None,
 ) -> None:
     """Describe a key of the case file, or find a word in keys, values, measures, materials, cases, pages, commands."""
+    word = " ".join(words or ())
     if not word or context.parent is None:
         say((context.parent or context).get_help())
         return
