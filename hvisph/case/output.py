@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from hvisph.core.errors import suggest_nearest
 from hvisph.core.fields import WRITTEN, component_names, recordable
 
-from .bodies import Axis, Position
+from .bodies import Axis, Position, VelocityVector
 from .model import SCALAR_AS_LIST, Path, Problem, StrictModel
 from .units import Length, PositiveTime, Pressure
 
@@ -42,10 +42,15 @@ class Region(StrictModel):
 
 
 class Clamp(Region):
-    """Particles at rest for the whole run."""
+    """Particles at rest, or at a prescribed velocity, for the whole run."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are held")
     bodies: tuple[str, ...] = Field(default=(), description="Bodies that are held; all unless given")
+    velocity: VelocityVector = Field(
+        default=(),
+        description="Velocity at which they move, as a driven piston does, one component per dimension [m/s]; its work "
+        "is `external_work` in the history; at rest unless given",
+    )
 
 
 class InitialLoad(Region):
@@ -59,6 +64,16 @@ class EulerianRegion(Region):
     """Particles that are Eulerian from the start of the run."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are Eulerian")
+
+
+def moving_clamps(case: Any) -> list[str]:
+    """Return the clamps of a case that move, with their velocities, in words."""
+    unit = " m/s" if case.units == "si" else ""
+    return [
+        f"clamped.{number}: {', '.join(f'{one:g}' for one in clamp.velocity)}{unit}"
+        for number, clamp in enumerate(case.clamped)
+        if any(clamp.velocity)
+    ]
 
 
 def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str]) -> Iterator[Problem]:

@@ -23,6 +23,8 @@ SLIP_COLUMN = "slip_work"
 WORK_COLUMNS = ("plastic_work", "shock_heating")
 # Potential energy in the field of gravity [J], zero at the start.
 GRAVITY_COLUMN = "gravity_energy"
+# Work of what moves the clamps, up to the record [J].
+EXTERNAL_COLUMN = "external_work"
 # Highest pressure of any particle up to the record [Pa].
 HIGHEST_COLUMN = "highest_pressure"
 # Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
@@ -46,7 +48,8 @@ class Budget:
     (6,); `highest_pressure` [Pa]; initial `angular_momentum` [kg m^2/s], None where it is not recorded; `pending`
     momentum (3) and energy that the next step removes from retired particles, per time (4,); `gravity_energy` the
     potential energy since the start [J], `potential` that at the start, `weight` the momentum given by a uniform field
-    (3,) [kg m/s]; `scale` is the energy to which drifts refer [J].
+    (3,) [kg m/s]; `scale` is the energy to which drifts refer [J];
+    `external_work` is the work of what moves the clamps [J].
     """
 
     def __init__(self, setup: Setup):
@@ -58,7 +61,7 @@ class Budget:
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
         share = setup.subdomain
         self.size = share.exact_sum(particles["mass"] * speed)
-        self.slip_work = self.plastic_work = self.shock_heating = 0.0
+        self.slip_work = self.plastic_work = self.shock_heating = self.external_work = 0.0
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
         self.pending = np.zeros(4)
@@ -91,6 +94,8 @@ class Budget:
         self.impulse += dt * sums[column.SUPPORT : column.SUPPORT + 3]
         self.retired[2:] += dt * self.pending
         self.pending[:] = 0.0
+        if self._setup.driven:
+            self.external_work += dt * self._driving_power()
         if self.gravity is not None:
             particles = self._setup.particles
             self.gravity_energy = self._total_potential() - self.potential
@@ -98,6 +103,14 @@ class Budget:
                 free = (particles.tags[:, FLAGS] & CLAMPED) == 0
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
+
+    def _driving_power(self) -> float:
+        """Return the power of what keeps clamped particles at their velocities, -sum F . u [W], in the last forces."""
+        particles, stepper = self._setup.particles, self._setup.stepper
+        force = particles["mass"][:, None] * stepper.rates[stepper.place, : particles.dim]
+        held = (particles.tags[:, FLAGS] & CLAMPED) > 0
+        power = (force * particles["velocity"]).sum(axis=1)
+        return -float(self._setup.subdomain.exact_sum(np.where(held, power, 0.0)))
 
     def _total_potential(self) -> float:
         """Return the potential energy of all particles in the field of gravity [J]."""
@@ -119,13 +132,14 @@ class Budget:
                  "plastic_work": self.plastic_work if kept else None,
                  "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
         energies |= {} if self.gravity is None else {"gravity": self.gravity_energy}
+        energies |= {"external_work": self.external_work} if self._setup.driven else {}
         return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
 
     def energy_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
         if not self._has_energy:
             return None
-        stored = self._stepper.stored_energy + self.gravity_energy
+        stored = self._stepper.stored_energy + self.gravity_energy - self.external_work
         total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
         return (total - self.energy) / self.scale if self.scale > 0.0 else None
 
@@ -201,6 +215,7 @@ class Observer:
         self._works = setup.stepper.has_energy
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
         counted = (*counted, GRAVITY_COLUMN) if getattr(setup.stepper, "gravity", None) else counted
+        counted = (*counted, EXTERNAL_COLUMN) if setup.driven else counted
         self._repels = formulation.repels
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
@@ -225,6 +240,7 @@ class Observer:
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
             *((budget.gravity_energy,) if budget.gravity else ()),
+            *((budget.external_work,) if self._setup.driven else ()),
             *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
             budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
         ]  # fmt: skip

@@ -32,7 +32,8 @@ class Setup:
 
     `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
     which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `watched` as of
-    `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body.
+    `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
+    `driven` whether a clamp moves.
     """
 
     stepper: AnyStepper
@@ -46,6 +47,7 @@ class Setup:
     notes: tuple[str, ...] = ()
     watched: dict[str, np.ndarray] | None = None
     bears_any_tension: tuple[bool, ...] = ()
+    driven: bool = False
 
     @property
     def particles(self) -> Particles:
@@ -75,7 +77,8 @@ def set_up(case: Case, start: Beginning) -> Setup:
     subdomain = Subdomain(stepper, criteria, start.planes, start.count)
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
-                 tuple(bears_any_tension(case.bodies[name]) for name in start.bodies))  # fmt: skip
+                 tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
+                 any(any(clamp.velocity) for clamp in case.clamped))  # fmt: skip
 
 
 def _largest_density(material: Material) -> float:

@@ -230,7 +230,7 @@ def _hold(case: Case, particles: Particles, names: list[str]) -> None:
     for number, clamp in enumerate(case.clamped):
         held = filled_region(particles, clamp, names, f"clamped.{number}")
         particles.tags[held, FLAGS] |= CLAMPED
-        particles["velocity"][held] = 0.0
+        particles["velocity"][held] = clamp.velocity if any(clamp.velocity) else 0.0
     set_kernel_types(particles, case, names)
     for number, load in enumerate(case.initial_loads):
         filled_region(particles, load, names, f"initial_loads.{number}")

@@ -152,12 +152,30 @@ def _symmetry(case: Case) -> Iterator[Problem]:
 def _regions(case: Case) -> Iterator[Problem]:
     for index, clamp in enumerate(case.clamped):
         yield from region_problems(clamp, ("clamped", index), case.dim, case.bodies)
+        yield from _moving_clamp(case, clamp, ("clamped", index, "velocity"))
     for index, load in enumerate(case.initial_loads):
         yield from region_problems(load, ("initial_loads", index), case.dim, case.bodies)
     for name, region in case.output.regions.items():
         yield from region_problems(region, ("output", "regions", name), case.dim, case.bodies)
     if case.domain is not None:
         yield from box_problems(case.domain, ("domain",), case.dim)
+
+
+def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
+    """Yield the errors of the prescribed velocity of a clamp."""
+    if not any(clamp.velocity):
+        return
+    kind = getattr(case.formulation, "type", "")
+    if len(clamp.velocity) != case.dim:
+        yield Problem(path, f"has {len(clamp.velocity)} components, needs {case.dim} in {case.dim}D")
+    elif case.kinematics == "axisymmetric" and any(clamp.velocity[1:]):
+        yield Problem(path, "axisymmetric clamps move along the axis x alone; set the other component to 0")
+    if kind not in ("riemann", "eulerian"):
+        yield Problem(path, f"{kind} has no moving clamps; use riemann or eulerian, or leave the velocity out")
+    if case.time.integrator == "predictor_corrector":
+        yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
+    if getattr(case, "gravity", None) is not None:
+        yield Problem(path, "the balance has no work of a moving clamp against gravity; leave one of them out")
 
 
 def _schedule(case: Case) -> Iterator[Problem]:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
+    from hvisph.case.output import moving_clamps
     from hvisph.precheck.impact_pair import first_contact
     from hvisph.setup.bodies import placed_bodies
     from hvisph.setup.initial_state import held_particles
@@ -40,6 +41,7 @@ def draw_setup(case: Case, path: str) -> Path:
         time, one, other = contact
         shown = format_time(time) if case.units == "si" else f"{time:.4g}"
         notes.append(f"first contact: {one} and {other} at {shown}")
+    notes += [f"moving clamp: {text}" for text in moving_clamps(case)]
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
     title, revolved = case.title or "untitled case", KINEMATICS[case.kinematics].revolved
@@ -122,6 +124,8 @@ def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
 
     si = case.units == "si"
 
+    from hvisph.case.output import moving_clamps
+
     def number(value: float, unit: str, digits: int = 4) -> str:
         return quantity(value, unit if si else "", digits)
 
@@ -146,6 +150,7 @@ def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
     if case.gravity is not None:
         weight = ", bodies under their weight" if case.overburden else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
+    facts += [("moving clamp", text) for text in moving_clamps(case)]
     kind = regime(case)
     facts.append(("regime", kind.words))
     if text := tears(case):

@@ -1,0 +1,84 @@
+"""Clamps that move: the shock before a piston, the same bar on a moving wall, the balance, bad input."""
+
+import numpy as np
+import pytest
+from small_runs import METAL, assert_same_results, final
+
+from hvisph.case.output import moving_clamps
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.simulation.resume import resume
+from hvisph.simulation.run import run
+
+PISTON, DX = 0.2e-3, 1e-5
+
+
+def bar(velocity, wall, end=0.4e-6, material=METAL, **further):
+    """A bar of 2 mm behind 0.2 mm of the same metal that is held at the velocity `wall`, in 1D."""
+    return load_case({
+        "kinematics": "uniaxial_strain", "resolution": DX,
+        "bodies": {"bar": {"material": material, "shape": {"type": "interval", "length": 2e-3}, "position": [1e-3],
+                           "velocity": [velocity]}},
+        "clamped": [{"box": {"max": [PISTON]}, "velocity": [wall]}], "time": {"end": end}, "output": {"every": end},
+    } | further)  # fmt: skip
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "eulerian"])
+def test_the_shock_before_a_piston(formulation, tmp_path):
+    """Speed, pressure and momentum behind the shock in a stiffened gas are those of its exact Hugoniot.
+
+    U_s = s u + (s^2 u^2 + c^2)^(1/2) with s = (gamma + 1)/4 by the jump conditions.
+    """
+    piston, end = 500.0, 0.2e-6
+    liquid = {"density": METAL["density"], "eos": METAL["eos"]}
+    outcome = run(bar(0.0, piston, end, material=liquid, formulation={"type": formulation}), tmp_path / "run")
+    fields = final(tmp_path / "run").fields
+    x, u = fields["position"][:, 0], fields["velocity"][:, 0]
+    behind = (x > 0.5e-3) & (x < 1.1e-3)
+    slope = 0.75 * piston
+    wave = slope + (slope**2 + 5328.0**2) ** 0.5
+    pressure = 2785.0 * wave * piston
+    assert np.allclose(u[behind], piston, rtol=0.01)  # 1 %: noise behind a front of a few spacings
+    assert np.allclose(fields["pressure"][behind], pressure, rtol=0.01)
+    free = x > PISTON + piston * end
+    momentum = (fields["mass"] * u)[free].sum()
+    # the front starts within the kernel: three spacings of its way
+    assert momentum == pytest.approx(pressure * end, rel=3 * DX / (wave * end))
+    kept = outcome.summary["conservation"]
+    assert abs(kept["energy_drift"]) < 1e-12
+    assert abs(kept["momentum_drift"]) < 1e-12
+    assert outcome.summary["energies"]["external_work"] == pytest.approx(momentum * piston, rel=1e-9)
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "eulerian"])
+def test_a_moving_wall_is_one_at_rest_to_who_moves_with_it(formulation, tmp_path):
+    run(bar(-300.0, 0.0, formulation={"type": formulation}), tmp_path / "rest")
+    run(bar(0.0, 300.0, formulation={"type": formulation}), tmp_path / "moves")
+    rest, moves = final(tmp_path / "rest"), final(tmp_path / "moves")
+    shift = 300.0 * 0.4e-6
+    assert np.allclose(moves.fields["position"] - shift, rest.fields["position"], rtol=0.0, atol=1e-6 * 2e-3)
+    assert np.allclose(moves.fields["velocity"] - 300.0, rest.fields["velocity"], rtol=0.0, atol=1e-3)
+
+
+def test_a_resumed_piston_has_the_same_bits(tmp_path):
+    case = bar(0.0, 500.0, end=1e-7)
+    run(case, tmp_path / "whole")
+    run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 9})}), tmp_path / "part")
+    resume(tmp_path / "part", max_steps=10**6)
+    assert_same_results(tmp_path / "whole", tmp_path / "part")
+
+
+@pytest.mark.parametrize(("change", "words"), [
+    ({"clamped": [{"box": {"max": [PISTON]}, "velocity": [1.0, 2.0]}]}, "needs 1 in 1D"),
+    ({"formulation": {"type": "total_lagrangian"}}, "use riemann or eulerian"),
+    ({"time": {"end": 1e-7, "integrator": "predictor_corrector"}}, "leapfrog"),
+    ({"gravity": [-9.81]}, "against gravity"),
+])  # fmt: skip
+def test_bad_input(change, words):
+    with pytest.raises(CaseError, match=words):
+        bar(0.0, 500.0, **change)
+
+
+def test_check_and_its_picture_name_the_moving_clamp():
+    assert moving_clamps(bar(0.0, 500.0)) == ["clamped.0: 500 m/s"]
+    assert moving_clamps(bar(0.0, 0.0)) == []
