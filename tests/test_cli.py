@@ -11,10 +11,13 @@ import pytest
 from typer.testing import CliRunner
 
 import hvisph
+from hvisph.casefile.loader import load_case
 from hvisph.casefile.paths import bundled_cases, data_folder
+from hvisph.cli.commands.doctor import common_cases
 from hvisph.cli.main import app
 from hvisph.compiler.jit import report_compilation
 from hvisph.precheck.estimate import INTERPRETER
+from hvisph.setup.build import build
 
 COMMANDS = ("run", "resume", "check", "measure", "cases", "materials", "help", "schema", "doctor")
 
@@ -169,6 +172,11 @@ def test_help_describes_a_key():
     assert "bodies" in call("help", "case").stdout
     assert "diameter: " in call("help", "bodies.b.shape.disc").stdout  # a type by its name
     assert call("help", "formulation.riemann.variant").stdout == call("help", "formulation.variant").stdout
+
+
+def test_doctor_compiles_cases_that_can_be_built():
+    for title, case in common_cases():
+        assert build(load_case(case)).particles.count > 0, title
 
 
 def test_doctor_tries_a_compiled_loop():
