@@ -210,7 +210,8 @@ def test_picture_of_all_measures(run, tmp_path, monkeypatch):
     assert file.read_bytes().startswith(b"\x89PNG")
     labels = [axis.get_ylabel() for axis in figures[0].axes]
     # no history, no pressures; no plug, and too few particles near the shot line for a lip
-    assert labels == ["length [mm]", "velocity [m/s]", "ratio [-]", "number [-]"]
+    expected = ["length [mm]", "velocity [m/s]", "mass [kg/m]", "momentum [N s/m]", "ratio [-]", "number [-]"]
+    assert labels == expected
     velocity = figures[0].axes[1]
     residual = next(line for line in velocity.lines if line.get_label() == "projectile: largest, axial velocity")
     np.testing.assert_allclose(residual.get_xydata(), [[0.0, 3100.0], [10.0, 400.0]])

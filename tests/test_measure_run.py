@@ -135,6 +135,31 @@ def test_momentum_transfer():
     assert measure_snapshot(end, start)["momentum_transfer"].value == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize("turn", [0.0, 37.0])
+def test_beta_is_one_plus_the_momentum_that_rises(turn):
+    start, end = impact_start(0.2 * MM), impact_end(0.2 * MM)
+    x, velocity, mass = end.fields["position"], end.fields["velocity"], end.fields["mass"]
+    assert measure_snapshot(start, start)["beta"].value == 1.0
+    own = np.flatnonzero(end.body == 1)
+    rising, falling, near = own[:40], own[40:60], own[60:80]
+    x[rising, 0], x[falling, 0], x[near, 0] = -3 * MM, -3 * MM, -0.3 * MM  # 2 dx is 0.4 mm
+    velocity[rising, 0], velocity[falling, 0], velocity[near, 0] = -500.0, 10.0, -500.0
+    back = np.flatnonzero(end.body == 0)[:10]
+    x[back, 0], velocity[back, 0] = -5 * MM, -100.0
+    brought = 3100.0 * start.fields["mass"][start.body == 0].sum()
+    for snap in (start, end) if turn else ():
+        c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+        for name in ("position", "velocity"):
+            snap.fields[name] = snap.fields[name] @ np.array([[c, s], [-s, c]])
+    found = measure_snapshot(end, start)
+    # sums alone: round-off
+    assert found["ejecta_mass"].value == pytest.approx(mass[rising].sum(), rel=1e-12)
+    assert found["ejecta_momentum"].value == pytest.approx(500.0 * mass[rising].sum(), rel=1e-12)
+    target = 1.0 + 500.0 * mass[rising].sum() / brought
+    assert found["beta"].variants["target"].value == pytest.approx(target, rel=1e-12)
+    assert found["beta"].value == pytest.approx(target + 100.0 * mass[back].sum() / brought, rel=1e-12)
+
+
 def test_one_dimension_measures_the_plateau():
     dx = 0.01 * MM
     snap = snapshot(box([-2 * MM], [0], dx), box([0], [2 * MM], dx), dx=dx, time=2e-7)
@@ -275,7 +300,7 @@ def test_summary_of_every_dimension_follows_its_schema(run):
         # the catalogue knows every number, its unit and its place in the table
         assert list(found.results) == list(reported_measures(found.dimensions))
         for name, result in found.results.items():
-            assert result.unit == CATALOGUE[name].unit, name
+            assert result.unit == CATALOGUE[name].unit_in(found.dimensions), name
             assert result.value is None or found.dimensions in CATALOGUE[name].dims, name
 
 

@@ -262,7 +262,7 @@ def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title:
 
 # Panels of the picture in their order, and their SI units.
 KINDS = {"length": "m", "length, plug and lip": "m", "velocity": "m/s", "pressure": "Pa", "temperature": "K",
-         "ratio": "", "number": ""}  # fmt: skip
+         "mass": "kg", "momentum": "N s", "ratio": "", "number": ""}  # fmt: skip
 PLUG_AND_LIP = ("plug_width", "plug_thickness", "impact_diameter", "lip_height", "lip_height_max")
 
 
@@ -281,11 +281,14 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
         raise CaseError("one moment makes no history; give the folder of a run with two snapshots or more")
     time = np.array([moment.time for moment in shown])
     panels: dict[str, list[Curve]] = {kind: [] for kind in KINDS}
+    units = dict(KINDS)
     for name, column in columns(measured).items():
         if np.isfinite(column.values).any() and _is_drawn(name):
-            panels[_panel_kind(name, column.unit)].append(Curve(_column_label(name), time, column.values, marked=True))
+            kind = _panel_kind(name, column.unit)
+            units[kind] = column.unit
+            panels[kind].append(Curve(_column_label(name), time, column.values, marked=True))
     panels = {kind: curves for kind, curves in panels.items() if curves}
-    return curves_picture(panels, path, title=measured.title, unitless=measured.unitless, units=KINDS, legends="beside")
+    return curves_picture(panels, path, title=measured.title, unitless=measured.unitless, units=units, legends="beside")
 
 
 def _is_drawn(name: str) -> bool:
@@ -301,7 +304,9 @@ def _panel_kind(name: str, unit: str) -> str:
         return "number"
     if unit == "m" and name in PLUG_AND_LIP:
         return "length, plug and lip"
-    return next(kind for kind, own in KINDS.items() if own == unit)
+    return next(
+        kind for kind, own in KINDS.items() if own in (unit, unit.removesuffix("/m"), unit.removesuffix("/m^2"))
+    )
 
 
 def _column_label(name: str) -> str:
