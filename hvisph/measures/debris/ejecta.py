@@ -28,13 +28,13 @@ def ejecta(scene: Scene) -> Outcomes:
         raise UndefinedMeasureError("the layer's struck face is unknown")
     normal = np.array(plate.basis[0])
 
-    def along(velocity: np.ndarray) -> np.ndarray:
+    def normal_velocity(velocity: np.ndarray) -> np.ndarray:
         return np.asarray(velocity.reshape(len(velocity), -1) @ normal)
 
     shot = members(scene.start, scene.shot.roles, PROJECTILE)
     masses = scene.start.fields["mass"][shot]
-    brought = float((masses * along(scene.start.fields["velocity"][shot])).sum())
-    speed = along(scene.now.fields["velocity"])
+    brought = float((masses * normal_velocity(scene.start.fields["velocity"][shot])).sum())
+    speed = normal_velocity(scene.now.fields["velocity"])
     rising = (plate.depth(scene.position) < -ABOVE * scene.spacing) & (speed < 0.0)
     carried = -scene.now.fields["mass"] * speed
     own = rising & (scene.now.body == scene.target)
