@@ -94,6 +94,10 @@ CATALOGUE: dict[str, Field] = {
         Field(
             "failure_modes", "scalar", "", "open modes of failure: 1 fibre (or yarn 1) + 2 matrix (yarn 2) + 4 layers"
         ),
+        Field("onset_damage", "scalar", "", "measure of the onset of fracture, 1 from onset"),
+        Field("onset_flow_stress", "scalar", "Pa", "flow stress at the onset of fracture"),
+        Field("onset_tension", "scalar", "Pa", "tension that is borne at the onset of fracture"),
+        Field("band_width", "scalar", "m", "width of the crack band that the particle stands for"),
     )
 }
 

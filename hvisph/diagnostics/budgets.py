@@ -10,6 +10,8 @@ from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators.gravity import UNIFORM, Gravity
+from hvisph.materials.damage.fracture_energy import fracture_work
+from hvisph.materials.slots import DISTENSION, FRACTURE_COMPLIANCE, RHO0
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.schemes.standard.scheme import fallbacks
 from hvisph.setup.build import Setup
@@ -38,6 +40,8 @@ ANGULAR_EVERY = 20
 AT_ONCE = 4096
 # Work against a contact algorithm since the start [J]: a separating contact keeps it, a repulsive one has made it heat.
 CONTACT_COLUMN = "contact_energy"
+# Work of fracture up to the record [J], a part of the internal energy.
+FRACTURE_COLUMN = "fracture_work"
 
 
 class Budget:
@@ -133,6 +137,8 @@ class Budget:
                  "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
         energies |= {} if self.gravity is None else {"gravity": self.gravity_energy}
         energies |= {"external_work": self.external_work} if self._setup.driven else {}
+        if "band_width" in self._setup.particles.offsets:
+            energies[FRACTURE_COLUMN] = work_of_fracture(self._setup)
         return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
 
     def energy_drift(self, sums: np.ndarray) -> float | None:
@@ -186,6 +192,16 @@ def angular_momentum(setup: Setup) -> np.ndarray:
     return decode_sum(setup.subdomain.total(parts), unit)
 
 
+def work_of_fracture(setup: Setup) -> float:
+    """Return the work of fracture of all particles [J], see `materials.damage.fracture_energy`."""
+    particles, table = setup.particles, setup.stepper.table[setup.particles.material]
+    compliance = table[:, FRACTURE_COMPLIANCE]
+    energy = np.divide(0.5, compliance, out=np.zeros(len(compliance)), where=compliance > 0.0)
+    work = fracture_work(particles["mass"], table[:, RHO0] / table[:, DISTENSION], particles["damage"],
+                         particles["onset_tension"], particles["band_width"], energy)  # fmt: skip
+    return setup.subdomain.exact_sum(work)
+
+
 def turning(particles: Particles, some: slice = slice(None)) -> np.ndarray:
     """Return the angular momentum of `some` particles about the origin (n, 0, 1 or 3) [kg m^2/s]."""
     x, momentum = particles["position"][some], particles["mass"][some, None] * particles["velocity"][some]
@@ -218,6 +234,8 @@ class Observer:
         counted = (*counted, EXTERNAL_COLUMN) if setup.driven else counted
         self._repels = formulation.repels
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
+        self._fractures = "band_width" in particles.offsets
+        counted = (*counted, FRACTURE_COLUMN) if self._fractures else counted
         counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
 
@@ -242,6 +260,7 @@ class Observer:
             *((budget.gravity_energy,) if budget.gravity else ()),
             *((budget.external_work,) if self._setup.driven else ()),
             *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
+            *((work_of_fracture(self._setup),) if self._fractures else ()),
             budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
         ]  # fmt: skip
 

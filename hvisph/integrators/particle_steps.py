@@ -26,7 +26,7 @@ from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, put_ful
 from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
 
 # The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
-# (six components), plastic strain, damage, memory (five numbers, see `materials.stress_update`) and axes (five numbers,
+# (six components), plastic strain, damage, memory (nine numbers, see `materials.stress_update`) and axes (five numbers,
 # see `materials.anisotropic_stress`); what it stands for is in `hvisph.core.fields`.
 State = namedtuple("State", "x u rho e h s plastic_strain damage memory axes")
 
@@ -42,8 +42,8 @@ Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring spin lead 
 
 # What `show_limits` of a formulation that asks for it writes beside: normal and shear traction that the particle bears,
 # whether it has failed, how much of its order is left, whether its smoothing length is free to follow; its density at
-# rest.
-Limits = namedtuple("Limits", "tension shear failed order free at_rest")
+# rest; damage past the onset of fracture.
+Limits = namedtuple("Limits", "tension shear failed order free at_rest soft")
 
 
 # The smallest radius of a ring, over h: below it a ring is taken for one of this radius.
@@ -60,7 +60,8 @@ def load_state(state, i):
                  state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
                  own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
                  (state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
-                  state[i, S_STRAIN_RATE])
+                  state[i, S_STRAIN_RATE]) + ((state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS],
+                  state[i, S_ONSET_TENSION], state[i, S_BAND_WIDTH]) if FRACTURES else NOTHING[5:])
                  if REMEMBERS else NOTHING,
                  (state[i, S_MATERIAL_AXES], state[i, S_MATERIAL_AXES + 1], state[i, S_MATERIAL_AXES + 2],
                   state[i, S_MATERIAL_AXES + 3], state[i, S_FAILURE_MODES])
@@ -83,6 +84,9 @@ def store(state, i, now):
     if ANISOTROPIC:
         put(state, i, S_MATERIAL_AXES, (now.axes[0], now.axes[1], now.axes[2], now.axes[3]))
         state[i, S_FAILURE_MODES] = now.axes[4]
+    if FRACTURES:
+        state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS] = now.memory[5], now.memory[6]
+        state[i, S_ONSET_TENSION] = now.memory[7]
 
 
 def load_rates(rates, k):

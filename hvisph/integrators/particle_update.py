@@ -138,13 +138,32 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
             left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
         rows[s, C] *= left
     if LIMITED:
+        acting = acting_damage(table, m, ahead.damage, ahead.memory)
+        tension, sheared, soft = softened_limits(
+            table,
+            m,
+            bearable_tension(table, models, m, ahead.s, ahead.damage),
+            bearable_shear(
+                table,
+                models,
+                m,
+                ahead.rho,
+                ahead.e,
+                p,
+                ahead.s,
+                ahead.plastic_strain,
+                ahead.plastic_strain > now.plastic_strain,
+                acting,
+                l,
+            ),
+            ahead.s,
+            ahead.damage,
+            ahead.memory,
+        )
         signal = show_limits(rows, s, coefficients, signal, ahead.rho, c, Limits(
-            thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
-            thickness * bearable_shear(
-                table, models, m, ahead.rho, ahead.e, p, ahead.s, ahead.plastic_strain,
-                ahead.plastic_strain > now.plastic_strain, ahead.damage, l),
+            thickness * tension, thickness * sheared,
             has_failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
-            1.0 if h_low < ahead.h < h_high else 0.0, density_at_rest(table, m)))  # fmt: skip
+            1.0 if h_low < ahead.h < h_high else 0.0, density_at_rest(table, m), soft))  # fmt: skip
     if SWITCH:
         share = state[s, S_VISCOSITY_FACTOR] if SWITCH == MORRIS_MONAGHAN else 1.0
         share = viscous_share(share, l, c, ahead.h, stage, coefficients)
@@ -166,7 +185,8 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     viscosity), SHEARS (1 where shear takes a share of it), DENSITY_CORRECTION (1 where density returns to the number
     density), ANGULAR_MOMENTUM (1 where pairs return the angular momentum that they made), AHEAD (share of the step that
     the stage is ahead), GRAVITY (kind of the field), REMEMBERS (1 where particles have history variables), NOTHING
-    (else), ANISOTROPIC (1 where a material has directions), NO_AXES (else), columns of the state (S_...) and of the
+    (else), FRACTURES (1 where those contain a crack),
+    ANISOTROPIC (1 where a material has directions), NO_AXES (else), columns of the state (S_...) and of the
     rates (R_...), slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of
     `hvisph.materials` and `pack`.
 

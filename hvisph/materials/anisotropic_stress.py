@@ -45,7 +45,7 @@ def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, me
         return s, plastic_strain, damage, p, c, memory, axes
     row, harm = parameters(table, m), models[m, DAMAGE_TAG]
     solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, memory[0], row)
-    memory = (first, memory[1], memory[2], memory[3], memory[4])
+    memory = (first,) + memory[1:]  # noqa: RUF005 numba takes no stars
     damage = spall_damage(damage, solid, dt, e, row)
     p = damaged_pressure(harm, solid, felt_damage(damage, row), row)
     q, modes = (axes[0], axes[1], axes[2], axes[3]), open_modes(axes[4])

@@ -15,6 +15,7 @@ from hvisph.core.errors import CaseError
 
 from . import isentrope, moduli, slots, tags
 from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage, rated_spall
+from .damage.fracture_energy import FractureEnergy
 from .eos import MODULES, JonesWilkinsLee
 from .melting import Lindemann, Simon
 from .porosity import Porosity
@@ -56,6 +57,8 @@ class Material:
         Points (T [K], c_p [J/(kg K)]) without pressure, in place of a constant c_v; none unless given.
     heat_of_melting
         Melting point [K] and heat of melting [J/kg], beside them.
+    fracture
+        Energy that failure takes, see `damage.fracture_energy`; None where it takes none.
     """
 
     name: str
@@ -75,12 +78,15 @@ class Material:
     spall_rate: float = 1e5  # of expansion, at which it has its strength [1/s]
     heat_capacities: tuple[tuple[float, float], ...] = ()  # T [K], c_p [J/(kg K)]
     heat_of_melting: tuple[float, float] | None = None  # T [K], [J/kg]
+    fracture: FractureEnergy | None = None
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")
         if not self.spall_strength > 0.0:
             raise CaseError(f"spall_strength is {self.spall_strength!r}, but must be above zero", where=self.name)
         slots.require_not_negative(self, "heat_capacity", "room_temperature", "rate_smoothing")
+        if self.fracture is not None and isinstance(self.strength, NoStrength):
+            raise CaseError("a fracture energy needs a strength, and the material has none", where=self.name)
         if isinstance(self.damage, JohnsonCookDamage):
             if isinstance(self.strength, NoStrength):
                 raise CaseError("damage grows with plastic strain, but the material has no strength", where=self.name)
@@ -123,6 +129,8 @@ class Material:
         burns = isinstance(self.eos, JonesWilkinsLee) and self.eos.burn_rate > 0.0
         remembering = (GradyKipp, GradySpall, JohnsonHolmquistDamage)
         smooths = self.rate_smoothing > 0
+        if self.fracture is not None:
+            return True
         return burns or smooths or self.porosity is not None or isinstance(self.damage, remembering)
 
     @property
@@ -182,6 +190,8 @@ class Material:
             if self.spall_exponent > 0.0:
                 bulk = self.density * self.bulk_sound_speed**2
                 rated_spall.pack(row, self.spall_strength, self.spall_exponent, self.spall_rate, bulk)
+        if self.fracture is not None:
+            self.fracture.pack(row, self.density * self.longitudinal_sound_speed**2)
         if self.heat_capacity > 0.0:
             row[slots.INVERSE_HEAT_CAPACITY] = 1.0 / self.heat_capacity
         if self.room_temperature > 0.0:
@@ -304,4 +314,5 @@ def bind_models(function: CompiledFunction, table: np.ndarray, models: np.ndarra
     """Return a compiled function with the common models alone if the table has no others, see `model_flags`."""
     common = np.array([tags.IDEAL_GAS, tags.JOHNSON_COOK, tags.JOHNSON_COOK_DAMAGE])
     further = (models > common).any() or (table[:, slots.DISTENSION] > 1.0).any()
-    return bind_constants(function, FURTHER=bool(further))
+    fracture = (table[:, slots.FRACTURE_COMPLIANCE] > 0.0).any()
+    return bind_constants(function, FURTHER=bool(further), FRACTURE=bool(fracture))

@@ -6,3 +6,4 @@ loops contain all models. A further material thus needs no further loop; results
 """
 
 FURTHER = True  # models beyond the common ones of `tags`, pores among them
+FRACTURE = True  # failure that takes an energy

@@ -52,7 +52,11 @@ SPALL_POWER = 24  # 1/m - 1
 SPALL_GROWTH = 25  # rate of damage at that tension [1/s]; 0 where one spall strength holds for all rates
 MOLTEN_ENERGY = 26  # energy from which what is drawn has melted, and fails [J/kg]; infinite where unknown
 
-_COMMON = 27
+FRACTURE_COMPLIANCE = 27  # 1/(2 G_f) [m^2/J], see `damage.fracture_energy`; 0 where failure takes no energy
+FITTED_LENGTH = 28  # L_0, width at which the strain to failure was fitted [m]; 0 where it holds for any
+FRACTURE_MODULUS = 29  # E' = K + 4 G/3 at rest [Pa]
+
+_COMMON = 30
 _EOS, _STRENGTH, _DAMAGE = 12, 14, 10  # columns of each model's block
 EOS = tuple(range(_COMMON, _COMMON + _EOS))
 STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))

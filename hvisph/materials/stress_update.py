@@ -38,15 +38,18 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.tensors3d import curl, rotate, rotate_in_plane, rotation, symmetric_part
 
 from . import tags
-from .damage import grady_kipp, johnson_holmquist, rated_spall, tensile
+from .damage import fracture_energy, grady_kipp, johnson_holmquist, rated_spall, tensile
 from .damage import johnson_cook as damage_model
-from .model_flags import FURTHER
+from .damage.fracture_energy import ONSET, TENSION, WIDTH, YIELD
+from .model_flags import FRACTURE, FURTHER
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
     EOS_TAG,
     FAILED_FRICTION,
     FAILS_IN_TENSION,
+    FITTED_LENGTH,
+    FRACTURE_COMPLIANCE,
     MOLTEN_ENERGY,
     PRESSURE_MINIMUM,
     RATE_WEIGHT,
@@ -67,8 +70,10 @@ _ON_THE_SURFACE = 1.0 + 1e-13
 _SMALL_ANGLE_SQUARED = 2.5e-3
 # What a particle remembers beside plastic strain and damage: of porous material the distension, of an explosive the
 # time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit; the smoothed strain
-# rate [1/s]. This is none of it.
-NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0)
+# rate [1/s]; and four numbers of a crack, see `damage.fracture_energy`. This is none of it.
+NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+# Plastic strain over which the slope of the flow stress is found.
+_PROBE = 1e-3
 # The strain rates that a smoothed one is held between [1/s].
 _SLOWEST, _FASTEST = 1e-6, 1e9
 
@@ -119,7 +124,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     plastic_strain, damage
         Equivalent plastic strain and damage at its start.
     memory
-        Five more numbers, see `NOTHING`.
+        Nine more numbers, see `NOTHING`.
     l
         Velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
 
@@ -137,13 +142,29 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         solid += first
     if FURTHER and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
-    damage = spall_damage(damage, solid, dt, e, row)
+    # With a fracture energy `damage` is the measure of onset until the end, and `broken` the damage of the particle.
+    breaks, softens = FRACTURE and row[FRACTURE_COMPLIANCE] > 0.0, False
+    broken, flow_0, tension, softening, least = damage, 0.0, 0.0, 0.0, row[PRESSURE_MINIMUM]
+    if breaks:
+        damage, flow_0, tension = memory[ONSET], memory[YIELD], memory[TENSION]
+        softening = memory[WIDTH] * row[FRACTURE_COMPLIANCE]
+        softens, least = damage >= 1.0, max(least, -fracture_energy.largest_tension(softening, row))
+        broken = fracture_energy.open_crack(broken, solid, divergence(l), dt, tension, softening, rho * c * c)
+    if row[SPALL_GROWTH] > 0.0:
+        damage = rated_spall.grow_damage(damage, solid, dt, row)
+    if row[FAILS_IN_TENSION] > 0.0 and (solid < least or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
+        damage = 1.0
+    if breaks and row[FAILS_IN_TENSION] > 0.0 and solid < 0.0 and e > row[MOLTEN_ENERGY]:  # a melt takes no energy
+        broken, tension = 1.0, 0.0
     limit = memory[1]
     if FURTHER and damage_tag == tags.GRADY_SPALL and damage < 1.0:
         damage, limit = _spall(solid, rho, c, divergence(l), limit, row)
-    memory = (first, limit, memory[2], memory[3], memory[4])
-    felt = felt_damage(damage, row)
+    memory = (first, limit) + memory[2:]  # noqa: RUF005 numba takes no stars
+    felt = felt_damage(broken if breaks else damage, row)
     p = damaged_pressure(damage_tag, solid, felt, row)
+    if breaks:
+        p = fracture_energy.softened_pressure(p, broken, tension)
+        memory = memory[:ONSET] + (damage, flow_0, tension, memory[WIDTH])  # noqa: RUF005 numba takes no stars
     friction = row[FAILED_FRICTION]
     owns = FURTHER and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
     if strength == tags.NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
@@ -155,7 +176,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
             and -solid >= row[tensile.TENSILE_STRENGTH]
         ):
             damage, p = 1.0, max(p, 0.0)
-        return no_symmetric(3), plastic_strain, damage, p, c, memory
+        return no_symmetric(3), plastic_strain, broken if breaks else damage, p, c, memory
 
     shear, filled = row[SHEAR_MODULUS], 1.0
     if FURTHER and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
@@ -168,7 +189,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     smooths = heated and row[RATE_WEIGHT] > 0.0
     if smooths:
         strain_rate = _smooth_rate(strain_rate, memory[4], dt, row)
-        memory = (first, limit, memory[2], memory[3], strain_rate)
+        memory = memory[:4] + (strain_rate,) + memory[5:]  # noqa: RUF005 numba takes no stars
     if FURTHER and heated:  # the modulus may vary
         homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
         shear *= share
@@ -181,10 +202,10 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     s = add(rotate_by_half_angle(add(s, half), multiply(0.25 * dt, curl(l))), half)
     if shear == 0.0:
         s = no_symmetric(3)
-    flow, increment = inf, 0.0
+    flow, increment, share = inf, 0.0, 1.0
     rubble = felt >= 1.0 and not owns
     trial_squared = 1.5 * double_dot(s, s)
-    simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or FURTHER)
+    simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or softens or FURTHER)
     # Elastic at any rate: neither temperature nor logarithm are needed. No return here: lanes could not follow it.
     sure = row[SURE_STRESS] * filled
     elastic = simple and e < row[SURE_ENERGY] and trial_squared <= sure * sure
@@ -194,6 +215,8 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         flow = yield_stress(strength, 0.0, factor, offset, row) * filled
     if strength != tags.ELASTIC_STRENGTH and not elastic and (flow == inf or trial_squared > flow * flow):
         flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
+    if softens:
+        flow = max((1.0 - broken) * flow_0, min(friction * max(p, 0.0), flow_0))
     if rubble:  # friction, but no more than what it was made of bore
         flow = min(flow, friction * max(p, 0.0))
     if trial_squared > flow * flow * _ON_THE_SURFACE:
@@ -203,17 +226,37 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         hardened = 0.0
         if not rubble:
             hardened = hardening(strength, increment, plastic_strain, flow, factor, offset, filled, row)
+        if softens:
+            hardened = -softening * flow_0 * flow_0 * increment if flow <= (1.0 - broken) * flow_0 else 0.0
+            hardened = max(hardened, -fracture_energy.BELOW * excess)
         increment *= excess / (excess + hardened)
         reached = trial - 3.0 * shear * increment
+        if softens:
+            increment, reached = min(increment, trial / (3.0 * shear)), max(reached, 0.0)
+            broken = min(broken + softening * flow_0 * increment, 1.0)
         s = multiply(reached / trial, s)
         plastic_strain += increment
+        if breaks and row[FITTED_LENGTH] > 0.0:
+            state = (rho, e, p, plastic_strain, strain_rate, felt)
+            share = _localised_share(strength, damage_tag, state, damage, reached, memory[WIDTH], row)
         if fails:
-            damage += increment / damage_model.fracture_strain(p, reached, logged, homologous, row)
+            damage += increment / damage_model.fracture_strain(p, reached, logged, homologous, row) * share
             damage = min(damage, 1.0)
     if FURTHER and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
-        flowed = (increment, flow, strain_rate)
+        flowed = (increment * share, flow, strain_rate)
         s, damage, p, first = _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
-        memory = (first, memory[1], memory[2], memory[3], memory[4])
+        memory = (first,) + memory[1:]  # noqa: RUF005 numba takes no stars
+    if breaks:
+        if damage >= 1.0 and not softens and broken < 1.0:
+            state = (rho, e, p, plastic_strain, strain_rate, felt)
+            flow_0, tension = _strengths_at_onset(strength, damage_tag, s, state, filled, softening, row)
+            trial = sqrt(1.5 * double_dot(s, s))
+            if trial > flow_0:
+                s = multiply(flow_0 / trial, s)
+                plastic_strain += (trial - flow_0) / (3.0 * shear)
+        p = fracture_energy.softened_pressure(p, broken, tension)
+        memory = memory[:ONSET] + (damage, flow_0, tension, memory[WIDTH])  # noqa: RUF005 numba takes no stars
+        damage = broken
     if felt_damage(damage, row) >= 1.0 and not (FURTHER and damage_tag == tags.CRUSHING):
         p = max(p, 0.0)
         if friction == 0.0 and not owns:
@@ -239,6 +282,44 @@ def _smooth_rate(rate, before, dt, row):
     return min(max(before, _SLOWEST), _FASTEST)
 
 
+@inline
+def _flow_at(strength, state, row):
+    """Return the flow stress [Pa] of the undamaged material.
+
+    `state` is density, energy, pressure, plastic strain, strain rate and damage.
+    """
+    rho, e, p, plastic_strain, rate, felt = state
+    _, _, factor, offset, _ = circumstances(strength, rho, e, p, rate, felt, row)
+    return yield_stress(strength, plastic_strain, factor, offset, row)
+
+
+@noinline
+def _strengths_at_onset(strength, damage_tag, s, state, filled, softening, row):
+    """Return Y_0 and p_0 [Pa]: a principal stress, or one that never yields, breaks at the stress that it bears."""
+    if damage_tag == tags.PRINCIPAL_STRESS or strength == tags.ELASTIC_STRENGTH:
+        flow = sqrt(1.5 * double_dot(s, s))
+    else:
+        flow = _flow_at(strength, state, row) * filled
+    return fracture_energy.strengths_at_onset(flow, state[2], softening, row)
+
+
+@noinline
+def _localised_share(strength, damage_tag, state, damage, reached, width, row):
+    """Return the factor of plastic strain in the damage: 1 while the flow stress `reached` [Pa] grows with it.
+
+    The flow stress is looked at further along its adiabatic path, with the damage that it would have there.
+    """
+    rho, e, p, plastic_strain, rate, felt = state
+    now = _flow_at(strength, state, row)
+    later = _flow_at(strength, (rho, e + _PROBE * reached / rho, p, plastic_strain + _PROBE, rate, felt), row)
+    if damage_tag == tags.JOHNSON_COOK_DAMAGE:
+        homologous, logged, _, _, _ = circumstances(strength, rho, e, p, rate, felt, row)
+        grown = _PROBE / damage_model.fracture_strain(p, reached, logged, homologous, row)
+        now *= damage_model.borne_share(damage, row)
+        later *= damage_model.borne_share(min(damage + grown, 1.0), row)
+    return fracture_energy.localised_share(width, row) if later < now else 1.0
+
+
 @noinline
 def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
     """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress.
@@ -257,7 +338,11 @@ def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory
     if damage_tag == tags.COCKCROFT_LATHAM:
         damage = min(damage + max(greatest - p, 0.0) * increment * row[tensile.INVERSE_WORK], 1.0)
     elif damage_tag == tags.PRINCIPAL_STRESS:
-        torn = greatest - solid >= row[tensile.TENSILE_STRENGTH]
+        strongest = row[tensile.TENSILE_STRENGTH]
+        if FRACTURE and row[FRACTURE_COMPLIANCE] > 0.0:
+            softening = memory[WIDTH] * row[FRACTURE_COMPLIANCE]
+            strongest = min(strongest, fracture_energy.largest_tension(softening, row))
+        torn = greatest - solid >= strongest
         if torn or 0.5 * (greatest - least) >= row[tensile.SHEAR_STRENGTH]:
             damage = 1.0
     elif damage_tag == tags.GRADY_KIPP:

@@ -3,6 +3,8 @@
 tension  -p_least + |S|,  p_least the lowest pressure that the material bears at its damage: 0 of a gas and of failed
          material, a cut-off where there is one, of crushed ceramic what is left of its tensile strength; else no limit
 shear    Y / sqrt(3),  0 of failed material,  without limit where nothing yields
+
+From the onset of fracture to failure (1 - d) p_0 + |S| and (1 - d) Y_0/sqrt(3): what the weaker side of a pair bears.
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ from hvisph.compiler.tensors3d import symmetric_part
 from hvisph.materials.damage.johnson_cook import SOFTENING
 
 from . import tags
-from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, RHO0, STRENGTH_TAG, parameters
+from .damage.fracture_energy import ONSET, TENSION, YIELD
+from .model_flags import FRACTURE
+from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, FRACTURE_COMPLIANCE, RHO0, STRENGTH_TAG, parameters
 from .thermodynamics import flow_stress, least_pressure
 
 # Stands for no limit [Pa].
@@ -56,6 +60,25 @@ def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damag
     rate = sqrt((2.0 / 3.0) * double_dot(d, d))
     flow = flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate)[0]
     return flow / sqrt(3.0) if flow < UNLIMITED else UNLIMITED
+
+
+@inline
+def acting_damage(table, m, damage, memory):
+    """Return the damage that reduces the yield stress: before onset the measure of onset."""
+    if FRACTURE and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[ONSET] < 1.0:
+        return memory[ONSET]
+    return damage
+
+
+@inline
+def softened_limits(table, m, tension, shear, s, damage, memory):
+    """Return limits of normal and shear traction [Pa], softened by fracture from its onset on, and the damage since."""
+    soft = 0.0
+    if FRACTURE and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[TENSION] > 0.0:
+        left, soft = 1.0 - damage, damage
+        tension = min(tension, left * memory[TENSION] + sqrt(2.0 / 3.0 * double_dot(s, s)))
+        shear = min(shear, left * memory[YIELD] / sqrt(3.0))
+    return tension, shear, soft
 
 
 @inline

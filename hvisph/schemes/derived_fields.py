@@ -8,6 +8,7 @@ from hvisph.compiler.jit import bind
 from hvisph.compiler.parallel_for import particle_loop
 from hvisph.core.particles import Particles
 from hvisph.materials import thermodynamics
+from hvisph.materials.damage.fracture_energy import softened_pressure
 from hvisph.materials.material_table import bind_models
 
 NAMES = ("pressure", "sound_speed", "von_mises_stress", "temperature")
@@ -17,6 +18,8 @@ def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, t
     m, rho, e = np.uint64(tags[s, 2]), state[s, S_DENSITY], state[s, S_INTERNAL_ENERGY]
     memory = state[s, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
     p, c = remembered_state(table, models, m, rho, e, state[s, S_DAMAGE], memory)
+    if FRACTURES:
+        p = softened_pressure(p, state[s, S_DAMAGE], state[s, S_ONSET_TENSION])
     temperature[s] = temperature_of(table, models, m, rho, e, p, memory)
     pressure[s] = p
     sound_speed[s] = c
@@ -39,14 +42,13 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     The temperature is NaN without a heat capacity, and omitted where no material has one.
     """
     fields = {name: np.zeros(particles.count) for name in NAMES}
-    options = {
-        "remembered_state": bind_models(thermodynamics.remembered_state, table, models),
-        "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
-        "REMEMBERS": int("history_variable" in particles.offsets),
-        "ANISOTROPIC": int("material_axes" in particles.offsets),
-        "COMPONENTS": particles["deviator"].shape[1],
-    }
-    one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0} | particles.bindings())
+    options = {"remembered_state": bind_models(thermodynamics.remembered_state, table, models),
+               "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
+               "REMEMBERS": int("history_variable" in particles.offsets),
+               "ANISOTROPIC": int("material_axes" in particles.offsets),
+               "FRACTURES": int("band_width" in particles.offsets), "softened_pressure": softened_pressure,
+               "COMPONENTS": particles["deviator"].shape[1]}  # fmt: skip
+    one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0, "S_ONSET_TENSION": 0} | particles.bindings())
     particle_loop(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
         fields["pressure"] = particles["pressure"].copy()

@@ -36,6 +36,8 @@ OF_MATERIALS = (
     *(
         traction_limits.bearable_tension,
         traction_limits.bearable_shear,
+        traction_limits.acting_damage,
+        traction_limits.softened_limits,
         traction_limits.has_failed,
         traction_limits.orderly,
         traction_limits.density_at_rest,
@@ -145,6 +147,7 @@ class Stepper:
             "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
             "NO_AXES": anisotropic_stress.NO_AXES, "ANISOTROPIC": int("material_axes" in particles.offsets),
             "GRAVITY": self.gravity.kind if self.gravity else NONE,
+            "FRACTURES": int("band_width" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
         offered |= {of.py_func.__name__: bind_models(of, self.table, self.models) for of in OF_MATERIALS}

@@ -11,6 +11,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.particles import Particles
 from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
 from hvisph.materials.damage import GradyKipp
+from hvisph.materials.damage.fracture_energy import WIDTH
 from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.eos.jwl import BURN_SPACINGS
 from hvisph.materials.material_table import Material
@@ -27,6 +28,8 @@ COLUMN = 400
 
 # Fields that hold a particle's memory, in the order of `materials.stress_update.NOTHING`.
 MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
+# Those of a crack behind them, of bodies with a fracture energy.
+CRACK = ("onset_damage", "onset_flow_stress", "onset_tension", "band_width")
 
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
@@ -52,8 +55,12 @@ def with_cracks(material: Material, volume: float) -> Material:
 
 
 def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
-    """Return the initial history variables of a body's particles, (count, 5)."""
+    """Return the initial history variables of a body's particles, (count, 9).
+
+    The width of a crack band is the side of a particle's square or cube, of its section if axisymmetric.
+    """
     memory = np.tile(np.array(NOTHING), (len(body.positions), 1))
+    memory[:, WIDTH] = body.breadth
     memory[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
     detonation = getattr(body.model.material.eos, "detonation", None)
     if isinstance(material.eos, JonesWilkinsLee):

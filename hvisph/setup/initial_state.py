@@ -24,7 +24,7 @@ from .bodies import PlacedBody, placed_bodies
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .impact_pressure import stiff_enough
-from .initial_fields import MEMORY, add_overburden, body_material, initial_history
+from .initial_fields import CRACK, MEMORY, add_overburden, body_material, initial_history
 from .materials import start_of
 
 if TYPE_CHECKING:
@@ -140,11 +140,15 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     formulation = formulation_of(case)
     made = [body_material(body, case.drawing_dimensions, case.resolution) for body in placed]
     particles, materials = _state(case, formulation.fields, placed, made)
+    if "band_width" in particles.offsets:
+        particles["band_width"] *= getattr(formulation, "band_spacings", 1.0)
     lengths = np.full(particles.count, formulation.h_over_dx * case.resolution)
     if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
         h = formulation.h_over_dx * case.resolution
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
         formulation = replace(formulation, unlike=bool(np.ptp(lengths) > UNLIKE * h))
+        if isinstance(formulation, Riemann) and formulation.consistent:
+            formulation = replace(formulation, fractures=any(material.fracture is not None for material in made))
         contact: Any = getattr(case.formulation, "contact", None)
         if _in_pieces(case, contact, placed):
             formulation = replace(formulation, parted=True, friction=contact.friction, fragment_contact=True)
@@ -192,6 +196,8 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
     if any(material.remembers for material in made):
         _refuse_memory(case, made)
         extra = (*extra, *MEMORY)
+        if any(material.fracture is not None for material in made):
+            extra = (*extra, *CRACK)
     if any(material.has_axes for material in made):
         extra = (*extra, "material_axes", "failure_modes")
     particles = Particles(dim, sum(len(b.positions) for b in placed), extra, kinematics)
@@ -210,10 +216,10 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
         particles["internal_energy"][part] = energy
         add_overburden(case, body, material, particles, part)
         if material.remembers:
-            for name, values in zip(
-                MEMORY, initial_history(body, material, dim, case.drawing_dimensions, dx).T, strict=True
-            ):
-                particles[name][part] = values
+            history = initial_history(body, material, dim, case.drawing_dimensions, dx)
+            for name, values in zip((*MEMORY, *CRACK), history.T, strict=True):
+                if name in particles.offsets:
+                    particles[name][part] = values
         if material.has_axes:
             particles["material_axes"][part] = material_axes(case, body.name, body.model, material)
         elif body.model.axes is not None:
@@ -242,7 +248,8 @@ def _refuse_memory(case: Case, made: list[Material]) -> None:
         return
     name, _ = next((n, m) for n, m in zip(case.bodies, made, strict=True) if m.remembers)
     raise CaseError(
-        "pores, programmed burn, rate_smoothing, grady_kipp, grady_spall and johnson_holmquist damage need another "
+        "pores, programmed burn, rate_smoothing, a fracture energy, grady_kipp, grady_spall and johnson_holmquist "
+        "damage need another "
         "formulation than projection, and other kinematics than plane_stress",
         where=f"bodies.{name}.material",
     )

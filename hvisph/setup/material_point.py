@@ -45,7 +45,7 @@ class PointRecord:
 
 
 class _Point:
-    def __init__(self, material: Material):
+    def __init__(self, material: Material, width: float = VOLUME ** (1.0 / 3.0)):
         material = with_cracks(material, VOLUME)
         self.row = material.whole_row
         self.table, self.models = pack([material])
@@ -54,7 +54,7 @@ class _Point:
         self.rho, self.e = material.density, material.eos.ambient_energy
         self.s: tuple[float, ...] = (0.0,) * 6
         self.plastic_strain = self.damage = 0.0
-        self.memory: tuple[float, ...] = NOTHING
+        self.memory: tuple[float, ...] = (*NOTHING[:-1], width)
         self.axes: tuple[float, ...] = anisotropic_stress.NO_AXES
         if material.porosity is not None:
             self.memory = (material.porosity.distension, *self.memory[1:])
@@ -63,7 +63,7 @@ class _Point:
             self.memory = (0.0, *self.memory[1:])
         if isinstance(material.damage, GradyKipp):
             least, exponent, number = material.damage.flaws("point", 1, VOLUME)[0].tolist()
-            self.memory = (self.memory[0], least, exponent, number, 0.0)
+            self.memory = (self.memory[0], least, exponent, number, *self.memory[4:])
         self.p = 0.0
 
     def try_step(self, l: np.ndarray, dt: float) -> tuple:
@@ -134,7 +134,7 @@ def flow_at(
 
 
 def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, strain: float = 0.2,
-          steps: int = 400, axis: int = 0) -> PointRecord:  # fmt: skip
+          steps: int = 400, axis: int = 0, width: float = VOLUME ** (1.0 / 3.0)) -> PointRecord:  # fmt: skip
     """Drive a material point along a path.
 
     Parameters
@@ -152,6 +152,8 @@ def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, 
         Number of steps.
     axis
         Axis of an anisotropic material that lies along x: 0, 1 or 2.
+    width
+        Width of the crack band that the point stands for [m].
 
     Raises
     ------
@@ -160,9 +162,9 @@ def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, 
     """
     if path not in PATHS:
         raise CaseError(f"unknown path '{path}'; allowed: {', '.join(PATHS)}")
-    if not (rate > 0.0 and steps > 0 and strain != 0.0):
-        raise CaseError("rate and steps must be above zero, and the strain must not be zero")
-    point = _Point(material)
+    if not (rate > 0.0 and steps > 0 and strain != 0.0 and width > 0.0):
+        raise CaseError("rate, steps and width must be above zero, and the strain must not be zero")
+    point = _Point(material, width)
     if axis:  # turned by a third of a circle about (1, 1, 1), once or twice
         point.axes = (-0.5 * (-1.0) ** axis, -0.5, -0.5, -0.5, 0.0)
     length = 4.0 * abs(strain) if path == "cycle" else abs(strain)

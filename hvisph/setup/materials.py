@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvisph.core.errors import CaseError
 from hvisph.materials import damage, eos, strength
+from hvisph.materials.damage.fracture_energy import FractureEnergy
 from hvisph.materials.material_table import Material
 from hvisph.materials.melting import Lindemann, Simon
 from hvisph.materials.porosity import Porosity
@@ -50,7 +51,7 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
     heat_of_melting = None
     if heat.type == "isentrope" and heat.melting_point is not None and heat.heat_of_melting is not None:
         heat_of_melting = heat.melting_point, heat.heat_of_melting
-    return Material(
+    material = Material(
         name=model.name,
         density=model.density,
         eos=of_state,
@@ -69,6 +70,9 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         heat_capacities=getattr(heat, "heat_capacities", ()),
         heat_of_melting=heat_of_melting,
     )  # fmt: skip
+    if not getattr(model.damage, "breaks", False):
+        return material
+    return replace(material, fracture=_fracture(model.damage, model.fracture_toughness, material))
 
 
 def parameters(kind: type[Any], model: object, **known: object) -> Any:
@@ -98,7 +102,7 @@ def _of_eos(model: EosModel, density: float, internal_energy: float) -> dict[str
     return known
 
 
-def _spall(model: DamageModel) -> dict[str, float]:
+def _spall(model: DamageModel) -> dict[str, Any]:
     """Return spall strength [Pa], infinite if absent, its exponent [-] and its rate [1/s]."""
     exponent: float = getattr(model, "spall_exponent", 0.0)
     if model.type == "pressure_cutoff":
@@ -106,6 +110,16 @@ def _spall(model: DamageModel) -> dict[str, float]:
     else:
         spall = getattr(model, "spall_strength", None) or inf
     return {"spall_strength": spall, "spall_exponent": exponent, "spall_rate": getattr(model, "spall_rate", 1.0)}
+
+
+def _fracture(model: Any, of_material: float | None, material: Material) -> FractureEnergy:
+    """Return the energy that failure takes; a toughness K implies K^2 (1 - nu^2)/E (Irwin)."""
+    energy = model.fracture_energy
+    if energy is None:
+        toughness: Any = of_material if model.toughness == "material" else model.toughness
+        young, poisson = material.young_modulus, material.young_modulus / (2.0 * material.shear_modulus) - 1.0
+        energy = toughness**2 * (1.0 - poisson**2) / young
+    return FractureEnergy(energy, getattr(model, "fitted_at", None) or 0.0)
 
 
 def _failed_friction(model: DamageModel) -> float:

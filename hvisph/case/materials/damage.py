@@ -10,11 +10,13 @@ from hvisph.case.model import StrictModel
 from hvisph.case.units import (
     NUMBER,
     RATE,
+    SURFACE_ENERGY,
     TOUGHNESS,
     NegativePressure,
     NonNegativeNumber,
     NonNegativePressure,
     Number,
+    PositiveLength,
     PositiveNumber,
     PositivePressure,
     PositiveRate,
@@ -44,7 +46,54 @@ class _Failing(StrictModel):
     )
 
 
-class _Rated(_Failing):
+class _Fracturing(_Failing):
+    """Energy that failure takes, for each area of crack."""
+
+    fracture_energy: Annotated[float, Quantity(SURFACE_ENERGY, above=0)] | None = Field(
+        default=None,
+        description="G_f, work for each area of crack [J/m^2]: the material softens after the onset of failure over a "
+        "displacement, at any spacing; none unless given: failure takes what one particle holds",
+    )
+    toughness: PositiveToughness | Literal["material"] | None = Field(
+        default=None,
+        description="K_IC in place of `fracture_energy` [Pa m^0.5], G_f = K_IC^2 (1 - nu^2)/E; `material`: the "
+        "`fracture_toughness` of the material",
+    )
+
+    @model_validator(mode="after")
+    def _one_energy(self) -> Self:
+        if self.fracture_energy is not None and self.toughness is not None:
+            raise ValueError("give either fracture_energy or toughness, which implies it")
+        if self.breaks and self.failed_strength == "unchanged":
+            raise ValueError(
+                "fracture_energy and toughness soften the material, which failed_strength: unchanged leaves as it is; "
+                "give fluid or rubble"
+            )
+        return self
+
+    @property
+    def breaks(self) -> bool:
+        """Whether failure takes an energy."""
+        return self.fracture_energy is not None or self.toughness is not None
+
+
+class _Fitted(_Fracturing):
+    """Width at which a strain to failure was fitted."""
+
+    fitted_at: PositiveLength | None = Field(
+        default=None,
+        description="L_0, width of the elements or necks where the constants were fitted [m]: once the metal softens "
+        "its strain counts l/L_0 times, l the particle's width, between 1/5 and 5; needs a fracture energy",
+    )
+
+    @model_validator(mode="after")
+    def _fitted_with_energy(self) -> Self:
+        if self.fitted_at is not None and not self.breaks:
+            raise ValueError("fitted_at belongs to a fracture energy: give fracture_energy or toughness, too")
+        return self
+
+
+class _Rated(_Fracturing):
     """Rate dependence of the spall strength."""
 
     spall_exponent: Annotated[float, Quantity(NUMBER, minimum=0, maximum=0.5)] = Field(
@@ -88,12 +137,14 @@ class PressureCutoff(_Rated):
 
     @model_validator(mode="after")
     def _rated_permanent(self) -> Self:
-        if self.spall_exponent and not self.permanent:
-            raise ValueError("spall_exponent requires permanent: true")
+        if (self.spall_exponent or self.breaks) and not self.permanent:
+            raise ValueError(
+                f"{'spall_exponent' if self.spall_exponent else 'a fracture energy'} requires permanent: true"
+            )
         return self
 
 
-class JohnsonCookDamage(_RatedSpalling):
+class JohnsonCookDamage(_RatedSpalling, _Fitted):
     """Strain to failure eps_f = (D1 + D2 exp(D3 s*)) (1 + D4 ln(rate/reference)) (1 + D5 T*).
 
     s* is the mean stress (tension positive) over the von Mises stress, held at 1.5; damage grows by
@@ -171,7 +222,7 @@ class PrincipalStressDamage(_RatedSpalling):
     )
 
 
-class CockcroftLathamDamage(_RatedSpalling):
+class CockcroftLathamDamage(_RatedSpalling, _Fitted):
     """Damage is plastic work of the greatest principal stress in tension, sum max(sigma_1, 0) d(eps_p), over W_cr."""
 
     type: Literal["cockcroft_latham"] = "cockcroft_latham"

@@ -23,7 +23,7 @@ from hvisph.case.units import (
 )
 from hvisph.core.errors import CaseError
 
-from .damage import Damage, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
+from .damage import Damage, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage, PositiveToughness
 from .eos import ElasticEos, Eos, IdealGasEos, PolynomialEos
 from .strength import (
     FabricStrength,
@@ -141,6 +141,10 @@ class Material(StrictModel):
         default=NoStrength(), description="Strength: limits and history of the deviatoric stress"
     )
     damage: Damage = Field(default=NoDamage(), description="Damage and spall")
+    fracture_toughness: PositiveToughness | None = Field(
+        default=None,
+        description="K_IC of the material [Pa m^0.5], used by `damage: {toughness: material}`",
+    )
     temperature: Temperature = Field(
         default=IsentropeTemperature(), description="How the temperature follows from density and energy"
     )
@@ -187,9 +191,17 @@ class Material(StrictModel):
                 yield Problem(
                     ("damage", "d5"), "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
                 )
+        yield from self._cracks(has_shear)
         yield from self._ceramic()
         yield from self._anisotropic()
         yield from self._thermal()
+
+    def _cracks(self, has_shear: bool) -> Iterator[Problem]:
+        """Yield the errors of a fracture energy."""
+        if getattr(self.damage, "toughness", None) == "material" and self.fracture_toughness is None:
+            yield Problem(("damage", "toughness"), "the material has no fracture_toughness; give it, or a number here")
+        if getattr(self.damage, "breaks", False) and not has_shear:
+            yield Problem(("damage", "type"), "a fracture energy needs a strength: a fluid does not crack")
 
     def _ceramic(self) -> Iterator[Problem]:
         """Yield the errors of an incomplete or inconsistent JH-2 set."""

@@ -19,6 +19,7 @@ from hvisph.compiler.vector.api import LANES
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import Shown
 from hvisph.materials import thermodynamics
+from hvisph.materials.damage.fracture_energy import softened_pressure
 from hvisph.materials.material_table import bind_models
 from hvisph.schemes.total_lagrangian import deformation_gradient
 from hvisph.schemes.total_lagrangian import law as reference
@@ -168,8 +169,10 @@ def offered_to_loops(
         "remembered_state": bind_models(thermodynamics.remembered_state, *materials), "longitudinal_speed":
         thermodynamics.longitudinal_speed, "shear_modulus": bind_models(thermodynamics.shear_modulus, *materials),
         "REMEMBERS": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
+        "FRACTURES": int("band_width" in particles.offsets), "S_ONSET_TENSION": 0,
+        "softened_pressure": softened_pressure,
         **{name: at for name, at in particles.bindings().items()
-           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_HISTORY_VARIABLE")},
+           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_HISTORY_VARIABLE", "S_ONSET_TENSION")},
         "slope": kernel.slope,
         "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
     }  # fmt: skip

@@ -84,6 +84,7 @@ from hvisph.sph.contact.riemann_contact import compressive_contact, contact_geom
 from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
 from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mirror_weight
 from hvisph.sph.terms.conduction import conducted_power
+from hvisph.sph.terms.crack import softened_bound, unbroken_share
 from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF_MAX, exchange_correction
 from hvisph.sph.terms.free_surface_correction import FRONT, free_surface_correction
 from hvisph.sph.terms.grad_h import grad_h_rate, grad_h_sums
@@ -101,7 +102,7 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
-AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = 0
+AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
 FILLER_VOLUME = 1e-12
@@ -116,6 +117,8 @@ def accumulate(near, n, rows, i, constants, out):
         grad_u, grad_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
     if SEPARATING:
         n_other, n_surface = own_vector(rows, i, N_OTHER, DIM), own_vector(rows, i, N_SURFACE, DIM)
+    if FRACTURES:
+        crack = own_vector(rows, i, CRACK, DIM)
     force, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
@@ -195,6 +198,12 @@ def accumulate(near, n, rows, i, constants, out):
             us_t, t_t = riemann_tangential(inverse_t, zt, b[ZT], du_t, ta_t, dt_t, tangential_u, tangential_t, half)
             if CORRECTED_VARIANT:
                 t_t = clip_shear(min(rows[i, SHEAR_LIMIT], b[SHEAR_LIMIT]), t_t)
+        if FRACTURES:
+            borne = 1.0 - (1.0 - other) * (1.0 - unbroken_share(crack, vector(b, CRACK, DIM), e))
+            t_n = min(t_n, min(softened_bound(ta_n, rows[i, SOFT]), softened_bound(ta_n + dt_n, b[SOFT])))
+            t_n = min(t_n, borne * t_n)
+            if DIM > 1:
+                t_t = multiply(borne, t_t)
         if in_contact:
             t_n, us_n, separation = compressive_contact(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
             power += energy_area * (t_n * separation)

@@ -29,24 +29,25 @@ from hvisph.compiler.tensors import (
     symmetric_outer,
     vector,
 )
-from hvisph.compiler.vector.api import LANES, neighbours
+from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, neighbours
 from hvisph.sph.contact.contact_normal import is_other_body, smooth_normals
 from hvisph.sph.contact.variable_resolution import ENTRIES, depth, unequal_normals
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
+from hvisph.sph.terms.crack import crack_terms, crack_vector
 from hvisph.sph.terms.shape_matrix import sound_inverse
 
 # Where in the constants the tables of depths begin.
 DEPTH_TABLE = 2
 # Options of the pass, off unless bound.
-RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = 0
+RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = FRACTURES = 0
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
                following: bool = False, revolved: bool = False, unlike: bool = False,
                faces: bool = False, spins: bool = False, leads: bool = False,
-               anisotropic: bool = False) -> RowLayout:  # fmt: skip
+               anisotropic: bool = False, fractures: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
     TENSION_LIMIT and SHEAR_LIMIT are the tractions it bears, ENERGY its energy, LATTICE_ORDER o, SPIN_STRESS w,
@@ -55,7 +56,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
     radius and hoop
     stress of a ring, REST_AREA the area of its section at rest over h^2, INV_NUMBER_DENSITY 1 over the number of
     particles, Z_SQUARED the squares of the impedances by direction, CORRECTION_DECAY and DENSITY_RELAXATION at what
-    rates lead and density go.
+    rates lead and density go, SOFT the damage past the onset of fracture, CRACK where it lies (`sph.terms.crack`).
     """
     return RowLayout(dim, select_fields(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
@@ -64,12 +65,14 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
         consistent and ("energy", "scalar"), consistent and ("lattice_order", "scalar"), revolved and ("ring",
         "radius"), revolved and leads and ("rest_area", "scalar"),
+ fractures and ("soft", "scalar"),
         consistent and ("tension_limit", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
         following and ("free_length", "scalar"), revolved and ("hoop", "scalar"),
         leads and ("inv_number_density", "scalar"), leads and ("correction_decay", "scalar"), leads and
         ("density_relaxation", "scalar"),
     ), select_fields(
-        reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"),
+        reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"), fractures and
+        ("crack", "vector"),
         parted and ("n_raw", "vector"), parted and ("n_other", "vector"), parted and ("n_surface", "vector"),
         unlike and ("depth", "scalar"),
     ))  # fmt: skip
@@ -77,7 +80,9 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
 
 def pair_layout(layout: RowLayout) -> RowLayout:
     """Return the first part of the row: the rest is read where bodies meet."""
-    return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in ("gu", "gt")))
+    return RowLayout(
+        layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in ("gu", "gt", "crack"))
+    )
 
 
 def contact_passes(layout: RowLayout, kernel: Kernel, unlike: bool, faces: bool = False) -> list[Pass]:
@@ -94,6 +99,7 @@ def gradients(near, n, rows, i, constants, out):
     moment, of_u = broadcast(no_symmetric(DIM)), broadcast(no_gradient(DIM))
     of_s = broadcast(no_symmetric_gradient(DIM))
     fills, ends = broadcast(no_vector(DIM)), broadcast(no_vector(DIM))
+    cracks, crack_sums = broadcast(no_vector(DIM)), (broadcast_lanes(0.0), broadcast_lanes(0.0))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = subtract(vector(b, 0, DIM), x)
@@ -105,6 +111,8 @@ def gradients(near, n, rows, i, constants, out):
             fills = add(fills, multiply(other, g))
             g = multiply(1.0 - other, g)
             ends = subtract(ends, g)
+        if FRACTURES:
+            cracks, crack_sums = crack_terms(cracks, crack_sums, b[SOFT], g)
         if RECONSTRUCTION:
             moment = add(moment, symmetric_outer(dx, g))
             of_u = add(of_u, outer(subtract(vector(b, U, DIM), u), g))
@@ -116,6 +124,8 @@ def gradients(near, n, rows, i, constants, out):
             out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
         put(out, i, N_RAW, lane_sums(fills))
         put(out, i, N_OTHER, no_vector(DIM))
+    if FRACTURES:
+        put(out, i, CRACK, crack_vector(lane_sums(cracks), (lane_sum(crack_sums[0]), lane_sum(crack_sums[1]))))
     if RECONSTRUCTION:
         inverse, _ = sound_inverse(matrix(lane_sums(moment)))
         if CORRECTED_VARIANT and rows[i, LATTICE_ORDER] < 0.0:  # what has failed

@@ -65,6 +65,8 @@ class Riemann:
         Whether pairs of the consistent form take back the angular momentum that they make; not of rings, nor in 1D.
     anisotropic
         Whether the speed of waves depends on their direction in a material.
+    fractures
+        Whether a material has a fracture energy.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -81,10 +83,12 @@ class Riemann:
     face_contact: bool = False
     spins: bool = False
     anisotropic: bool = False
+    fractures: bool = False
 
     name = "riemann"
     corrects = repels = False
     switch = WHOLE
+    band_spacings = 1.0  # width of a crack band over a particle's: the weaker side limits a pair
     softens = False
     stepper = Stepper
 
@@ -123,7 +127,7 @@ class Riemann:
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
                                   self.meets_unlike, self.face_contact, self.spins, self.leads,
-                                  self.anisotropic)  # fmt: skip
+                                  self.anisotropic, self.fractures)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
@@ -133,6 +137,7 @@ class Riemann:
             "SEPARATING": int(self.parted),
             "VARIABLE_RESOLUTION": int(self.meets_unlike),
             "SELF_CONTACT": int(self.face_contact),
+            "FRACTURES": int(self.fractures),
         }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.pair_layout(row), ways | {
@@ -143,7 +148,7 @@ class Riemann:
         }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
         slips=self.parted,
             rings=self.revolved, spins=self.spins, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
-        if not (self.reconstruction.acts or self.parted):
+        if not (self.reconstruction.acts or self.parted or self.fractures):
             return [flux]
         first = [
             Pass(
@@ -196,7 +201,7 @@ class Riemann:
     def limits(self) -> tuple[PythonFunction, Options] | None:
         """Return the packing function of strength limits and its constants; None in the original variant."""
         ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads,
-                "ANISOTROPIC": self.anisotropic}  # fmt: skip
+                "ANISOTROPIC": self.anisotropic, "FRACTURES": self.fractures}  # fmt: skip
         return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
 
 
@@ -237,6 +242,8 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     rows[s, TENSION_LIMIT] = limits.tension
     rows[s, SHEAR_LIMIT] = limits.shear
     rows[s, LATTICE_ORDER] = -1.0 if limits.failed else limits.order
+    if FRACTURES:
+        rows[s, SOFT] = limits.soft
     if GRAD_H:
         rows[s, FREE_LENGTH] = limits.free
     if AXISYMMETRIC and DENSITY_CORRECTION:

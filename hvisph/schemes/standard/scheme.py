@@ -90,6 +90,7 @@ class Eulerian:
     name = "eulerian"
     repels = False
     stepper = Stepper
+    band_spacings = 3.0  # width of a crack band over a particle's: gradients over 2h share it among three rows
 
     @property
     def fields(self) -> tuple[str, ...]:

@@ -158,6 +158,8 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
         latest[i] = strain
     if SECANT:
         rows[i, EM] = secant_modulus(moduli[m, 0], moduli[m, 1], state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE])
+        if FRACTURES and state[i, S_ONSET_TENSION] > 0.0:  # pairs with a modulus would bridge a crack
+            rows[i, EM] = 0.0
     if tied:
         if RENEWS:
             before_it = before[i, DIM * DIM] if AXISYMMETRIC else 1.0
@@ -173,6 +175,8 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
         rho = rows[i, M] / (volume[i] * section)
         memory = state[i, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
         p, c = remembered_state(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], memory)
+        if FRACTURES:
+            p = softened_pressure(p, state[i, S_DAMAGE], state[i, S_ONSET_TENSION])
         shear = shear_modulus(table, models, m, rho, rows[i, E], p)
         shrunk = courant * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
         signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)

@@ -105,6 +105,7 @@ class TotalLagrangian:
     fields: tuple[str, ...] = ("kernel_type", "reference_position")
     smoothing = Smoothing()
     switch = WHOLE
+    band_spacings = 3.0  # width of a crack band over a particle's: gradients over 2h share it among three rows
     stepper = CompositeStepper
 
     @property

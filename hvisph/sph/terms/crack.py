@@ -1,0 +1,45 @@
+"""Cracks between particles: pairs of sound particles across softened ones.
+
+    c_a = sum_b d_b g_ab (sum_b d_b^2 |g_ab|)/(sum_b d_b |g_ab|)^2,   g_ab = V_b |dW/dr| e
+    t   <- t (1 - max(min(c_a . e, -c_b . e), 0))                     tension and shear of the pair a, b
+
+c points to what has softened, by its mean damage. Where that lies between the two sides of a pair, the pair spans the
+crack: it bears no more than the crack does (Hillerborg's fictitious crack), and its sides no longer drag each other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import add, dot, multiply
+
+# Damage of both sides at which neither is soft.
+SOUND = 1e-12
+# Stands for no limit [Pa].
+UNLIMITED = 1e300
+
+
+@inline
+def crack_terms(cracks, sums, soft, g):
+    """Add a neighbour of damage `soft` past onset to the sums of `crack_vector`."""
+    weight = soft * np.sqrt(dot(g, g))
+    return add(cracks, multiply(soft, g)), (sums[0] + weight, sums[1] + soft * weight)
+
+
+@inline
+def crack_vector(cracks, sums):
+    """Return c, zero without softened neighbours, from the sums over d g, d |g| and d^2 |g|."""
+    return multiply(sums[1] / (sums[0] * sums[0]) if sums[0] > 0.0 else 0.0, cracks)
+
+
+@inline
+def softened_bound(t, soft):
+    """Return the largest traction [Pa] of a pair with a side of traction `t`, of damage `soft` past onset."""
+    return max(t, 0.0) + UNLIMITED * (1.0 - min(soft / SOUND, 1.0))
+
+
+@inline
+def unbroken_share(own, other, e):
+    """Return the share of tension and shear that a pair bears along `e`, from c of both sides."""
+    return 1.0 - max(min(dot(own, e), -dot(other, e)), 0.0)
