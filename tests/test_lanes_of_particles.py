@@ -16,6 +16,7 @@ from hvisph.compiler.vector.lanes import LANES
 from hvisph.compiler.vector.memory_access import gather
 from hvisph.materials import stress_update
 from hvisph.materials.damage import GradyKipp, JohnsonCookDamage, PressureCutoff, PrincipalStress
+from hvisph.materials.damage.fracture_energy import FractureEnergy
 from hvisph.materials.eos import Linear, MieGrueneisen, StiffenedGas, Tillotson
 from hvisph.materials.material_table import Material, pack
 from hvisph.materials.strength import JohnsonCook, LinearHardening, NoStrength, VonMises
@@ -159,6 +160,9 @@ MATERIALS = {
         spall_exponent=0.25,
     ),
     "by stress": Material("m", 2785.0, METAL, VonMises(27.6e9, 0.3e9), PrincipalStress(0.3e9)),
+    "fracture energy": Material(
+        "m", 2785.0, METAL, JOHNSON_COOK, JohnsonCookDamage(0.1, 0.1, 1.0), fracture=FractureEnergy(1e4, 1e-4)
+    ),
     "cracking": Material("m", 2785.0, METAL, VonMises(27.6e9, 0.3e9), GradyKipp(1e34, 9.0)),
 }
 
@@ -166,7 +170,8 @@ MATERIALS = {
 def _respond(data, i, out, table, models, m):
     s, plastic_strain, damage, p, c, memory = update_stress(
         table, models, m, data[i, 0], data[i, 1], data[i, 2], own_symmetric(data, i, 3, 3), data[i, 9], data[i, 10],
-        (data[i, 11], data[i, 12], data[i, 13], data[i, 14], data[i, 15]), own_gradient(data, i, 16, 3))  # fmt: skip
+        (data[i, 11], data[i, 12], data[i, 13], data[i, 14], data[i, 15], data[i, 16], data[i, 17], data[i, 18],
+         data[i, 19]), own_gradient(data, i, 20, 3))  # fmt: skip
     put(out, i, 0, s)
     put(out, i, 6, (plastic_strain, damage, p, c))
     put(out, i, 10, memory)
@@ -192,7 +197,7 @@ def loops():
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
 def test_the_stress_update_of_every_kind_of_model(loops, material):
     rng, table, models = np.random.default_rng(1), *pack([material])
-    data = np.zeros((COUNT, 25))
+    data = np.zeros((COUNT, 29))
     data[:, 0] = 1e-8
     data[:, 1] = material.density * rng.uniform(0.8, 1.3, COUNT)
     data[:, 2] = rng.choice([0.0, 1e5, 4e6], COUNT) * rng.random(COUNT)
@@ -200,12 +205,15 @@ def test_the_stress_update_of_every_kind_of_model(loops, material):
     data[:, 5] = -data[:, 3] - data[:, 4]
     data[:, 9] = rng.choice([0.0, 0.2], COUNT)
     data[:, 10] = rng.choice([0.0, 0.0, 0.3, 1.0], COUNT)
-    data[:, 11:16] = stress_update.NOTHING
-    data[:, 16:] = 10.0 ** rng.uniform(3, 8, (COUNT, 1)) * rng.normal(size=(COUNT, 9))
-    data[:8, 16:], data[8:16, [18, 21, 22, 23]] = 0.0, 0.0  # at rest; in the plane
+    data[:, 11:20] = stress_update.NOTHING
+    data[:, 16] = rng.choice([0.0, 0.9, 1.0], COUNT)
+    past = data[:, 16] == 1.0
+    data[past, 17:19], data[:, 19] = (2e8, 1e8), 1e-3
+    data[:, 20:] = 10.0 ** rng.uniform(3, 8, (COUNT, 1)) * rng.normal(size=(COUNT, 9))
+    data[:8, 20:], data[8:16, [22, 25, 26, 27]] = 0.0, 0.0  # at rest; in the plane
     near, made = np.arange(COUNT, dtype=np.uint32), []
     for loop in loops:
-        out = np.zeros((COUNT, 15))
+        out = np.zeros((COUNT, 19))
         loop(data, near, out, table, models, np.uint64(0))
         made.append(out)
     assert np.array_equal(made[0], made[1], equal_nan=True)
@@ -214,7 +222,7 @@ def test_the_stress_update_of_every_kind_of_model(loops, material):
     for k in (3, 20, 33):
         d = data[k].tolist()
         s, *others, memory = row(
-            table, models, 0, d[0], d[1], d[2], tuple(d[3:9]), d[9], d[10], tuple(d[11:16]), d[16:]
+            table, models, 0, d[0], d[1], d[2], tuple(d[3:9]), d[9], d[10], tuple(d[11:20]), d[20:]
         )
         assert np.allclose([*s, *others, *memory], made[1][k], rtol=1e-12, atol=1e-4)
 

@@ -314,5 +314,5 @@ def bind_models(function: CompiledFunction, table: np.ndarray, models: np.ndarra
     """Return a compiled function with the common models alone if the table has no others, see `model_flags`."""
     common = np.array([tags.IDEAL_GAS, tags.JOHNSON_COOK, tags.JOHNSON_COOK_DAMAGE])
     further = (models > common).any() or (table[:, slots.DISTENSION] > 1.0).any()
-    fracture = (table[:, slots.FRACTURE_COMPLIANCE] > 0.0).any()
-    return bind_constants(function, FURTHER=bool(further), FRACTURE=bool(fracture))
+    further |= (table[:, slots.FRACTURE_COMPLIANCE] > 0.0).any()
+    return bind_constants(function, FURTHER=bool(further))

@@ -5,5 +5,4 @@ loops contain all models. A further material thus needs no further loop; results
 (`tests/test_materials_fitted.py`).
 """
 
-FURTHER = True  # models beyond the common ones of `tags`, pores among them
-FRACTURE = True  # failure that takes an energy
+FURTHER = True  # models beyond the common ones of `tags`, pores and fracture energies among them

@@ -41,7 +41,7 @@ from . import tags
 from .damage import fracture_energy, grady_kipp, johnson_holmquist, rated_spall, tensile
 from .damage import johnson_cook as damage_model
 from .damage.fracture_energy import ONSET, TENSION, WIDTH, YIELD
-from .model_flags import FRACTURE, FURTHER
+from .model_flags import FURTHER
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
@@ -143,7 +143,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     if FURTHER and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
     # With a fracture energy `damage` is the measure of onset until the end, and `broken` the damage of the particle.
-    breaks, softens = FRACTURE and row[FRACTURE_COMPLIANCE] > 0.0, False
+    breaks, softens = FURTHER and row[FRACTURE_COMPLIANCE] > 0.0, False
     broken, flow_0, tension, softening, least = damage, 0.0, 0.0, 0.0, row[PRESSURE_MINIMUM]
     if breaks:
         damage, flow_0, tension = memory[ONSET], memory[YIELD], memory[TENSION]
@@ -339,7 +339,7 @@ def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory
         damage = min(damage + max(greatest - p, 0.0) * increment * row[tensile.INVERSE_WORK], 1.0)
     elif damage_tag == tags.PRINCIPAL_STRESS:
         strongest = row[tensile.TENSILE_STRENGTH]
-        if FRACTURE and row[FRACTURE_COMPLIANCE] > 0.0:
+        if FURTHER and row[FRACTURE_COMPLIANCE] > 0.0:
             softening = memory[WIDTH] * row[FRACTURE_COMPLIANCE]
             strongest = min(strongest, fracture_energy.largest_tension(softening, row))
         torn = greatest - solid >= strongest

@@ -18,7 +18,7 @@ from hvisph.materials.damage.johnson_cook import SOFTENING
 
 from . import tags
 from .damage.fracture_energy import ONSET, TENSION, YIELD
-from .model_flags import FRACTURE
+from .model_flags import FURTHER
 from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, FRACTURE_COMPLIANCE, RHO0, STRENGTH_TAG, parameters
 from .thermodynamics import flow_stress, least_pressure
 
@@ -65,7 +65,7 @@ def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damag
 @inline
 def acting_damage(table, m, damage, memory):
     """Return the damage that reduces the yield stress: before onset the measure of onset."""
-    if FRACTURE and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[ONSET] < 1.0:
+    if FURTHER and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[ONSET] < 1.0:
         return memory[ONSET]
     return damage
 
@@ -74,7 +74,7 @@ def acting_damage(table, m, damage, memory):
 def softened_limits(table, m, tension, shear, s, damage, memory):
     """Return limits of normal and shear traction [Pa], softened by fracture from its onset on, and the damage since."""
     soft = 0.0
-    if FRACTURE and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[TENSION] > 0.0:
+    if FURTHER and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[TENSION] > 0.0:
         left, soft = 1.0 - damage, damage
         tension = min(tension, left * memory[TENSION] + sqrt(2.0 / 3.0 * double_dot(s, s)))
         shear = min(shear, left * memory[YIELD] / sqrt(3.0))
