@@ -1,5 +1,7 @@
 """Clamps that move: the shock before a piston, the same bar on a moving wall, the balance, bad input."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from small_runs import METAL, assert_same_results, final
@@ -7,6 +9,7 @@ from small_runs import METAL, assert_same_results, final
 from hvisph.case.output import moving_clamps
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
+from hvisph.integrators.prescribed_motion import Motion
 from hvisph.simulation.resume import resume
 from hvisph.simulation.run import run
 
@@ -82,3 +85,50 @@ def test_bad_input(change, words):
 def test_check_and_its_picture_name_the_moving_clamp():
     assert moving_clamps(bar(0.0, 500.0)) == ["clamped.0: 500 m/s"]
     assert moving_clamps(bar(0.0, 0.0)) == []
+
+
+TABLE = [[0.0, 0.0], [0.05e-6, 400.0], [0.1e-6, 400.0], [0.1e-6, 250.0]]
+
+
+def follow_table(**further):
+    """A piston that is driven up, held and slowed by a jump."""
+    return bar(0.0, 0.0, 0.2e-6, clamped=[{"box": {"max": [PISTON]}, "velocity_table": TABLE}], **further)
+
+
+def test_a_table_of_velocities_is_integrated_exactly():
+    motion = Motion(1, np.array([row[0] for row in TABLE]), np.array([[row[1]] for row in TABLE]))
+    assert [motion.velocity(t)[0] for t in (0.0, 0.025e-6, 0.07e-6, 0.1e-6, 1.0)] == [0.0, 200.0, 400.0, 250.0, 250.0]
+    way = 0.5 * 400.0 * 0.05e-6 + 400.0 * 0.05e-6 + 250.0 * 0.1e-6
+    parts = np.linspace(0.0, 0.2e-6, 38)
+    assert motion.displacement(0.0, 0.2e-6)[0] == pytest.approx(way, rel=1e-14)
+    moved = sum(motion.displacement(a, b)[0] for a, b in pairwise(parts))
+    assert moved == pytest.approx(way, rel=1e-14)
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "eulerian"])
+def test_a_piston_follows_its_table_and_the_energy_is_balanced(formulation, tmp_path):
+    outcome = run(follow_table(formulation={"type": formulation}), tmp_path / "run")
+    fields = final(tmp_path / "run").fields
+    way = 0.5 * 400.0 * 0.05e-6 + 400.0 * 0.05e-6 + 250.0 * 0.1e-6
+    x, u, mass = fields["position"][:, 0], fields["velocity"][:, 0], fields["mass"]
+    assert x[:20] == pytest.approx(DX * (np.arange(20) + 0.5) + way, rel=1e-10)
+    assert np.all(u[:20] == 250.0)
+    kept, energies = outcome.summary["conservation"], outcome.summary["energies"]
+    assert abs(kept["energy_drift"]) < 1e-12
+    assert energies["kinetic"] == pytest.approx(0.5 * (mass * u * u).sum(), rel=1e-9)
+
+
+def test_a_resumed_table_has_the_same_bits(tmp_path):
+    case = follow_table()
+    run(case, tmp_path / "whole")
+    run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 40})}), tmp_path / "part")
+    resume(tmp_path / "part", max_steps=10**6)
+    assert_same_results(tmp_path / "whole", tmp_path / "part")
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    ([[1e-6, 0.0], [0.0, 1.0]], "must rise"), ([[0.0, 1.0], [0.0, 2.0], [0.0, 3.0]], "must rise"),
+])  # fmt: skip
+def test_a_table_that_does_not_rise(table, words):
+    with pytest.raises(CaseError, match=words):
+        bar(0.0, 0.0, clamped=[{"box": {"max": [PISTON]}, "velocity_table": table}])

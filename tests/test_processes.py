@@ -102,6 +102,13 @@ CASES = {
             "output": {"every": 1e-6},
         }
     ),
+    # the forces on a piston are summed over all processes
+    "piston": lambda: row_of(
+        [METAL, METAL],
+        clamped=[{"box": {"max": [-1e-3, None]}, "velocity_table": [[0.0, 900.0], [3e-7, 400.0], [3e-7, -100.0]]}],
+        time={"end": 6e-7},
+        output={"every": 3e-7},
+    ),
     "gas": lambda: row_of(
         [GAS, GAS],
         dim=1,
@@ -144,7 +151,9 @@ def summary_of(folder):
 
 
 @needs_mpi
-@pytest.mark.parametrize(("name", "processes", "threads"), [("eulerian", 2, 2), ("gas", 4, 1), ("pieces", 3, 1)])
+@pytest.mark.parametrize(
+    ("name", "processes", "threads"), [("eulerian", 2, 2), ("gas", 4, 1), ("pieces", 3, 1), ("piston", 3, 1)]
+)
 def test_any_number_of_processes_gives_the_same_bits(name, processes, threads, tmp_path):
     case = CASES[name]()
     run(case, tmp_path / "one", threads=1)

@@ -12,7 +12,7 @@ from hvisph.core.fields import WRITTEN, component_names, recordable
 
 from .bodies import Axis, Position, VelocityVector
 from .model import SCALAR_AS_LIST, Path, Problem, StrictModel
-from .units import Length, PositiveTime, Pressure
+from .units import Length, NonNegativeTime, PositiveTime, Pressure, Velocity
 
 Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
 
@@ -51,6 +51,26 @@ class Clamp(Region):
         description="Velocity at which they move, as a driven piston does, one component per dimension [m/s]; its work "
         "is `external_work` in the history; at rest unless given",
     )
+    velocity_table: tuple[tuple[NonNegativeTime, Velocity], ...] = Field(
+        default=(),
+        description="Velocity over time in place of `velocity`, rows of time [s] and velocity [m/s] `along` an axis: "
+        "linear between rows, constant beyond them, a jump where two rows have one time",
+        max_length=10_000,
+    )
+    along: Axis = Field(default="x", description="Axis along which `velocity_table` moves them")
+
+    @property
+    def moves(self) -> bool:
+        """Whether the clamp has a velocity."""
+        return any(self.velocity) or any(value for _, value in self.velocity_table)
+
+    def motion(self, dim: int) -> tuple[list[float], list[list[float]]]:
+        """Return times (k,) [s] and velocities (k, dim) [m/s]."""
+        if not self.velocity_table:
+            return [0.0], [list(self.velocity) or [0.0] * dim]
+        axis = "xyz".index(self.along)
+        rows = [[value if k == axis else 0.0 for k in range(dim)] for _, value in self.velocity_table]
+        return [time for time, _ in self.velocity_table], rows
 
 
 class InitialLoad(Region):
@@ -70,9 +90,14 @@ def moving_clamps(case: Any) -> list[str]:
     """Return the clamps of a case that move, with their velocities, in words."""
     unit = " m/s" if case.units == "si" else ""
     return [
-        f"clamped.{number}: {', '.join(f'{one:g}' for one in clamp.velocity)}{unit}"
+        f"clamped.{number}: "
+        + (
+            f"{len(clamp.velocity_table)} velocities over time along {clamp.along}"
+            if clamp.velocity_table
+            else f"{', '.join(f'{one:g}' for one in clamp.velocity)}{unit}"
+        )
         for number, clamp in enumerate(case.clamped)
-        if any(clamp.velocity)
+        if clamp.moves
     ]
 
 

@@ -10,6 +10,7 @@ from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators.gravity import UNIFORM, Gravity
+from hvisph.integrators.prescribed_motion import PrescribedMotion
 from hvisph.materials.damage.fracture_energy import fracture_work
 from hvisph.materials.slots import DISTENSION, FRACTURE_COMPLIANCE, RHO0
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
@@ -99,7 +100,9 @@ class Budget:
         self.retired[2:] += dt * self.pending
         self.pending[:] = 0.0
         if self._setup.driven:
-            self.external_work += dt * self._driving_power()
+            motion: PrescribedMotion = getattr(self._stepper, "motion")  # noqa: B009
+            self.external_work += motion.work
+            self.impulse[: len(motion.momentum)] -= motion.momentum
         if self.gravity is not None:
             particles = self._setup.particles
             self.gravity_energy = self._total_potential() - self.potential
@@ -107,14 +110,6 @@ class Budget:
                 free = (particles.tags[:, FLAGS] & CLAMPED) == 0
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
-
-    def _driving_power(self) -> float:
-        """Return the power of what keeps clamped particles at their velocities, -sum F . u [W], in the last forces."""
-        particles, stepper = self._setup.particles, self._setup.stepper
-        force = particles["mass"][:, None] * stepper.rates[stepper.place, : particles.dim]
-        held = (particles.tags[:, FLAGS] & CLAMPED) > 0
-        power = (force * particles["velocity"]).sum(axis=1)
-        return -float(self._setup.subdomain.exact_sum(np.where(held, power, 0.0)))
 
     def _total_potential(self) -> float:
         """Return the potential energy of all particles in the field of gravity [J]."""
@@ -147,7 +142,8 @@ class Budget:
             return None
         stored = self._stepper.stored_energy + self.gravity_energy - self.external_work
         total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
-        return (total - self.energy) / self.scale if self.scale > 0.0 else None
+        scale = self.scale + abs(self.external_work)
+        return (total - self.energy) / scale if scale > 0.0 else None
 
     def momentum_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of momentum over the sum of m |v| at the start; None if nothing moved, or for a sphere."""

@@ -14,6 +14,7 @@ from hvisph.integrators import particle_steps as carrying
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
 from hvisph.integrators.gravity import NONE, Gravity, gravity_at
+from hvisph.integrators.prescribed_motion import PrescribedMotion
 from hvisph.materials import anisotropic_stress, plane_stress, stress_update, thermodynamics, traction_limits
 from hvisph.materials.material_table import Material, bind_models, pack
 from hvisph.sph.neighbours import particle_layout
@@ -99,6 +100,7 @@ class Stepper:
 
     pieces: np.ndarray | None = None
     _in_pieces = False  # whether any differs from the body
+    motion: PrescribedMotion | None = None
     turns_back = True  # whether particles that pass a plane of symmetry are put back
     keeps_order = False  # whether particles stay with their process until space is cut anew
 
@@ -209,12 +211,16 @@ class Stepper:
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
+        if self.motion is not None:
+            self.motion.begin(self, dt)
         self._carry(dt, self.stage_share * following, complete=True)
         if self.turns_back:
             turn_back(self.particles, self.rows, self.pairs.layout, self.rates, self.place, self.pairs.planes)
 
     def predict(self, following: float) -> None:
         """Predict the stage of the step `following` [s] from the state and the last rates."""
+        if self.motion is not None:
+            self.motion.forget_step()
         self._carry(0.0, self.stage_share * following, complete=False)
 
     def _carry(self, dt: float, stage: float, complete: bool) -> None:
@@ -224,6 +230,8 @@ class Stepper:
                      (self.h_low, self.h_high), self.rows,
                      (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
         self._show_pieces()
+        if self.motion is not None:
+            self.motion.finish(self, stage)
         self._sum_up()
 
     def split(self, pieces: np.ndarray) -> None:
@@ -245,6 +253,8 @@ class Stepper:
 
     def _sum_up(self) -> None:
         self.sums = self.totals.total()
+        if self.motion is not None:
+            self.motion.complete_sums(self.sums)
         self.h_max = float(self.sums[column.LONGEST])
 
     def limits(self) -> list[tuple[float, str, int]]:
@@ -281,7 +291,7 @@ class Stepper:
 
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
-        return self.totals.history()
+        return self.totals.history() | ({} if self.motion is None else self.motion.history())
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
@@ -326,6 +336,8 @@ class Stepper:
         pairs.numbers = self.particles.numbers()
         self._take_parties(carried)
         self.totals.restore(history)
+        if self.motion is not None:
+            self.motion.restore(history)
         self._sum_up()
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, Motion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.material_table import Material
 from hvisph.measures.debris.groups import connected_groups
@@ -236,7 +237,12 @@ def _hold(case: Case, particles: Particles, names: list[str]) -> None:
     for number, clamp in enumerate(case.clamped):
         held = filled_region(particles, clamp, names, f"clamped.{number}")
         particles.tags[held, FLAGS] |= CLAMPED
-        particles["velocity"][held] = clamp.velocity if any(clamp.velocity) else 0.0
+        particles.tags[held, FLAGS] &= (1 << GROUP_SHIFT) - 1
+        particles["velocity"][held] = 0.0
+        if clamp.moves:
+            particles.tags[held, FLAGS] |= (number + 1) << GROUP_SHIFT
+            times, velocities = clamp.motion(case.dim)
+            particles["velocity"][held] = Motion(0, np.array(times), np.array(velocities)).velocity(0.0)
     set_kernel_types(particles, case, names)
     for number, load in enumerate(case.initial_loads):
         filled_region(particles, load, names, f"initial_loads.{number}")

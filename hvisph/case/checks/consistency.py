@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Protocol
 
 from hvisph.case.bodies import Body
@@ -163,13 +164,24 @@ def _regions(case: Case) -> Iterator[Problem]:
 
 def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
     """Yield the errors of the prescribed velocity of a clamp."""
-    if not any(clamp.velocity):
+    times = [time for time, _ in clamp.velocity_table]
+    if any(later < earlier for earlier, later in pairwise(times)) or any(
+        times[k] == times[k + 2] for k in range(len(times) - 2)
+    ):
+        yield Problem(
+            (*path[:-1], "velocity_table"), "its times must rise; two rows at one time are a jump, three none"
+        )
+    if clamp.velocity and clamp.velocity_table:
+        yield Problem(path, "is given beside `velocity_table`; leave one of them out")
+    if clamp.velocity_table and clamp.along not in AXES[: case.dim]:
+        yield Problem((*path[:-1], "along"), f"there is no axis {clamp.along} in {case.dim}D")
+    if not clamp.moves:
         return
     kind = getattr(case.formulation, "type", "")
-    if len(clamp.velocity) != case.dim:
+    if clamp.velocity and len(clamp.velocity) != case.dim:
         yield Problem(path, f"has {len(clamp.velocity)} components, needs {case.dim} in {case.dim}D")
-    elif case.kinematics == "axisymmetric" and any(clamp.velocity[1:]):
-        yield Problem(path, "axisymmetric clamps move along the axis x alone; set the other component to 0")
+    elif case.kinematics == "axisymmetric" and (any(clamp.velocity[1:]) or clamp.along != "x"):
+        yield Problem(path, "axisymmetric clamps move along the axis x alone")
     if kind not in ("riemann", "eulerian"):
         yield Problem(path, f"{kind} has no moving clamps; use riemann or eulerian, or leave the velocity out")
     if case.time.integrator == "predictor_corrector":
