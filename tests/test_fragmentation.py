@@ -1,4 +1,4 @@
-"""Pieces of a body that come apart: who is connected, who keeps the number, and that they meet as bodies do."""
+"""Separation of a body into fragments: connected components, their numbers, contact between them."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Which two bodies meet first, and how fast, wherever they stand in the file and in space."""
+"""The two bodies that meet first, and their closing speed, in any order and place."""
 
 import numpy as np
 import pytest

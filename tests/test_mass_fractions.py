@@ -1,4 +1,4 @@
-"""Shares of mass, angular momentum and the pressure beside its estimate."""
+"""Mass fractions, angular momentum, and the pressure beside its estimate."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Which particles a pass over present neighbours concerns: by cells of space, wherever particles have flown."""
+"""Particles that a pass over present neighbours concerns, found by cells."""
 
 import itertools
 

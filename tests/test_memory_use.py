@@ -1,4 +1,4 @@
-"""What keeps large runs small: fields made one at a time, arrays given up, rows put into order without copies."""
+"""Memory of large runs: lazy fields, released arrays, reordering without copies."""
 
 import dataclasses
 

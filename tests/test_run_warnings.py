@@ -1,4 +1,4 @@
-"""What a run says of itself at its end."""
+"""Warnings at the end of a run."""
 
 from functools import partial
 

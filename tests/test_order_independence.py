@@ -1,4 +1,4 @@
-"""Results hang on no order: not on how particles are numbered in memory, nor on when they are sorted there."""
+"""Results do not depend on the order of particles in memory, nor on when they are sorted."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A run that leaves its physics stops and names the particle, the place, the time and the criterion."""
+"""Runs that leave the range of the physics stop, and name the particle, place, time and criterion."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Processors without AVX-512 compute with four lanes in place of eight: the same laws, against the same twins."""
+"""Processors without AVX-512 compute with four lanes instead of eight: same laws, same twins."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What is not trusted: foreign caches, files that lie with a right seal, words that steer a terminal, forked processes."""
+"""Untrusted input: foreign caches, forged files, control characters, forked processes."""
 
 import json
 import multiprocessing
