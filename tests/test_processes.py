@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_runs import DAMAGED, GAS, HARDENING, LIQUID, METAL, assert_same_results, row_of
+from small_runs import DAMAGED, GAS, HARDENING, LIQUID, METAL, assert_same_results, document_of, row_of
 
 import hvisph
 from hvisph.casefile.loader import dump_case, load_case
@@ -109,6 +109,13 @@ CASES = {
         time={"end": 6e-7},
         output={"every": 3e-7},
     ),
+    "rigid": lambda: load_case(
+        document_of([METAL, METAL], time={"end": 6e-7}, output={"every": 3e-7})
+        | {
+            "bodies": document_of([METAL, METAL])["bodies"]
+            | {"body_0": document_of([METAL, METAL])["bodies"]["body_0"] | {"rigid": "x"}}
+        }
+    ),
     "gas": lambda: row_of(
         [GAS, GAS],
         dim=1,
@@ -152,7 +159,8 @@ def summary_of(folder):
 
 @needs_mpi
 @pytest.mark.parametrize(
-    ("name", "processes", "threads"), [("eulerian", 2, 2), ("gas", 4, 1), ("pieces", 3, 1), ("piston", 3, 1)]
+    ("name", "processes", "threads"),
+    [("eulerian", 2, 2), ("gas", 4, 1), ("pieces", 3, 1), ("piston", 3, 1), ("rigid", 2, 1)],
 )
 def test_any_number_of_processes_gives_the_same_bits(name, processes, threads, tmp_path):
     case = CASES[name]()

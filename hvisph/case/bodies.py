@@ -224,6 +224,11 @@ class Body(StrictModel):
         description="Kernels of this body, where the case's formulation is `total_lagrangian` or `adaptive`; that of "
         "the case unless given",
     )
+    rigid: Axis | Literal["fixed"] | None = Field(
+        default=None,
+        description="Rigid body: it moves along this axis by the forces on it and does not turn, or is `fixed`; it has "
+        "no stress and no strain; deformable unless given",
+    )
     internal_energy: NonNegativeSpecificEnergy = Field(
         default=0.0, description="Initial specific internal energy [J/kg], at least 0"
     )

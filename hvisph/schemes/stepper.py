@@ -225,13 +225,15 @@ class Stepper:
 
     def _carry(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
+        if self.motion is not None:
+            self.motion.free_of_strain(self)
         self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, self._pull, (dt, stage, complete),
                      (self.h_low, self.h_high), self.rows,
                      (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
-        self._show_pieces()
         if self.motion is not None:
             self.motion.finish(self, stage)
+        self._show_pieces()
         self._sum_up()
 
     def split(self, pieces: np.ndarray) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvisph.case.formulations.riemann import bears_any_tension
 from hvisph.core.particles import Particles
-from hvisph.integrators.prescribed_motion import Motion, PrescribedMotion
+from hvisph.integrators.prescribed_motion import RIGID_GROUP, Motion, PrescribedMotion, RigidMotion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.integrators.time_step import Criteria
 from hvisph.materials.material_table import Material
@@ -74,16 +74,20 @@ def set_up(case: Case, start: Beginning) -> Setup:
         stepper.keep_order(start.sequence)
     set_loads(stepper, case, start.bodies)
     driven = [(number + 1, clamp.motion(particles.dim)) for number, clamp in enumerate(case.clamped) if clamp.moves]
-    if driven:
-        motions = tuple(Motion(group, np.array(times), np.array(values)) for group, (times, values) in driven)
-        stepper.motion = PrescribedMotion(motions, particles.dim)
+    motions: list[Motion | RigidMotion] = [Motion(k, np.array(times), np.array(u)) for k, (times, u) in driven]
+    for body in case.bodies.values():
+        if body.rigid is not None:
+            free = np.array([float(axis == body.rigid) for axis in "xyz"[: particles.dim]])
+            motions.append(RigidMotion(RIGID_GROUP, np.array(body.velocity, float) * free, free))
+    if motions:
+        stepper.motion = PrescribedMotion(tuple(motions), particles.dim)
     criteria = Criteria(particles.dim, particles.count, case.time.cfl, formulation.viscous_factor)
     limits = np.array([_largest_density(material) for material in start.materials])
     subdomain = Subdomain(stepper, criteria, start.planes, start.count)
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
-                 bool(driven))  # fmt: skip
+                 bool(motions))  # fmt: skip
 
 
 def _largest_density(material: Material) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
-from hvisph.integrators.prescribed_motion import GROUP_SHIFT, Motion
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.material_table import Material
 from hvisph.measures.debris.groups import connected_groups
@@ -243,6 +243,13 @@ def _hold(case: Case, particles: Particles, names: list[str]) -> None:
             particles.tags[held, FLAGS] |= (number + 1) << GROUP_SHIFT
             times, velocities = clamp.motion(case.dim)
             particles["velocity"][held] = Motion(0, np.array(times), np.array(velocities)).velocity(0.0)
+    for number, name in enumerate(names):
+        if case.bodies[name].rigid is not None:
+            own = particles.body == number
+            if (particles.tags[own, FLAGS] & CLAMPED).any():
+                message = "a clamp holds particles of this rigid body; name other `bodies` in the clamp, or use `fixed`"
+                raise CaseError(message, where=f"bodies.{name}.rigid")
+            particles.tags[own, FLAGS] |= CLAMPED | RIGID_GROUP << GROUP_SHIFT
     set_kernel_types(particles, case, names)
     for number, load in enumerate(case.initial_loads):
         filled_region(particles, load, names, f"initial_loads.{number}")

@@ -36,6 +36,33 @@ def body_problems(case: Surroundings) -> Iterator[Problem]:
         yield from _velocity(case, body, path)
         yield from _place(case, body, path, first=index == 0)
     yield from _count(case)
+    yield from _rigid(case)
+
+
+def _rigid(case: Surroundings) -> Iterator[Problem]:
+    """Yield the errors of rigid bodies."""
+    rigid = [name for name, body in case.bodies.items() if body.rigid is not None]
+    for name in rigid:
+        body, path = case.bodies[name], ("bodies", name, "rigid")
+        axes = AXES[: 1 if case.kinematics == "axisymmetric" else case.dim]
+        moving = [axis for axis, one in zip(AXES, body.velocity, strict=False) if one != 0.0]
+        if name != rigid[0]:
+            yield Problem(path, f"there is no law for two rigid bodies that meet; make it or '{rigid[0]}' deformable")
+        if body.rigid not in (*axes, "fixed"):
+            yield Problem(path, f"it cannot move along {body.rigid} here; allowed: {', '.join((*axes, 'fixed'))}")
+        elif any(axis != body.rigid for axis in moving):
+            yield Problem(path, f"its velocity has a component along {moving[-1]}, which it cannot keep")
+        if body.initial_velocity or body.internal_energy or body.temperature or body.formulation:
+            what = "a rigid body has no initial_velocity, internal_energy, temperature or formulation; leave them out"
+            yield Problem(path, what)
+        if case.formulation.type != "riemann" or case.kinematics == "plane_stress":
+            yield Problem(path, "rigid bodies need formulation riemann, and other kinematics than plane_stress")
+        if case.time.integrator != "leapfrog":
+            yield Problem(path, "needs `time.integrator: leapfrog`")
+        if getattr(case, "gravity", None) is not None:
+            yield Problem(path, "the balance has no work of gravity on a rigid body; leave one of them out")
+        if any(plane.axis == body.rigid for plane in case.symmetry):
+            yield Problem(path, f"a plane of symmetry across {body.rigid} would meet it; take the plane away")
 
 
 def spacing_warnings(case: Surroundings) -> Iterator[str]:

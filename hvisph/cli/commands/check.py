@@ -34,6 +34,7 @@ def draw_setup(case: Case, path: str) -> Path:
     for body in placed:
         model, held = body.model, held_particles(case.clamped, body.name, body.positions)
         label = f"{body.name}: {model.material.name or 'own material'}, {model.shape.type}"
+        label += ", rigid" if model.rigid is not None else ""
         bodies.append(DrawnBody(body.name, label, body.positions, body.breadth, body.mean_velocity, held))
     notes = []
     contact = first_contact(placed)
@@ -150,6 +151,11 @@ def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
     if case.gravity is not None:
         weight = ", bodies under their weight" if case.overburden else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
+    facts += [
+        ("rigid body", f"{name}, fixed" if body.rigid == "fixed" else f"{name}, moves along {body.rigid}")
+        for name, body in case.bodies.items()
+        if body.rigid is not None
+    ]
     facts += [("moving clamp", text) for text in moving_clamps(case)]
     kind = regime(case)
     facts.append(("regime", kind.words))
