@@ -11,6 +11,8 @@ Verification: `friction`, `separation`, `bars`.
 
 from __future__ import annotations
 
+import numpy as np
+
 from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import add, dot, multiply, subtract, vector
 from hvisph.compiler.vector.api import neighbours
@@ -40,9 +42,11 @@ def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surfac
     )
     g, weight = g * cosine, 1.0 + other * (gate - 1.0)
     if VARIABLE_RESOLUTION:
+        reached = -scale(ih) * slope(np.sqrt(dot(dx, dx)) * ih)
         ik = normal_inverse_length(rows[i, DEPTH], rows[i, H], full[DEPTH], b[H])
         q, s_n, _ = stretched_distance(dx, e, ik, ih)
         unequal = -2.0 * scale(ih) / (ih * ih * rows[i, H] * b[H]) * slope(q) * s_n * ik / (q + TINY)
+        unequal *= reached / (reached + TINY)  # lists hold more where h varies: the pair must be in both
         g, weight = g + other * (unequal - g), weight * (1.0 + other * (ik * rows[i, H] - 1.0))
     return e, g, weight, gate
 
