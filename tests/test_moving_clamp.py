@@ -132,3 +132,9 @@ def test_a_resumed_table_has_the_same_bits(tmp_path):
 def test_a_table_that_does_not_rise(table, words):
     with pytest.raises(CaseError, match=words):
         bar(0.0, 0.0, clamped=[{"box": {"max": [PISTON]}, "velocity_table": table}])
+
+
+def test_rows_under_velocity_are_the_table():
+    case = bar(0.0, 0.0, clamped=[{"box": {"max": [PISTON]}, "velocity": [[0.0, "10 m/s"], ["2 us", "0.3 km/s"]]}])
+    assert case.clamped[0].velocity_table == ((0.0, 10.0), (2e-6, 300.0))
+    assert load_case(case.model_dump(mode="json")) == case

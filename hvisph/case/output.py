@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from hvisph.core.errors import suggest_nearest
 from hvisph.core.fields import WRITTEN, component_names, recordable
@@ -48,8 +48,8 @@ class Clamp(Region):
     bodies: tuple[str, ...] = Field(default=(), description="Bodies that are held; all unless given")
     velocity: VelocityVector = Field(
         default=(),
-        description="Velocity at which they move, as a driven piston does, one component per dimension [m/s]; its work "
-        "is `external_work` in the history; at rest unless given",
+        description="Velocity at which they move, as a driven piston does, one component per dimension [m/s], or the "
+        "rows of `velocity_table`; its work is `external_work` in the history; at rest unless given",
     )
     velocity_table: tuple[tuple[NonNegativeTime, Velocity], ...] = Field(
         default=(),
@@ -58,6 +58,15 @@ class Clamp(Region):
         max_length=10_000,
     )
     along: Axis = Field(default="x", description="Axis along which `velocity_table` moves them")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_table(cls, data: Any) -> Any:
+        """Take rows that stand under `velocity` for the table."""
+        given = data.get("velocity") if isinstance(data, dict) else None
+        if isinstance(given, list | tuple) and given and isinstance(given[0], list | tuple):
+            data = {"velocity_table": given} | {key: value for key, value in data.items() if key != "velocity"}
+        return data
 
     @property
     def moves(self) -> bool:
