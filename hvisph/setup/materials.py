@@ -98,7 +98,11 @@ def _of_eos(model: EosModel, density: float, internal_energy: float) -> dict[str
     elif model.type == "table":
         path = Path(model.file)
         is_table = path.suffix in SUFFIXES
-        known["grid"] = eos.Grid(**read_eos_table(path)) if is_table else eos.read_grid(path, model.number)
+        if is_table and model.format is None:
+            known["grid"] = eos.Grid(**read_eos_table(path))
+        else:
+            known["grid"] = eos.read_table(path, model.format, model.number)
+        eos.check_units(known["grid"], density, path)
     return known
 
 

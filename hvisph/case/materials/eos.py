@@ -272,7 +272,7 @@ class JwlEos(StrictModel):
 
 
 class TableEos(StrictModel):
-    """A table of pressure and energy over density and temperature: SESAME's text (its table 301), CSV or HDF5."""
+    """A table of pressure and energy: SESAME's text (its table 301), CSV, HDF5, or as planetary codes write it."""
 
     type: Literal["table"] = "table"
     file: DataFile = Field(
@@ -280,6 +280,11 @@ class TableEos(StrictModel):
         "pressure and energy in SI; beside the case file unless the path is absolute"
     )
     number: int | None = Field(default=None, description="SESAME number of the material; the first of the file")
+    format: Literal["sesame", "aneos", "miluphcuda", "gadget", "woma"] | None = Field(
+        default=None,
+        description="Layout of the file, detected unless given: `aneos` the SESAME text of Stewart's ANEOS, "
+        "`miluphcuda`, `gadget` over entropy in cgs, `woma` also of SWIFT",
+    )
 
 
 class IdealGasEos(StrictModel):

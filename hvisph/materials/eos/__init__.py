@@ -22,6 +22,8 @@ from .murnaghan import Murnaghan
 from .polynomial import Polynomial
 from .stiffened_gas import StiffenedGas
 from .table import Table
+from .table_files import check_units as check_units
+from .table_files import read_table as read_table
 from .tillotson import Tillotson
 from .us_up_table import UsUpTable
 

@@ -27,7 +27,7 @@ class Grid:
     density
         Rising, of shape (n,) [kg/m^3].
     temperature
-        Rising, of shape (m,) [K].
+        Rising, of shape (m,), or (n, m) where the second axis of the table is entropy or energy [K].
     pressure, energy
         Of shape (n, m) [Pa], [J/kg]; the energy rises with the temperature.
     """
@@ -38,10 +38,11 @@ class Grid:
     energy: np.ndarray
 
     def __post_init__(self) -> None:
-        shape = (len(self.density), len(self.temperature))
+        shape = (len(self.density), self.temperature.shape[-1])
         if min(shape) < 4 or self.pressure.shape != shape or self.energy.shape != shape:
             raise CaseError(f"a table of {shape[0]} densities by {shape[1]} temperatures: four of each are the least")
-        if not ((np.diff(self.density) > 0).all() and (np.diff(self.temperature) > 0).all()):
+        rises = self.temperature.ndim == 2 or (np.diff(self.temperature) > 0).all()
+        if not ((np.diff(self.density) > 0).all() and rises):
             raise CaseError("densities and temperatures of a table must rise")
         if not (np.isfinite(self.pressure).all() and np.isfinite(self.energy).all()):
             raise CaseError("the table holds values that are not finite")
@@ -58,7 +59,11 @@ class Grid:
     def energy_at(self, density: float, temperature: float) -> float:
         """Return the energy [J/kg] at a density [kg/m^3] and a temperature [K]."""
         along = monotone(np.log(self.density), self.energy, np.array([np.log(density)]))[0][0]
-        return float(monotone(self.temperature, along, np.array([temperature]))[0][0])
+        axis = self.temperature
+        if axis.ndim == 2:
+            axis = np.maximum.accumulate(monotone(np.log(self.density), axis, np.array([np.log(density)]))[0][0])
+            axis = axis + 1e-9 * axis[-1] * np.linspace(0.0, 1.0, len(axis))  # rises also where a phase changes
+        return float(monotone(axis, along, np.array([temperature]))[0][0])
 
     def columns(self, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return cold energy (n,), range of energy (n,), and p (n, k) at `shares` (k,) of the range."""
