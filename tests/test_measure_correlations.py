@@ -1,6 +1,7 @@
 """Empirical correlations: worked examples, ranges, limits of their formulas, and what a case becomes."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -13,8 +14,10 @@ from hvisph.measures.correlations import (
     alloy_of,
     correlations,
     crater_depth,
+    crater_volume,
     critical_diameter,
     recht_ipson,
+    rock_crater_diameter,
 )
 from hvisph.precheck.correlation_input import impact_of
 
@@ -158,3 +161,75 @@ time: {end: 1 us}
     impact, _ = impact_of(load_case(path))
     assert impact.walls[1].areal_density == pytest.approx(4.0, rel=0.01)  # four layers of 0.1 g/cm^2
     assert stuffed(impact).source == "Christiansen and Kerr 2001"
+
+
+def layer(ground, density, thickness=1.0):
+    return Wall("ground", thickness, density, ground=ground)
+
+
+def test_crater_scaling_in_sand_by_hand():
+    # 6.35 mm of 2700 kg/m^3 is 3.62e-4 kg; pi_2 = 9.81 * 3.175e-3/1770^2 = 9.94e-9, pi_4^(-1/3) = 1.154 at 1756 kg/m^3,
+    # pi_V = 0.24 * (1.147e-8)^(-1.23/2.41) = 2710; 2710 * 3.62e-4/1756 = 0.56 litre; (3 V/pi)^(1/3) = 8.1 cm
+    shot = Impact(6.35 * MM, 2700.0, 1770.0, 0.0, (layer("sand", 1756.0),), 9.81)
+    assert crater_volume(shot, shot.walls[0]) == pytest.approx(0.56e-3, rel=0.01)  # two figures by hand
+    radius, depth = correlations(shot)
+    assert radius.value == pytest.approx(81 * MM, rel=0.01)
+    assert depth.value == pytest.approx(54 * MM, rel=0.01)
+    assert radius.text == "0.558 litre; taken as sand, Y 0 MPa; 9.81 m/s^2"
+    heavy = replace(shot, gravity=98.1)
+    assert crater_volume(heavy, shot.walls[0]) / crater_volume(shot, shot.walls[0]) == pytest.approx(
+        10 ** (-1.23 / 2.41)
+    )
+    assert crater_volume(replace(shot, gravity=0.0), shot.walls[0]) == math.inf
+    for beyond in (
+        replace(shot, gravity=0.0),
+        replace(shot, speed=900.0),
+        replace(shot, walls=(layer("sand", 1756.0, 0.1),)),
+    ):
+        assert correlations(beyond) == []
+
+
+def test_crater_scaling_in_rock_by_hand():
+    # without gravity V = K1 (m/rho) (rho U^2/Y)^(3 mu/2): 1 cm of 2700 kg/m^3 at 5 km/s: 0.2 * 5.236e-7 * 3750^0.825
+    shot = Impact(10 * MM, 2700.0, 5000.0, 0.0, (layer("hard rock", 2700.0),))
+    wall = shot.walls[0]
+    assert crater_volume(shot, wall) == pytest.approx(0.2 * 5.236e-7 * 3750.0**0.825, rel=1e-3)  # four figures
+    twice = replace(shot, speed=10000.0)
+    assert crater_volume(twice, wall) / crater_volume(shot, wall) == pytest.approx(2**1.65)
+    # Gault: 1.414e-3 kg, 17.67 kJ; 0.015 * 2700^(1/6 - 1/2) * 17671^0.37 = 0.0402 m
+    assert rock_crater_diameter(shot, wall) == pytest.approx(0.0402, rel=5e-3)  # three figures by hand
+    turned = replace(shot, obliquity=math.radians(37.0))
+    assert rock_crater_diameter(turned, wall) / rock_crater_diameter(shot, wall) == pytest.approx(
+        math.cos(math.radians(37.0)) ** (2 / 3)
+    )
+    found = correlations(shot)
+    assert [one.name for one in found] == ["Holsapple", "Holsapple", "Gault"]
+    assert "no gravity" in found[0].text
+    assert "recalled" in found[2].source
+
+
+def test_ground_of_a_case(tmp_path):
+    text = """
+kinematics: axisymmetric
+resolution: 2 mm
+bodies:
+  shot: {material: aluminium-6061-t6, shape: {type: sphere, diameter: 10 mm}, velocity: [5 km/s, 0]}
+  ground: {material: %s, shape: {type: cylinder, length: 300 mm, diameter: 600 mm}}
+time: {end: 1 us}
+%s"""
+
+    def impact(material, further=""):
+        path = tmp_path / "case.yaml"
+        path.write_text(text % (material, further))
+        return impact_of(load_case(path))
+
+    soil = "{base: basalt, strength: {cohesion: %s}}"
+    grounds = {"basalt": "hard rock", "ice": "ice", "water": "water", "copper-ofhc": ""}
+    grounds |= {soil % "0 Pa": "sand", soil % "100 kPa": "dry soil", soil % "1 MPa": "wet soil"}
+    for material, ground in grounds.items():
+        assert impact(material)[0].walls[0].ground == ground
+    shot, reason = impact(soil % "0 Pa")
+    assert correlations(shot) == []
+    assert "gravity" in reason
+    shot, reason = impact(soil % "0 Pa", "gravity: [-3 m/s^2, 0]\n")
+    assert (shot.gravity, reason) == (3.0, "")

@@ -7,6 +7,8 @@ Spheres of any metal on plates of aluminium. Sources:
 - stuffed Whipple shield: Christiansen and Kerr 2001, Int. J. Impact Eng. 26, 93; multi-wall shield of cloth before
   aluminium: Christiansen 2003, NASA/TP-2003-210788, eqs. 4-25 to 4-37; both read in the public code pyBLOSSUM;
 - hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
+- crater in a thick layer of soil, rock, ice or water: Holsapple 1993, Annu. Rev. Earth Planet. Sci. 21, 333, constants
+  as in the public code cratermaker; in rock, Gault 1973, The Moon 6, 32, in the form of Melosh 1989, recalled;
 - residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976.
 
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
@@ -16,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from math import cos, sqrt
+from math import cos, inf, pi, sqrt
 
 import numpy as np
 
@@ -27,6 +29,8 @@ DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eq
 STUFFED, SHOCKS = "Christiansen and Kerr 2001", "NASA/TP-2003-210788 eqs. 4-25 to 4-37"
 MAIDEN, SAWLE = "Maiden and McHugh 1963; coefficients recalled", "Sawle 1969; coefficients recalled"
 RECHT = "Recht and Ipson 1963"
+HOLSAPPLE = "Holsapple 1993; editions differ by two in K1"
+GAULT = "Gault 1973; coefficients recalled"
 
 
 @dataclass(frozen=True)
@@ -55,8 +59,30 @@ def alloy_of(material: str) -> Alloy | None:
 
 
 @dataclass(frozen=True)
+class Ground:
+    """Constants of crater scaling in a class of matter: K1 [-], mu [-], effective strength Y [Pa]."""
+
+    coefficient: float
+    exponent: float
+    strength: float
+
+
+GROUNDS = {
+    "sand": Ground(0.24, 0.41, 0.0),
+    "dry soil": Ground(0.24, 0.41, 0.18e6),
+    "wet soil": Ground(0.20, 0.55, 1.14e6),
+    "hard rock": Ground(0.20, 0.55, 18.0e6),
+    "ice": Ground(15.6, 0.48, 0.0),
+    "water": Ground(2.30, 0.55, 0.0),
+}
+
+
+@dataclass(frozen=True)
 class Wall:
-    """A plate: thickness [m], density with pores [kg/m^3], distance to the one before it [m], material."""
+    """A plate: thickness [m], density with pores [kg/m^3], distance to the one before it [m], material.
+
+    `ground` is its class in `GROUNDS`, empty for what craters are not scaled in.
+    """
 
     name: str
     thickness: float
@@ -64,6 +90,7 @@ class Wall:
     gap: float = 0.0
     alloy: Alloy | None = None
     cloth: bool = False
+    ground: str = ""
 
     @property
     def areal_density(self) -> float:
@@ -85,6 +112,8 @@ class Impact:
         Angle to the plates' normal [rad].
     walls
         The plates in the order along the shot line.
+    gravity
+        Magnitude of a uniform field [m/s^2]; 0 without one.
     """
 
     diameter: float
@@ -92,6 +121,7 @@ class Impact:
     speed: float
     obliquity: float
     walls: tuple[Wall, ...]
+    gravity: float = 0.0
 
     @property
     def mass(self) -> float:
@@ -139,6 +169,27 @@ def crater_depth(impact: Impact, wall: Wall, alloy: Alloy) -> float:
     power = 0.5 if ratio < 1.5 else 2.0 / 3.0
     d = impact.diameter / CM
     return 5.24 * d ** (19 / 18) * alloy.hardness**-0.25 * ratio**power * (impact.normal / alloy.sound) ** (2 / 3) * CM
+
+
+def crater_volume(impact: Impact, wall: Wall) -> float:
+    """Return the volume of the crater in a thick layer by Holsapple's pi groups [m^3]; infinite where nothing stops it.
+
+    The groups are formed with the normal component of the velocity.
+    """
+    ground, ratio = GROUNDS[wall.ground], wall.density / impact.density
+    weight = impact.gravity * 0.5 * impact.diameter / impact.normal**2 * ratio ** (-1 / 3)
+    held = weight + (ground.strength / (wall.density * impact.normal**2)) ** (1.0 + 0.5 * ground.exponent)
+    if held == 0.0:
+        return inf
+    power = 3.0 * ground.exponent / (2.0 + ground.exponent)
+    return float(ground.coefficient * held**-power * impact.mass / wall.density)
+
+
+def rock_crater_diameter(impact: Impact, wall: Wall) -> float:
+    """Return the diameter of the crater in dense rock by Gault, up to 10 m [m]."""
+    energy = 0.5 * impact.mass * impact.speed**2
+    ratio = impact.density ** (1 / 6) * wall.density**-0.5
+    return float(0.015 * ratio * energy**0.37 * cos(impact.obliquity) ** (2 / 3))
 
 
 def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float) -> float:
@@ -257,7 +308,7 @@ def lambert_jonas_velocity(v: np.ndarray, a: float, p: float, limit: float) -> n
 
 def correlations(impact: Impact) -> list[Correlation]:
     """Return every correlation that holds for an impact; none where all are out of their range."""
-    return [*_single_wall(impact), *_hole(impact), *_whipple(impact), *_cloth(impact)]
+    return [*_single_wall(impact), *_hole(impact), *_whipple(impact), *_cloth(impact), *_cratering(impact)]
 
 
 def limit_speeds(impact: Impact) -> list[Correlation]:
@@ -356,3 +407,23 @@ def _cloth(impact: Impact) -> Iterator[Correlation]:
     critical = law.critical_diameter(impact, wall.alloy.strength)
     text = f"{wall.name} {'perforated' if impact.diameter > critical else 'holds'}"
     yield Correlation(name, "critical diameter of the sphere", critical, "m", text, span, source)
+
+
+def _cratering(impact: Impact) -> Iterator[Correlation]:
+    wall = impact.walls[0] if len(impact.walls) == 1 else None
+    if wall is None or not wall.ground or impact.normal < 1.0 * KM:
+        return
+    volume = crater_volume(impact, wall)
+    radius = (3.0 * volume / pi) ** (1 / 3)  # of a paraboloid, a third of its diameter deep
+    depth = 2.0 / 3.0 * radius
+    if wall.thickness >= 2.0 * depth:
+        ground = GROUNDS[wall.ground]
+        field = f"{impact.gravity:.3g} m/s^2" if impact.gravity else "no gravity"
+        text = f"{1e3 * volume:.3g} litre; taken as {wall.ground}, Y {1e-6 * ground.strength:g} MPa; {field}"
+        span = "point source, above 1 km/s; layer twice as thick as the crater; a paraboloid as deep as 2/3 radius"
+        yield Correlation("Holsapple", f"crater radius in {wall.name}", radius, "m", text, span, HOLSAPPLE)
+        yield Correlation("Holsapple", f"crater depth in {wall.name}", depth, "m", "", span, HOLSAPPLE)
+    diameter = rock_crater_diameter(impact, wall) if wall.ground == "hard rock" else inf
+    if diameter <= min(10.0, 1.5 * wall.thickness):
+        span = "dense rock, craters up to 10 m; layer thicker than 2/3 of the diameter"
+        yield Correlation("Gault", f"crater diameter in {wall.name}", diameter, "m", "", span, GAULT)

@@ -1,4 +1,4 @@
-"""From a case to the impact that correlations are about: a sphere on plates."""
+"""From a case to the impact that correlations are about: a sphere on plates or on a thick layer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
-from hvisph.measures.correlations import Impact, Wall, alloy_of
+from hvisph.measures.correlations import GROUNDS, Impact, Wall, alloy_of
 
 from .impact_pair import meeting
 
@@ -47,9 +47,34 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
         pores = body.material.porosity
         density = body.material.density / (1.0 if pores is None else pores.distension)
         cloth = body.material.strength.type == "fabric"
-        walls.append(Wall(name, thickness, density, gap, alloy_of(str(body.material.name)), cloth))
-    impact = Impact(shot.shape.extent()[0], shot.material.density, speed, math.acos(min(cosine, 1.0)), tuple(walls))
+        walls.append(Wall(name, thickness, density, gap, alloy_of(str(body.material.name)), cloth, ground_of(body)))
+    field = case.gravity
+    pull = math.hypot(*field.acceleration) if field is not None and field.type == "uniform" else 0.0
+    angle = math.acos(min(cosine, 1.0))
+    impact = Impact(shot.shape.extent()[0], shot.material.density, speed, angle, tuple(walls), pull)
+    ground = walls[0].ground
+    if ground and not pull and not GROUNDS[ground].strength:
+        return impact, f"craters in {ground} have no size without strength or a uniform `gravity`"
     return impact, ""
+
+
+def ground_of(body: Body) -> str:
+    """Return the class of matter by which craters in a body are scaled; empty for metals, plastics and cloth.
+
+    Water goes by its name. What has the strength of rock is ice below 1000 kg/m^3 without pores, else goes by its
+    cohesion: bounds are the geometric means of the classes' strengths; sand has less than 1 kPa.
+    """
+    material = body.material
+    if str(material.name).startswith("water"):
+        return "water"
+    if material.strength.type != "rock":
+        return ""
+    if material.density < 1000.0:
+        return "ice"
+    names = ("sand", "dry soil", "wet soil", "hard rock")
+    strengths = [GROUNDS[name].strength for name in names[1:]]
+    bounds = [1e3, *(math.sqrt(one * other) for one, other in pairwise(strengths))]
+    return names[sum(material.strength.cohesion >= bound for bound in bounds)]
 
 
 def _plate(body: Body) -> tuple[np.ndarray, float]:

@@ -17,7 +17,7 @@ from hvisph.core.measure_catalogue import axis_unit
 def correlations(
     case: CaseArgument, resolution: ResolutionOption = None, settings: SetOption = None, as_json: JsonOption = False
 ) -> None:
-    """Evaluate the empirical correlations whose range covers a case: crater, hole, Whipple, stuffed shields."""
+    """Evaluate the empirical correlations whose range covers a case: crater, hole, shields, soil and rock."""
     loaded = load(case, settings, resolution)
     from hvisph.measures import correlations as formulas
     from hvisph.precheck.correlation_input import impact_of
