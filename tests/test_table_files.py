@@ -96,3 +96,6 @@ def test_what_is_no_table_of_pressure_is_refused(tmp_path):
         path.write_text(text[: text.rstrip().rindex("\n")])  # its last line is missing
         with pytest.raises(CaseError, match="does not fit|cannot be read"):
             read_table(path, write.__name__)
+    path.write_text(gadget()[:-200])
+    with pytest.raises(CaseError, match="no table 301 in it; if another program wrote it, give its `format`: aneos, "):
+        read_table(path)

@@ -43,7 +43,11 @@ def read_table(path: Path, form: str | None = None, number: int | None = None) -
         raise CaseError(f"cannot be read as a table in the layout {form or 'of any program'}", file=str(path)) from None
     except CaseError as error:
         raise CaseError(error.message, file=str(path)) from None
-    return read_grid(path, number)
+    try:
+        return read_grid(path, number)
+    except CaseError as error:
+        hint = f"{error.message}; if another program wrote it, give its `format`: {', '.join(READERS)}"
+        raise CaseError(hint, file=str(path)) from None
 
 
 def _layout(lines: list[str]) -> str:
