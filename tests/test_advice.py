@@ -287,6 +287,19 @@ CORE = about_axis(["steel-4340", JC_PLATE], [cylinder(12e-3, 6e-3), cylinder(10e
 ROD = about_axis(
     ["tungsten-alloy-wnife", "steel-4340"], [cylinder(25e-3, 5e-3), cylinder(40e-3, 50e-3)], 1500.0, 0.5e-3
 )
+
+
+def test_moduli_of_different_measurements():
+    def found(material):
+        return [text for text in advice(row_of([METAL, material], speed=300.0)) if "Poisson" in text]
+
+    # granite: K 18 GPa, G 25 GPa: (54 - 50)/(2 (54 + 25)) = 0.025; at 0.25 G is 0.6 K, 10.8 GPa
+    (text,) = found("granite")
+    assert "ratio of 0.025" in text
+    assert "shear_modulus=1.08e+10" in text
+    assert found("basalt") == found("ice") == found("kevlar-129") == []  # basalt has 0.17
+
+
 DOUBTFUL = {
     "vibrates": document_of([SPRING], speed=1.0, time={"end": 1e-3}),
     "vibrates, standard": document_of([SPRING], speed=1.0, time={"end": 1e-3}, formulation={"type": "eulerian"}),
@@ -321,6 +334,7 @@ DOUBTFUL = {
     "across a plane": with_bodies(document_of([METAL]), body_0={"position": [0.0, 0.0]}) | {"symmetry": [{"axis": "x", "at": 0.0, "keep": "above"}]},
     "projection, integrator": document_of([METAL, METAL], speed=100.0, formulation={"type": "projection"}, time={"end": 1e-7, "integrator": "predictor_corrector"}),
     "projection, densities": document_of([METAL, METAL | {"density": 7900.0}], speed=100.0, formulation={"type": "projection", "pressure_gradient": "original"}),
+    "moduli apart": document_of([METAL, "granite"], speed=300.0),
     "shocks not as measured": document_of(["iron-high-pressure", "iron-high-pressure"]),
 }  # fmt: skip
 

@@ -45,6 +45,7 @@ SLOW, CROSSINGS = 0.01, 20.0
 # 5 m/s and with half of it at 50, by Total Lagrangian kernels with 0.987.
 BOUNCING = 0.1
 STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
+LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most rock
 LONGEST_STEP = COURANT_OF["riemann"]  # Courant number up to which contact SPH was verified
 
 
@@ -341,6 +342,19 @@ def _held_by_hoops(facts: Facts) -> Iterator[Values]:
             yield {"name": name} | _spalling_like(body)
 
 
+def _moduli_apart(facts: Facts) -> Iterator[Values]:
+    """Isotropic solids whose shear modulus is too high for their bulk modulus."""
+    for name, body in facts.bodies.items():
+        material = material_of_body(body)
+        if getattr(body.material.strength, "shear_modulus", None) is None or material.has_axes:
+            continue
+        bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
+        poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
+        if poisson < LEAST_POISSON:
+            usual = 1.5 * bulk * (1.0 - 2.0 * USUAL_POISSON) / (1.0 + USUAL_POISSON)
+            yield {"name": name, "poisson": poisson, "least": LEAST_POISSON, "usual": USUAL_POISSON, "shear": usual}
+
+
 def _thin_walls(facts: Facts) -> Iterator[Values]:
     """Meshes of sheet that the spacing does not resolve; of shapes with sizes these are refused."""
     from hvisph.setup.shapes import shape_of
@@ -444,6 +458,10 @@ RULES = (
          "a cloud of debris is held by its own hoops, and what is drawn beyond all that its equation of state bears "
          "runs away; give one, such as the spall strength of '{of}'",
          setting="bodies.{name}.material.damage={{type: pressure_cutoff, pressure: -{like:.3g}}}"),
+    Rule(_moduli_apart,
+         "bodies.{name}.material: shear and bulk modulus give a Poisson's ratio of {poisson:.2g}, below {least:g}, "
+         "so that they are of different measurements; give the shear modulus of {usual:g} unless both are measured",
+         setting="bodies.{name}.material.strength.shear_modulus={shear:.3g}"),
     Rule(_thin_walls,
          "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
          "it a `resolution` of {finer:.3g} mm or finer", setting="bodies.{name}.resolution={finer:.3g} mm"),
