@@ -46,6 +46,7 @@ SLOW, CROSSINGS = 0.01, 20.0
 BOUNCING = 0.1
 STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
 LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most rock
+LOOSE = 1000.0  # closing speed above which fabric may stop the run [m/s]: it did at 7.24 km/s; below that is untried
 LONGEST_STEP = COURANT_OF["riemann"]  # Courant number up to which contact SPH was verified
 
 
@@ -152,7 +153,8 @@ class Rule:
     page
         Page of the documentation with the evidence.
     setting
-        Setting that follows the recommendation, with the values in braces; empty where the user has to decide.
+        Settings that follow the recommendation, one a line, with the values in braces; empty where the user has to
+        decide.
     """
 
     condition: Callable[[Facts], Found]
@@ -170,7 +172,7 @@ class Rule:
         return [recommend(self.sentence.format(**one) + page, *self._settings(facts, one)) for one in values]
 
     def _settings(self, facts: Facts, values: Values) -> list[str]:
-        settings = [text] if (text := self.setting.format(**values)) else []
+        settings = self.setting.format(**values).splitlines()
         if self.setting.startswith("formulation={"):  # of one formulation for all bodies, without graded ones
             graded = "riemann" not in self.setting
             for name, body in facts.bodies.items():
@@ -462,6 +464,11 @@ RULES = (
          "bodies.{name}.material: shear and bulk modulus give a Poisson's ratio of {poisson:.2g}, below {least:g}, "
          "so that they are of different measurements; give the shear modulus of {usual:g} unless both are measured",
          setting="bodies.{name}.material.strength.shear_modulus={shear:.3g}"),
+    Rule(lambda f: ({"name": name} for name, body in f.bodies.items()
+                    if body.material.strength.type == "fabric" and f.kind.velocity > LOOSE),
+         "bodies.{name}.material.strength: yarns of 'fabric' are verified at a material point alone; a layer that a "
+         "cloud of debris strikes at 7 km/s can stop the run, with density out of range; take its `porosity` without "
+         "yarns", "start/limits", "bodies.{name}.material.strength={{type: none}}\nbodies.{name}.axes=null"),
     Rule(_thin_walls,
          "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
          "it a `resolution` of {finer:.3g} mm or finer", setting="bodies.{name}.resolution={finer:.3g} mm"),
