@@ -56,12 +56,13 @@ WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 
 def load_state(state, i):
     """Return particle `i` of the state."""
+    none = min(max(state[i, S_DAMAGE], 0.0), 0.0)  # a number of the type of the others
     return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
                  state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
                  own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
                  (state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
                   state[i, S_STRAIN_RATE]) + ((state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS],
-                  state[i, S_ONSET_TENSION], state[i, S_BAND_WIDTH]) if FRACTURES else NOTHING[5:])
+                  state[i, S_ONSET_TENSION], state[i, S_BAND_WIDTH]) if FRACTURES else (none, none, none, none))
                  if REMEMBERS else NOTHING,
                  (state[i, S_MATERIAL_AXES], state[i, S_MATERIAL_AXES + 1], state[i, S_MATERIAL_AXES + 2],
                   state[i, S_MATERIAL_AXES + 3], state[i, S_FAILURE_MODES])
