@@ -44,7 +44,7 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _private_folder() -> Path | None:
-    """Return a folder below the temporary folder that nobody else can write to, or None."""
+    """Return a folder below the temporary folder that no other user can write to, or None."""
     try:
         folder = Path(tempfile.gettempdir()) / f"hvisph-cache-{os.getuid() if hasattr(os, 'getuid') else ''}"
         folder.mkdir(mode=0o700, exist_ok=True)

@@ -72,7 +72,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         add_lane_vectors(counted, SUPPORT, here, extend_vector(multiply(mass, resting)), of_force)
     a = no_vector(DIM) if held else rate.a
     pull = no_vector(DIM)
-    if GRAVITY:  # at the places of the evaluation; what has left the domain has no mass
+    if GRAVITY:  # at the positions of the evaluation; retired particles have no mass
         pull = multiply(free if mass > 0.0 else 0.0, gravity_at(own_vector(rows, s, 0, DIM), gravity))
         a = add(a, pull)
     thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0

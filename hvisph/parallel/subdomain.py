@@ -199,7 +199,7 @@ class Parts:
         if count == 1:
             return
         lower = count // 2
-        if not len(at):  # nobody: all to the first part
+        if not len(at):  # no particles: all to the first part
             self._sides(place, Cut(first, count, 0, np.inf, 0), (at, numbers, weights), np.zeros(0, bool), lower)
             return
         axis = int(np.ptp(at, axis=0).argmax())

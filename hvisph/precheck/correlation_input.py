@@ -61,8 +61,9 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
 def ground_of(body: Body) -> str:
     """Return the class of matter by which craters in a body are scaled; empty for metals, plastics and cloth.
 
-    Water goes by its name. What has the strength of rock is ice below 1000 kg/m^3 without pores, else goes by its
-    cohesion: bounds are the geometric means of the classes' strengths; sand has less than 1 kPa.
+    Water is recognised by its name. A material with the strength of rock is ice if its density without pores is below
+    1000 kg/m^3; otherwise its cohesion decides. The bounds are the geometric means of the strengths of the classes;
+    sand has less than 1 kPa.
     """
     material = body.material
     if str(material.name).startswith("water"):

@@ -14,7 +14,7 @@ import typer
 
 from hvisph.core.text import harmless
 
-# What writing ends with when nobody reads any more: the reader of a pipe has gone, or the terminal was closed.
+# Errors of writing after the reader of a pipe has ended, or the terminal was closed.
 _NOBODY = {errno.EPIPE, errno.EIO}
 
 
@@ -33,7 +33,7 @@ def show(text: str, *, err: bool = False, nl: bool = True) -> None:
 
 
 def deaf(error: OSError) -> bool:
-    """Tell whether `error` says that nobody listens; what is printed from then on goes nowhere."""
+    """Return whether `error` says that the output has no reader; further output is then discarded."""
     if error.errno not in _NOBODY:
         return False
     nowhere = os.open(os.devnull, os.O_WRONLY)
