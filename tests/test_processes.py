@@ -288,7 +288,8 @@ def test_a_process_that_is_killed_ends_the_others_and_the_run_can_go_on(tmp_path
     said = "".join(started.communicate(timeout=60))
     assert time.monotonic() - killed < 10.0
     assert started.returncode != 0
-    assert "KILLED" in said or "Killed" in said or "signal 9" in said
+    # the launcher names the signal, unless the other process loses its connection first and says so
+    assert any(words in said for words in ("KILLED", "Killed", "signal 9", "it may have been killed")), said
     hvisph.resume(tmp_path / "run", max_steps=json.loads(said_steps(tmp_path)) + 3, threads=1)
 
 
