@@ -22,7 +22,7 @@ from hvisph.casefile.loader import dump_case, load_case
 from hvisph.cli.main import app
 from hvisph.core import memory
 from hvisph.core.errors import CaseError, HvisphError, OutputError
-from hvisph.core.text import harmless
+from hvisph.core.text import sanitize
 from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint, write_checkpoint
 from hvisph.output.reader import list_snapshots, read_snapshot, read_summary
 from hvisph.precheck.estimate import estimate
@@ -132,7 +132,7 @@ def test_names_in_a_snapshot_steer_no_terminal(finished, tmp_path):
         assert not {"\x1b", "\x9b", "\x07", "\u202e"} & set(said), said
         if "--json" in options:
             json.loads(said)
-    assert harmless("a\x1b[31mb\n\tc é \U0001f4a5 \u202e") == "a\\x1b[31mb\n\tc é \U0001f4a5 \\u202e"
+    assert sanitize("a\x1b[31mb\n\tc é \U0001f4a5 \u202e") == "a\\x1b[31mb\n\tc é \U0001f4a5 \\u202e"
 
 
 def test_a_title_steers_no_terminal(tmp_path):

@@ -177,14 +177,14 @@ def _with_materials(bodies: object, context: object) -> object:
     fetch = context.get("library") if isinstance(context, dict) else None
     if fetch is None or not isinstance(bodies, dict):
         return bodies
-    told: Plain = {}
+    resolved: Plain = {}
     for name, body in bodies.items():
         named = body.get("material") if isinstance(body, dict) else None
         try:
-            told[name] = body | {"material": fetch(named)} if isinstance(named, str) else body
+            resolved[name] = body | {"material": fetch(named)} if isinstance(named, str) else body
         except CaseError:
-            told[name] = body
-    return told
+            resolved[name] = body
+    return resolved
 
 
 def _body_defaults(shape: object, kinematics: Kinematics) -> Plain:

@@ -242,11 +242,11 @@ class Output(StrictModel):
     )
     precision: Literal["double", "single"] = Field(
         default="double",
-        description="Of the fields in snapshots: double, or single, of seven digits in half of the room, for all but "
+        description="Of the fields in snapshots: double, or single, of seven digits in half of the space, for all but "
         "positions. The run itself and its checkpoints are double",
     )
     compress: Literal["none", "gzip"] = Field(
-        default="none", description="Compression of HDF5 snapshots: gzip takes about half of the room, and time"
+        default="none", description="Compression of HDF5 snapshots: gzip takes about half of the space, and time"
     )
     report: bool = Field(default=False, description="Whether to write the page `report.html` when the run ends")
     static_fields: Literal["each", "once"] = Field(

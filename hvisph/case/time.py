@@ -13,7 +13,7 @@ from .units import LENGTH, NUMBER, PositiveTime, Quantity
 
 # Courant number unless given, by formulation and for those without an entry. Where there is a viscosity the criterion
 # holds its signal, 1.2 alpha c, already, and it damps what grows at less: below DAMPED steps are as long at half of
-# the number. Contact SPH leaves its dissipation room in disordered lattices (docs/theory/integration.md); where
+# the number. Contact SPH allows for its dissipation in disordered lattices (docs/theory/integration.md); where
 # it keeps no slopes of sound matter, in the printed form and without reconstruction, that takes more: FIRM.
 # Measured in docs/performance.md.
 COURANT_OF, COURANT = {"eulerian": 0.6, "total_lagrangian": 0.5, "adaptive": 0.5, "riemann": 0.42}, 0.3

@@ -21,7 +21,7 @@ from .model_fields import Spot, keys_of, places, walk
 from .renamed_keys import renamed_field, renamed_key, renamed_value
 
 MOST_SHOWN = 20
-# How like an allowed key a key is that is a slip of it, and in how many places one may stand that is told of.
+# How like an allowed key a key is that is a slip of it, and in how many places one may stand that is reported.
 SLIP, MOST_PLACES = 0.75, 3
 
 
@@ -213,8 +213,8 @@ def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str
         return ""
     found = _paths_by_key(root).get(key, set())
     found = {one for one in found if one.split(".")[0] == path[0]} or found
-    told = " or ".join(sorted(found, key=lambda one: (one.count("."), one)))
-    return f" here; it stands at {told}" if 0 < len(found) <= MOST_PLACES else ""
+    known = " or ".join(sorted(found, key=lambda one: (one.count("."), one)))
+    return f" here; it stands at {known}" if 0 < len(found) <= MOST_PLACES else ""
 
 
 @cache

@@ -56,7 +56,7 @@ def bundled_name(path: Path) -> str | None:
 
 
 def run_name(source: str | os.PathLike[str]) -> str:
-    """Return the name of the folder that a case runs in unless told otherwise: that of its file, without the ending.
+    """Return the name of the folder that a case runs in unless set otherwise: that of its file, without the ending.
 
     Raises
     ------

@@ -13,7 +13,7 @@ _KEPT = "\n\t"
 _SPELLED = ("Cc", "Cf", "Cs", "Zl", "Zp")
 
 
-def harmless(text: object) -> str:
+def sanitize(text: object) -> str:
     r"""Replace control characters by escape sequences, as in ``\x1b[31m``."""
     plain = str(text)
     if plain.isascii() and plain.isprintable():

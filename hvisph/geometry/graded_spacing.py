@@ -119,7 +119,7 @@ def _from_middle(length: float, fine: float | None, dx: float, grading: Grading,
 def _layer_thicknesses(rest: float, dx: float, grading: Grading) -> np.ndarray | None:
     """Return the thicknesses of as few layers as fill `rest` [m], each at most the ratio times the one before it.
 
-    None where there is no room to grow: where as many layers of `dx` are thicker than `rest`.
+    None where there is no space to grow: where as many layers of `dx` are thicker than `rest`.
     """
 
     def layers(count: int, ratio: float) -> np.ndarray:

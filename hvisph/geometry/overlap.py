@@ -5,7 +5,7 @@ may stand on it. So shapes are asked where there are shapes. From particles near
 the distance to its surface, as far as their own surface lets them: the deepest says how far the bodies stand in
 each other, be it by faces, an edge, a tip, or a plate thinner than a spacing.
 
-Where the particles of one come from a file there is no surface. There the room says it that both fill: the sum of V W
+Where the particles of one come from a file there is no surface. There it is the volume that both fill: the sum of V W
 over the particles of both is 1 inside matter, less at a face, and more where there is matter twice.
 """
 
@@ -32,8 +32,8 @@ STEPS = (0.6, 0.5, 0.4, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05)
 SLACK, SLOPE = 0.02, 0.05
 # Points at most, the nearest to the other body; of surfaces of triangles, whose distances take long, fewer.
 MOST, MOST_OF_MESH = 50_000, 3_000
-# Share of its room that matter fills before it stands in other matter, within `ROUND` spacings; depth of a particle in
-# the other's surface that says the same.
+# Share of its volume that matter fills before it stands in other matter, within `ROUND` spacings; depth of a particle
+# in the other's surface that says the same.
 FULLEST, ROUND, INSIDE = 1.12, 2.5, 0.25
 
 
@@ -88,7 +88,7 @@ class Overlap:
     place
         Where, (dim,) [m].
     depth
-        By how much at least [m]; 0 where particles of both stand in one place or matter fills its room twice.
+        By how much at least [m]; 0 where particles of both stand in one place or matter fills its volume twice.
     """
 
     bodies: tuple[int, int]
@@ -210,7 +210,7 @@ def _same_place(one: Standing, other: Standing, reach: float) -> tuple[np.ndarra
 
 
 def _twice_filled(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
-    """Return where the particles of both together fill more room than there is."""
+    """Return where the particles of both together fill more volume than there is."""
     from scipy.spatial import cKDTree
 
     dim, reach = one.positions.shape[1], ROUND * max(one.spacing[1], other.spacing[1])

@@ -50,12 +50,12 @@ _HEATS = 120  # temperatures at which heat is added up
 
 @inline
 def temperature(rho, e, row):
-    """Temperature [K] at density `rho` [kg/m^3] and energy `e` [J/kg]; the room's without a heat capacity."""
-    room, inverse = row[ROOM_TEMPERATURE], row[INVERSE_HEAT_CAPACITY]
+    """Temperature [K] at density `rho` [kg/m^3] and energy `e` [J/kg]; that at rest without a heat capacity."""
+    ambient, inverse = row[ROOM_TEMPERATURE], row[INVERSE_HEAT_CAPACITY]
     if inverse == 0.0:
-        return room
+        return ambient
     if row[TOTAL_ENERGY] > 0.0:
-        return room + max(e, 0.0) * inverse
+        return ambient + max(e, 0.0) * inverse
     place = min(max((rho * row[INVERSE_RHO0] - LOWEST) * _PER_SHARE, 0.0), POINTS - 1.001)
     k = int(place)
     share = place - k
@@ -75,14 +75,14 @@ def temperature(rho, e, row):
     return max(at_rest + heat * inverse, _LEAST)
 
 
-def tabulate_isentrope(pressure: Callable[[float, float], float], rho0: float, e0: float, room: float) -> np.ndarray:
-    """Return e_s [J/kg], T_s [K] and room/T_s of the isentrope through (rho0, e0, room), of shape (POINTS, WIDTH).
+def tabulate_isentrope(pressure: Callable[[float, float], float], rho0: float, e0: float, ambient: float) -> np.ndarray:
+    """Return e_s [J/kg], T_s [K] and ambient/T_s of the isentrope through (rho0, e0, ambient), shape (POINTS, WIDTH).
 
     Parameters
     ----------
     pressure
         p(rho, e) [Pa].
-    rho0, e0, room
+    rho0, e0, ambient
         Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
     """
     points = np.empty((POINTS, WIDTH))
@@ -90,22 +90,22 @@ def tabulate_isentrope(pressure: Callable[[float, float], float], rho0: float, e
     middle = int(np.searchsorted(densities, rho0))
     with np.errstate(over="ignore", invalid="ignore"):  # far beyond what extreme numbers allow
         for places in (range(middle, POINTS), range(middle - 1, -1, -1)):
-            rho, e, t = rho0, e0, room
+            rho, e, t = rho0, e0, ambient
             for k in places:
                 h = (densities[k] - rho) / _STEPS
                 for _ in range(_STEPS if h else 0):
                     e, t = _step(pressure, rho, h, e, t)
                     rho += h
-                points[k, :2] = e, t if densities[k] > rho0 else room
-    points[:, 2] = room / points[:, 1]
+                points[k, :2] = e, t if densities[k] > rho0 else ambient
+    points[:, 2] = ambient / points[:, 1]
     return points
 
 
 def energies(rho: np.ndarray, temperature: float, row: np.ndarray) -> np.ndarray:
     """Return the energies [J/kg] at densities [kg/m^3], all at one temperature [K], of a whole row of the table."""
-    room, per = row[ROOM_TEMPERATURE], row[HEAT_PER]
+    ambient, per = row[ROOM_TEMPERATURE], row[HEAT_PER]
     if row[TOTAL_ENERGY] > 0.0:
-        return np.full(np.shape(rho), (temperature - room) / row[INVERSE_HEAT_CAPACITY])
+        return np.full(np.shape(rho), (temperature - ambient) / row[INVERSE_HEAT_CAPACITY])
     known = row[CURVE:HEATS].reshape(POINTS, WIDTH)
     share, shares = rho * row[INVERSE_RHO0], np.linspace(LOWEST, HIGHEST, POINTS)
     cold, at_rest, per_theta = (np.interp(share, shares, known[:, k]) for k in range(WIDTH))
@@ -154,22 +154,22 @@ def heat_table(
     at_rest
         Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
     """
-    rho0, e0, room = at_rest
+    rho0, e0, ambient = at_rest
     given = np.array(capacities, dtype=float)
-    kinks = [*given[:, 0], room, *([] if melting is None else [melting[0]] * 2)]
+    kinks = [*given[:, 0], ambient, *([] if melting is None else [melting[0]] * 2)]
     t = np.sort(np.concatenate([np.linspace(_LEAST, 1.2 * max(kinks), _HEATS), kinks]))
     c = np.interp(t, *given.T)
     heat = np.concatenate([[0.0], np.cumsum(0.5 * (c[1:] + c[:-1]) * np.diff(t))])
-    heat -= np.interp(room, t, heat)
+    heat -= np.interp(ambient, t, heat)
     if melting is not None:
         heat[np.searchsorted(t, melting[0], side="right") - 1 :] += melting[1]
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
     taken = _without_pressure(pressure, rho0, e0 + heat)
     known = np.isfinite(taken)
-    theta = np.interp(taken[known], densities, curve[:, 1]) / room
+    theta = np.interp(taken[known], densities, curve[:, 1]) / ambient
     of = (e0 + heat[known] - np.interp(taken[known], densities, curve[:, 0])) / theta
     evenly = np.linspace(of[0], of[-1], HEAT_POINTS)
-    return float(of[0]), (HEAT_POINTS - 1) / float(of[-1] - of[0]), np.interp(evenly, of, t[known] / theta) / room
+    return float(of[0]), (HEAT_POINTS - 1) / float(of[-1] - of[0]), np.interp(evenly, of, t[known] / theta) / ambient
 
 
 def _without_pressure(pressure: Callable[[float, float], float], rho0: float, energies: np.ndarray) -> np.ndarray:

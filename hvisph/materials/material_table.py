@@ -285,9 +285,9 @@ class Material:
 
 
 @lru_cache(maxsize=64)
-def _isentrope(eos: Any, density: float, room: float) -> np.ndarray:
+def _isentrope(eos: Any, density: float, ambient: float) -> np.ndarray:
     return isentrope.tabulate_isentrope(
-        Material("", density, eos).pressure_function(), density, eos.ambient_energy, room
+        Material("", density, eos).pressure_function(), density, eos.ambient_energy, ambient
     )
 
 

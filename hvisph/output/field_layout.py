@@ -15,7 +15,7 @@ import numpy as np
 
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH
 from hvisph.core.lazy_arrays import transform_arrays
-from hvisph.core.text import Plain, harmless
+from hvisph.core.text import Plain, sanitize
 
 from .snapshot import Snapshot
 
@@ -111,10 +111,10 @@ def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
         body=arrays["body"],
         material=arrays["material"],
         id=number,
-        bodies=[harmless(name) for name in header["bodies"]],
-        materials=[harmless(name) for name in header["materials"]],
+        bodies=[sanitize(name) for name in header["bodies"]],
+        materials=[sanitize(name) for name in header["materials"]],
         metadata=dict(header["metadata"])
-        | {name: harmless(header["metadata"][name]) for name in _TEXTS if name in header["metadata"]},
+        | {name: sanitize(header["metadata"][name]) for name in _TEXTS if name in header["metadata"]},
     )
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.core.errors import OutputError, suggest_nearest
-from hvisph.core.text import harmless
+from hvisph.core.text import sanitize
 
 from .atomic_write import reason
 from .snapshot import Snapshot
@@ -128,7 +128,7 @@ def snapshot_of_another_code(
         arrays[bare(name)] = (name, column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column)
     for quantity, name in convention.names.items():
         if bare(name) not in arrays:
-            hint = harmless(suggest_nearest(name, list(point_data)))
+            hint = sanitize(suggest_nearest(name, list(point_data)))
             raise OutputError(f"it has no array '{name}' for the {quantity}{hint}")
     dim = max((axis for axis in range(points.shape[1]) if points[:, axis].any()), default=0) + 1
     fields = {"position": np.ascontiguousarray(points[:, :dim], dtype=float)}

@@ -2,7 +2,7 @@
 
 Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
 Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata, and the CRC-32 of each array, by which one
-that is read alone is told to be whole. Numbers are stored as they are unless asked for otherwise (`Form`); a seal
+that is read alone is known to be whole. Numbers are stored as they are unless asked for otherwise (`Form`); a seal
 (`hvisph.output.sealed_hdf5`) ends the file. Units and meanings are attributes, names of bodies and materials texts
 of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
@@ -103,7 +103,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
         places = {name: f"VTKHDF/PointData/{name}" for name in h5["VTKHDF/PointData"]}
         places["position"] = "VTKHDF/Points"
         lazily = lazily and h5[places["position"]].shape[0] > _SMALL
-        sums = header.get("sums", {}) if lazily else {}  # else the seal has told
+        sums = header.get("sums", {}) if lazily else {}  # else the seal holds them
         arrays = {name: _array(h5, places[name], sums) for name in (field_layout.INDICES if lazily else places)
                   if name in places}  # fmt: skip
     if lazily:  # what few values need
@@ -122,7 +122,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
 
 
 def _has_sums(path: str | Path) -> bool:
-    """Whether a large file has a sum of each array, by which one alone is told to be whole; checks the header's own."""
+    """Whether a large file has a sum of each array, by which one alone is verified; checks the header's own."""
     with reading(path, "a snapshot", verified=False) as h5:
         if h5["VTKHDF/Points"].shape[0] <= _SMALL or "crc32" not in h5["hvisph/header"].attrs:
             return False

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import FEW, CaseError, OutputError
-from hvisph.core.text import Plain, harmless
+from hvisph.core.text import Plain, sanitize
 
 from . import file_names
 from .atomic_write import reason
@@ -258,16 +258,16 @@ def read_summary(run: str | Path) -> Plain:
     wrong = misfit(summary)
     if wrong:
         raise OutputError(f"cannot read {path}: {wrong}")
-    return dict(_harmless(summary))
+    return dict(_sanitize(summary))
 
 
-def _harmless(value: object) -> Any:
+def _sanitize(value: object) -> Any:
     """Return plain values without text that steers a terminal."""
     if isinstance(value, dict):
-        return {harmless(name): _harmless(item) for name, item in value.items()}
+        return {sanitize(name): _sanitize(item) for name, item in value.items()}
     if isinstance(value, list):
-        return [_harmless(item) for item in value]
-    return harmless(value) if isinstance(value, str) else value
+        return [_sanitize(item) for item in value]
+    return sanitize(value) if isinstance(value, str) else value
 
 
 def _bytes(path: Path, count: int = -1) -> bytes:

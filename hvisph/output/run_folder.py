@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.text import harmless
+from hvisph.core.text import sanitize
 
 from . import atomic_write, file_names
 from .atomic_write import NO_LINK, reason, write_bytes
@@ -38,7 +38,7 @@ class RunLog:
             When the file cannot be written.
         """
         stamp = datetime.now().astimezone().isoformat(sep=" ", timespec="milliseconds")
-        block = "".join(f"{stamp}  {harmless(line)}\n" for line in text.splitlines() or [""])
+        block = "".join(f"{stamp}  {sanitize(line)}\n" for line in text.splitlines() or [""])
         try:
             if self.path.exists() and self.path.lstat().st_nlink > 1:  # a backup of hard links shares the file
                 write_bytes(self.path, self.path.read_bytes())

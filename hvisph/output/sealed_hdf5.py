@@ -150,8 +150,8 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
 
 
 def _state(file: BinaryIO) -> State:
-    told = os.fstat(file.fileno())
-    return told.st_dev, told.st_ino, told.st_size, told.st_mtime_ns
+    found = os.fstat(file.fileno())
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
 
 
 def _remember(state: State, whole: bool) -> None:

@@ -228,7 +228,7 @@ class Ranks(Alone):
             code = error.exit_code if isinstance(error, HvisphError) else 3
             what = error if isinstance(error, HvisphError) else f"{type(error).__name__}: {error}"
             if type(error).__module__.partition(".")[0] == "mpi4py":
-                what = f"another process cannot be reached, it may have been killed ({error}); go on with: hvisph resume"
+                what = f"another process is out of reach, it may have been killed ({error}); go on with: hvisph resume"
             print(f"error: on process {self.rank} of {self.size}: {what}", file=sys.stderr, flush=True)  # noqa: T201
             if not isinstance(error, HvisphError):
                 traceback.print_exc()

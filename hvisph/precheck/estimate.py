@@ -201,10 +201,10 @@ def refuse_impossible(
     free = free_memory() if free is None else free
     if needed <= free:
         return
-    room = max(free - interpreter, 0.0)
+    available = max(free - interpreter, 0.0)
     si = case.units == "si"
-    shrink = (count * each / room) ** (1.0 / case.dim) if room else math.inf
-    fits = f"{case.resolution * shrink * (1e3 if si else 1.0):.2g}{' mm' if si else ''}" if room else "none"
+    shrink = (count * each / available) ** (1.0 / case.dim) if available else math.inf
+    fits = f"{case.resolution * shrink * (1e3 if si else 1.0):.2g}{' mm' if si else ''}" if available else "none"
     several, fewer = "", ""
     if processes > 1:
         several = f" on this machine, which has {beside} of {processes} processes,"

@@ -90,7 +90,7 @@ def _better(library: Library, notes: Notes, speed: float) -> str:
 
 
 def _holds(notes: Notes, speed: float) -> bool:
-    """Whether shocks are as measured at a particle velocity [m/s]; where no range is told, among the points."""
+    """Whether shocks are as measured at a particle velocity [m/s]; where no range is given, among the points."""
     speeds = notes.shocks or [up for points, _ in notes.hugoniot_points for up, _ in points]
     return bool(speeds) and MARGIN * min(speeds) <= speed <= max(speeds) / MARGIN
 

@@ -176,7 +176,7 @@ class Stepper:
 
     @property
     def workspace(self) -> np.ndarray | None:
-        """Numbers (k,) that nobody reads from an evaluation to the next; None where the history asks for some."""
+        """Numbers (k,) that nothing reads from an evaluation to the next; None where the history asks for some."""
         return None if self.formulation.corrects else self.pairs.workspace
 
     @property
@@ -270,11 +270,11 @@ class Stepper:
         order = order[order < count].copy()
         if (order[1:] > order[:-1]).all():  # it is in order, as in 1D at most times
             return order
-        room = pairs.workspace
-        self.particles.permute(order, room)
+        workspace = pairs.workspace
+        self.particles.permute(order, workspace)
         more = () if self.pieces is None else (self.pieces,)
         for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
-            reorder(values, order, room)
+            reorder(values, order, workspace)
         pairs.numbers = self.particles.numbers()
         self.separating.renumber(self._parties)
         return order

@@ -187,7 +187,7 @@ def label_and_scale(
     Raises
     ------
     ValueError
-        For a column without a unit: nobody is to take metres for a plain number.
+        For a column without a unit: metres are no plain number.
     """
     unit = AXES.get(column) if given is None else given
     if unit is None:

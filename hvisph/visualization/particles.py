@@ -86,7 +86,7 @@ class Moment:
 
 
 def usual_view(moment: Moment) -> str | tuple[float, float]:
-    """Return how a moment is seen unless told otherwise: turned in 3D, an oblique plate from where it is struck."""
+    """Return how a moment is seen unless set otherwise: turned in 3D, an oblique plate from where it is struck."""
     state = moment.snapshot
     if state.dimensions < 3:
         return "side"

@@ -206,13 +206,13 @@ def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Fig
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
     paths = list(done[0]["values"])
-    told = list(zip(*(format_differences([row["values"].get(path) for row in done]) for path in paths), strict=True))
-    varied = [k for k, cells in enumerate(zip(*told, strict=True)) if len(set(cells)) > 1] or [0]
+    texts = list(zip(*(format_differences([row["values"].get(path) for row in done]) for path in paths), strict=True))
+    varied = [k for k, cells in enumerate(zip(*texts, strict=True)) if len(set(cells)) > 1] or [0]
     first, *others = varied
     groups: dict[str, list[int]] = {}
-    for k, cells in enumerate(told):
+    for k, cells in enumerate(texts):
         groups.setdefault(", ".join(f"{_end(paths[j])} {cells[j]}" for j in others), []).append(k)
-    x, ticks, label = _places([cells[first] for cells in told], paths[first])
+    x, ticks, label = _places([cells[first] for cells in texts], paths[first])
     figure, panels = _figure(len(names))
     for name, axes in zip(names, panels, strict=True):
         display = format_of(name)

@@ -14,7 +14,7 @@ from hvisph.core.text import Plain, recommend
 
 # Fields of velocity that have a meaning about the axis.
 FIELDS = ("uniform", "radial", "linear", "table")
-# What solids leave out about the axis unless told otherwise: pairs push in the plane alone, and no hoop balances that.
+# What solids leave out about the axis unless set otherwise: pairs push in the plane alone, and no hoop balances that.
 DEFAULTS: dict[str, Plain] = {
     "eulerian": {"viscosity_in_shear": "reduced"},
     "adaptive": {"artificial_stress": {"type": "none"}},

@@ -12,7 +12,7 @@ from hvisph.cli.options import JsonOption, argument, option
 from hvisph.cli.text.formatting import SCREEN, echo_json, quantity, say, show, table, times
 from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
 from hvisph.core.errors import CaseError
-from hvisph.core.text import Plain, harmless
+from hvisph.core.text import Plain, sanitize
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -83,7 +83,7 @@ def measure(
         echo_json(measured.fragments_as_dict(fewest) if fragments else measured.as_dict())
         return
     text = _fragments(measured, fewest) if fragments else _measures(source, measured, at)
-    show(f"{harmless(measured.title or source)}\n{text}")
+    show(f"{sanitize(measured.title or source)}\n{text}")
     for file in (csv, plot, witness):
         if file is not None:
             say(str(file))

@@ -1,4 +1,4 @@
-"""Text for people: harmless output, numbers with units, and tables."""
+"""Text for people: printable output, numbers with units, and tables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import typer
 
-from hvisph.core.text import harmless
+from hvisph.core.text import sanitize
 
 # Errors of writing after the reader of a pipe has ended, or the terminal was closed.
 _NOBODY = {errno.EPIPE, errno.EIO}
@@ -20,7 +20,7 @@ _NOBODY = {errno.EPIPE, errno.EIO}
 
 def say(text: object = "", *, err: bool = False, red: bool = False, nl: bool = True) -> None:
     """Print `text`, in red on a terminal where asked for."""
-    show(typer.style(harmless(text), fg=typer.colors.RED) if red else harmless(text), err=err, nl=nl)
+    show(typer.style(sanitize(text), fg=typer.colors.RED) if red else sanitize(text), err=err, nl=nl)
 
 
 def show(text: str, *, err: bool = False, nl: bool = True) -> None:
@@ -103,11 +103,11 @@ def table(rows: Sequence[Sequence[str]], indent: int = 2, *, cut: bool = False) 
     Words in the last column are wrapped, or with `cut` cut off, so that lines fit a screen. Columns that are too many
     for it go on below, after the first one again.
     """
-    rows = [[harmless(cell) for cell in row] for row in rows]
+    rows = [[sanitize(cell) for cell in row] for row in rows]
     widths = _widths(rows)
-    room = SCREEN - indent - sum(width + GAP for width in widths[:-1])
-    if widths and widths[-1] > room >= NARROWEST:
-        rows = [line for row in rows for line in _wrap(row, len(widths), room, cut)]
+    available = SCREEN - indent - sum(width + GAP for width in widths[:-1])
+    if widths and widths[-1] > available >= NARROWEST:
+        rows = [line for row in rows for line in _wrap(row, len(widths), available, cut)]
         widths = _widths(rows)
     if len(widths) > 2 and indent + sum(widths) + GAP * (len(widths) - 1) > SCREEN:
         return tables(rows, indent=indent)
@@ -121,23 +121,23 @@ def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str
     """
     widths = _widths(rows)
     least = indent + sum(width + GAP for width in widths[:kept])
-    room = SCREEN - least
-    blocks = _blocks(widths, kept, room)
+    available = SCREEN - least
+    blocks = _blocks(widths, kept, available)
     widest = max(widths[kept:], default=0)
-    while room > widest and len(narrower := _blocks(widths, kept, room - 1)) == len(blocks):
-        blocks, room = narrower, room - 1  # about as wide as each other
+    while available > widest and len(narrower := _blocks(widths, kept, available - 1)) == len(blocks):
+        blocks, available = narrower, available - 1  # about as wide as each other
     chosen = [[*range(kept), *block] for block in blocks]
     if len(chosen) == 1:  # or the one column is wider than a screen by itself
         return _align(rows, indent)
     return "\n\n".join(table([[row[k] for k in columns if k < len(row)] for row in rows], indent) for columns in chosen)
 
 
-def _blocks(widths: Sequence[int], kept: int, room: int) -> list[list[int]]:
-    """Return the columns from `kept` on in blocks that are no wider than `room`, single ones but for that."""
+def _blocks(widths: Sequence[int], kept: int, available: int) -> list[list[int]]:
+    """Return the columns from `kept` on in blocks that are no wider than `available`, single ones but for that."""
     blocks: list[list[int]] = [[]]
     used = 0
     for column in range(kept, len(widths)):
-        if blocks[-1] and used + widths[column] > room:
+        if blocks[-1] and used + widths[column] > available:
             blocks.append([])
             used = 0
         blocks[-1].append(column)
@@ -154,7 +154,7 @@ def _align(rows: Sequence[Sequence[str]], indent: int) -> str:
 def paragraph(text: str, indent: int = 0, hanging: int | None = None) -> str:
     """Return `text` in lines that fit a screen, those after the first indented by `hanging`."""
     rest = " " * (indent if hanging is None else hanging)
-    return textwrap.fill(harmless(text), SCREEN, initial_indent=" " * indent, subsequent_indent=rest,
+    return textwrap.fill(sanitize(text), SCREEN, initial_indent=" " * indent, subsequent_indent=rest,
                          break_long_words=False, break_on_hyphens=False)  # fmt: skip
 
 
@@ -162,17 +162,17 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
     return [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
 
 
-def _wrap(row: Sequence[str], columns: int, room: int, cut: bool) -> list[list[str]]:
+def _wrap(row: Sequence[str], columns: int, available: int, cut: bool) -> list[list[str]]:
     """Return a row as several, whose last cells hold the words of its last one; a shorter row as it is."""
-    if len(row) < columns or len(row[-1]) <= room:
+    if len(row) < columns or len(row[-1]) <= available:
         return [list(row)]
     if cut:
-        return [[*row[:-1], f"{row[-1][: room - 3]}..."]]
-    words = textwrap.wrap(row[-1], room, break_long_words=False, break_on_hyphens=False)
+        return [[*row[:-1], f"{row[-1][: available - 3]}..."]]
+    words = textwrap.wrap(row[-1], available, break_long_words=False, break_on_hyphens=False)
     return [[*row[:-1], words[0]], *([""] * (columns - 1) + [line] for line in words[1:])]
 
 
 def echo_json(content: object) -> None:
     """Print `content` as JSON on standard output."""
     text = json.dumps(content, indent=2, ensure_ascii=False)
-    show("".join(c if c == "\n" or harmless(c) == c or c == "\\" else f"\\u{ord(c):04x}" for c in text))
+    show("".join(c if c == "\n" or sanitize(c) == c or c == "\\" else f"\\u{ord(c):04x}" for c in text))

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvisph.cli.guard import raise_noted
-from hvisph.core.text import harmless
+from hvisph.core.text import sanitize
 from hvisph.simulation.listener import Progress
 
 from .formatting import deaf, duration, quantity
@@ -58,7 +58,7 @@ class Live(Lines):
 
     def opening(self) -> None:
         """Begin with the title, and a sign of life while modules load."""
-        self._console.print(Text(harmless(self._title or "untitled case"), style="bold"))
+        self._console.print(Text(sanitize(self._title or "untitled case"), style="bold"))
         self._display.start()
         self._display.update(Spinner("dots", "preparing"))
 
@@ -72,7 +72,7 @@ class Live(Lines):
         """Print the number of particles and the end time."""
         self._end = end
         words = f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}"
-        self._console.print(Text(harmless(words)))
+        self._console.print(Text(sanitize(words)))
 
     def progress(self, progress: Progress) -> None:
         """Draw where the run is."""
@@ -98,7 +98,7 @@ class Live(Lines):
 
     def message(self, text: str) -> None:
         """Print it above the bar."""
-        self._console.print(Text(harmless(text)))
+        self._console.print(Text(sanitize(text)))
 
     def close(self) -> None:
         """Take the bar away."""

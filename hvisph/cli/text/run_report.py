@@ -13,7 +13,7 @@ import typer
 from hvisph.cli.guard import FAILED
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
-from hvisph.core.text import Plain, harmless
+from hvisph.core.text import Plain, sanitize
 from hvisph.parallel.mpi_launch import is_first
 
 from .formatting import duration, echo_json, say, show
@@ -125,10 +125,10 @@ def _results(summary: Plain, folder: Path, unitless: bool, everything: bool) -> 
         lines += [_health(summary), *filter(None, [_unsettled(summary)])]
     lines.append(
         f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
-        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {harmless(folder)}"
+        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {sanitize(folder)}"
     )
     if not everything:
-        lines.append(f"All measures: hvisph measure {harmless(folder)}; a page: hvisph report {harmless(folder)}")
+        lines.append(f"All measures: hvisph measure {sanitize(folder)}; a page: hvisph report {sanitize(folder)}")
     missed = [entry["name"] for entry in summary["expected"] if not entry["passed"]]
     if missed:
         lines.append(f"Not as expected: {', '.join(missed)}")

@@ -224,9 +224,9 @@ class RoundedCylinder(Profile):
 
     def __post_init__(self) -> None:
         require_sizes("rounded cylinder", diameter=self.diameter, length=self.length, edge_radius=self.edge_radius)
-        room = min(self.diameter / 2, self.length / (2 if self.ends == "both" else 1))
-        if self.edge_radius > room * (1 + 1e-12):
-            raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {room:g}", where="edge_radius")
+        most = min(self.diameter / 2, self.length / (2 if self.ends == "both" else 1))
+        if self.edge_radius > most * (1 + 1e-12):
+            raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {most:g}", where="edge_radius")
 
     @property
     def width(self) -> float:

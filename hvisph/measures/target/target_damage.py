@@ -190,8 +190,8 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
         outer = float(one.radii.mean())
         if float(one.diameters.mean()) > MUCH_WIDER * width and outer > inner:
             flat = scene.now.dimensions == 2
-            room = plate.thickness * (2.0 * (outer - inner) if flat else np.pi * (outer**2 - inner**2))
-            if float(sizes[(radius > inner) & (radius < outer)].sum()) > FILLED * room:
+            volume = plate.thickness * (2.0 * (outer - inner) if flat else np.pi * (outer**2 - inner**2))
+            if float(sizes[(radius > inner) & (radius < outer)].sum()) > FILLED * volume:
                 return True
     return False
 

@@ -30,8 +30,8 @@ what
 belongs to the pair on their mean; L takes g_ab. Forces remain equal and opposite, since each side's correction goes
 with its own stress. A pair takes the plain gradient on both sides where either corrected one is more than C_f times as
 long as the plain one, or has less than 1/C_f of it along the pair; that refuses changed signs too. The printed rule,
-`room_by_component`, tests each component instead, and so depends on the frame; components along which the two stand
-side by side are not tested there: the plain gradient has none. Fall-backs are counted.
+`correction_margin_by_component`, tests each component instead, and so depends on the frame; components along which the
+two stand side by side are not tested there: the plain gradient has none. Fall-backs are counted.
 
 Angular momentum (ANGULAR_MOMENTUM): a particle's stress makes some where it does not share the axes of its
 neighbourhood,
@@ -135,7 +135,7 @@ def margin(own, others, plain, factor, distance, level):
 
 
 @inline
-def room(own, others, plain, dx, r, factor, level):
+def correction_margin(own, others, plain, dx, r, factor, level):
     """Return a number below 0 where a corrected gradient is too unlike the `plain` one, in length or along the pair."""
     along = margin(dot(own, dx), dot(others, dx), dot(plain, dx), factor, r, level)
     longest = factor * factor * dot(plain, plain) - max(dot(own, own), dot(others, others))
@@ -143,7 +143,7 @@ def room(own, others, plain, dx, r, factor, level):
 
 
 @inline
-def room_by_component(own, others, plain, dx, r, factor, level):
+def correction_margin_by_component(own, others, plain, dx, r, factor, level):
     """Return the same where any component is too unlike."""
     least = margin(own[0], others[0], plain[0], factor, dx[0], level)
     if len(dx) > 1:
@@ -217,7 +217,7 @@ def accumulate(near, n, rows, i, constants, out):
             kernel = norm * hm * shape(q)
             own_g = add(dot_rows(own_matrix, g), multiply(kernel, own_shift))
             others = subtract(dot_rows(gradient(b, A, DIM), g), multiply(kernel, vector(b, B, DIM)))
-            kept = is_not_negative(room(own_g, others, g, dx, r, factor, share_of_r * r))
+            kept = is_not_negative(correction_margin(own_g, others, g, dx, r, factor, share_of_r * r))
             left = 1.0 - kept
             plain += left
             g, o = add(multiply(kept, own_g), multiply(left, g)), add(multiply(kept, others), multiply(left, g))

@@ -162,7 +162,7 @@ class Eulerian:
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
         if self.correction.by_component:
-            ways["room"] = standard.room_by_component
+            ways["correction_margin"] = standard.correction_margin_by_component
         return [
             Pass(kernel_correction.corrections, plain, parts | apart, into_rows=True),
             Pass(

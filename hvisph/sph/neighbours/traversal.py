@@ -133,9 +133,9 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     mode, half_reach = flush_tiny(), 0.5 * RIM * reach
     zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
     starts, inverse_edge, nx, ny, nz, undisturbed = grid
-    room = capacity + sixteen
-    near, numbers, box = np.empty(room, np.uint32), np.empty(room, np.uint32), np.empty((3, 3))
-    rough, exact = np.empty((DIM + 1, room), np.float32), np.empty((DIM + 1, room))
+    size = capacity + sixteen
+    near, numbers, box = np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((3, 3))
+    rough, exact = np.empty((DIM + 1, size), np.float32), np.empty((DIM + 1, size))
     slack = SLACK / (inverse_edge * inverse_edge)
     first = chunk * np.uint64(CHUNK)
     last = min(first + np.uint64(CHUNK), n_rows)

@@ -178,14 +178,14 @@ def _pictures(home: Path, rows: Sequence[Mapping[str, str]]) -> list[dict[str, s
     names = list(rows[0])
     varied = [name for name in names[1 : names.index("status")] if len({row[name] for row in rows}) > 1]
     shown = multiples([_run(home, row) for row in rows])
-    told = []
+    captions = []
     for row in rows:
         run = _run(home, row)
         if run in shown:
             values = ", ".join(_short("", row[name]) for name in varied)
             link = os.path.relpath(run / REPORT, home) if (run / REPORT).is_file() else ""
-            told.append({"image": shown[run], "text": f"{row['number']}: {values}", "link": link})
-    return told
+            captions.append({"image": shown[run], "text": f"{row['number']}: {values}", "link": link})
+    return captions
 
 
 def _row(home: Path, heads: Sequence[str], row: Mapping[str, str]) -> Plain:
