@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import load_case
+from hvisph.casefile.material_library import load_material, material_names
 from hvisph.core.errors import CaseError
 from hvisph.materials.damage import CockcroftLatham, JohnsonCookDamage, PressureCutoff
 from hvisph.materials.damage.fracture_energy import FractureEnergy, fracture_work
 from hvisph.materials.eos import Linear
 from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
+from hvisph.precheck.advice import advice
 from hvisph.setup.build import build
 from hvisph.setup.material_point import drive
 
@@ -131,6 +133,36 @@ def case_with(damage, **further):
 def test_bad_fracture_energies_are_refused(damage, message):
     with pytest.raises(CaseError, match=message):
         case_with(damage)
+
+
+@pytest.mark.parametrize(("name", "dx", "told"), [("aluminium-6061-t6", 1e-3, "l_max = 0.695 mm"),
+                                                  ("aluminium-6061-t6", 0.4e-3, ""),
+                                                  ("aluminium-6061-t6", 10e-6, "lattice tears"),
+                                                  ("aluminium-7075-t6", 0.5e-3, "three times")])  # fmt: skip
+@pytest.mark.parametrize("formulation", ["riemann", "total_lagrangian"])
+def test_widths_of_bands_are_checked_and_the_remedy_passes(name, dx, told, formulation):
+    """6061-T6: 2 E' G_f/p_0^2 of 10.7 kJ/m^2 and 1.8 GPa is 0.695 mm; bands of Total Lagrangian are 3 dx."""
+    wide = 3.0 if formulation == "total_lagrangian" else 1.0
+    body = {"material": {"base": name, "damage": {"toughness": "material"}},
+            "shape": {"type": "box", "size": [1e-2, 1e-2]}, "velocity": [10.0, 0.0]}  # fmt: skip
+    case = {"kinematics": "plane_strain", "resolution": dx / wide, "bodies": {"a": body}, "time": {"end": 1e-6},
+            "formulation": {"type": formulation}}  # fmt: skip
+    texts = [text for text in advice(load_case(case)) if "bands" in text]
+    assert len(texts) == (told != "")
+    for text in texts:
+        assert told in text
+        key, _, finer = text.rsplit("'", 2)[1].partition("=")
+        assert not [one for one in advice(load_case(case | {key: finer})) if "bands" in one]
+
+
+def test_the_library_keeps_its_models_and_offers_its_toughness():
+    for name in material_names():
+        material = load_material(name)
+        assert not getattr(material.damage, "breaks", False)
+        if material.fracture_toughness is not None:
+            damage = material.damage.model_dump(exclude_unset=True) | {"toughness": "material"}
+            case_with(damage, base=name, density=material.density, eos=material.eos.model_dump(exclude_unset=True),
+                      strength=material.strength.model_dump(exclude_unset=True))  # fmt: skip
 
 
 def test_a_toughness_is_a_fracture_energy():

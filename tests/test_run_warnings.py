@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import library, load_material
-from hvisph.diagnostics.warnings import Holds, remarks
+from hvisph.diagnostics.warnings import Holds, remarks, torn_without_damage
 from hvisph.materials.eos import IdealGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.validity_limits import outside_range, range_of
@@ -62,6 +62,17 @@ def test_a_solid_that_tears_says_so_unless_it_may_fail(plate):
     assert "25 % of it has torn off" in text
     assert said(snapshot(torn), snapshot(plate), whole=False) == []
     assert said(snapshot(torn), snapshot(torn)) == []  # it was in pieces from the start
+
+
+def test_cracks_between_sound_particles_are_told(plate):
+    """Ten rows part between columns 14 and 15: by a failed column, and in the rows where none has failed."""
+    now = snapshot(plate + np.where(plate[:, :1] > 14.5 * DX, 5 * DX, 0.0))
+    for sound in (0, 1, 10):
+        now.fields["damage"] = np.where((np.abs(plate[:, 0] - 15 * DX) < 0.5 * DX) & (plate[:, 1] > (sound - 0.5) * DX), 1.0, 0.2)  # fmt: skip
+        texts = remarks(now, snapshot(plate), ["plate"], [False], DX, cracks=[True])
+        assert [text[:34] for text in texts] == (["plate: torn_without_damage 100 %: "] if sound == 10 else [])
+        share, torn = torn_without_damage(now.fields["position"], plate, now.fields["damage"], DX)
+        assert (share, torn) == (pytest.approx(0.1 * sound), sound)
 
 
 def test_a_plate_that_is_cut_in_two_has_not_torn(plate):

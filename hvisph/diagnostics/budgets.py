@@ -123,6 +123,11 @@ class Budget:
         self.highest_pressure = float(self._setup.subdomain.get_maxima(self.highest_pressure)[0])
         return self.highest_pressure
 
+    def crack_area(self) -> float | None:
+        """Return the area of the cracks [m^2; m in 2D]; None where failure takes no energy."""
+        setup = self._setup
+        return work_of_fracture(setup, False) if "band_width" in setup.particles.offsets else None
+
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the energies by kind [J; per metre in 2D] of what is computed; None for what is not known."""
         kept = self._has_energy
@@ -188,11 +193,16 @@ def angular_momentum(setup: Setup) -> np.ndarray:
     return decode_sum(setup.subdomain.total(parts), unit)
 
 
-def work_of_fracture(setup: Setup) -> float:
-    """Return the work of fracture of all particles [J], see `materials.damage.fracture_energy`."""
+def work_of_fracture(setup: Setup, of_energy: bool = True) -> float:
+    """Return the work of fracture of all particles [J], see `materials.damage.fracture_energy`.
+
+    Without `of_energy` for each J/m^2 of their fracture energy: the area of the cracks [m^2].
+    """
     particles, table = setup.particles, setup.stepper.table[setup.particles.material]
     compliance = table[:, FRACTURE_COMPLIANCE]
-    energy = np.divide(0.5, compliance, out=np.zeros(len(compliance)), where=compliance > 0.0)
+    energy = np.zeros(len(compliance))
+    np.divide(0.5, compliance, out=energy, where=compliance > 0.0)
+    energy = energy if of_energy else np.sign(energy)
     work = fracture_work(particles["mass"], table[:, RHO0] / table[:, DISTENSION], particles["damage"],
                          particles["onset_tension"], particles["band_width"], energy)  # fmt: skip
     return setup.subdomain.exact_sum(work)

@@ -100,7 +100,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
               start: Snapshot, now: Snapshot, history: Plain,
               snapshots: Sequence[Path] = (), energies: Mapping[str, float | None] | None = None,
-              highest_pressure: float = 0.0,
+              highest_pressure: float = 0.0, crack_area: float | None = None,
               ) -> Plain:  # fmt: skip
     """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it."""
     try:
@@ -141,6 +141,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
         "energies": {
             name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
         },
+        **({} if crack_area is None else {"crack_area": crack_area * measured.whole.factor}),
         "shares": fractions,
         "pressures": pressures,
         "conservation": conservation,
@@ -163,7 +164,8 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
 
     states = case.formulation.type != "projection"
     holds = [_holds(body, case.units == "none") for body in case.bodies.values() if states]
-    return [*remarks(now, start, list(case.bodies), whole, case.resolution, holds, moments()), *unread]
+    cracks = [bool(getattr(body.material.damage, "breaks", False)) for body in case.bodies.values()]
+    return [*remarks(now, start, list(case.bodies), whole, case.resolution, holds, moments(), cracks), *unread]
 
 
 def _holds(body: Any, unitless: bool) -> Holds:

@@ -125,16 +125,21 @@ ALONE = 3.0
 HELD = 1e-3
 # Particles nearer than so many spacings hang together.
 LINK = 2.0
+# Nearest neighbours at the start are nearer than so many spacings, less than the diagonal of a square.
+NEXT = 1.3
+# Share of the crack between particles that have not failed from which on it is told.
+TORN_CRACK = 0.05
 # A piece of at least this share of the largest was cut off, not torn, where its edge had flowed by this plastic strain.
 PIECE, CUT = 0.25, 0.5
 
 
 def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float,
-            holds: Sequence[Holds] = (), moments: Iterable[Snapshot] = ()) -> list[str]:  # fmt: skip
+            holds: Sequence[Holds] = (), moments: Iterable[Snapshot] = (),
+            cracks: Sequence[bool] = ()) -> list[str]:  # fmt: skip
     """Return warnings on the final state of a run.
 
     `whole` says which bodies are solids without a model of damage, `holds` where the material of each body is valid;
-    `moments` are earlier states of the run.
+    `moments` are earlier states of the run; `cracks` says which bodies have a fracture energy.
     """
     texts = []
     left = validity_notes(chain(moments, [now]), bodies, holds) if holds else {}
@@ -145,9 +150,19 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
         texts += [f"{name}: {text}" for text in left.get(name, [])]
         position = now.fields["position"][mine]
         texts += [f"{name}: {text}" for text in _of_body(now, mine, position, spacing)]
-        if has_no_damage:
+        breaks = bool(cracks) and cracks[number]
+        if has_no_damage or breaks:
             # by number: particles may have left the domain since
             before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
+        if breaks:
+            share, torn = torn_without_damage(position, before, now.fields["damage"][mine], spacing)
+            if share > TORN_CRACK and torn > 1:
+                texts.append(
+                    f"{name}: torn_without_damage {format_share(share)}: so much of what has come apart lies between "
+                    "particles that have not failed, and took none of the fracture energy: the lattice tore there; "
+                    "take a coarser resolution or another formulation"
+                )
+        if has_no_damage:
             strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
             texts += [f"{name}: {text}" for text in _tearing(position, before, strain, spacing)]
     return [*texts, *_energy(now, start), *_isolated_vapour(now, start)]
@@ -188,6 +203,22 @@ def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spaci
             f"{format_share(share)} of it has torn off, and its material has no model of damage: where and when a "
             "lattice of particles tears is not physics; give the material `damage`"
         )
+
+
+def torn_without_damage(position: np.ndarray, before: np.ndarray, damage: np.ndarray,
+                        spacing: float) -> tuple[float, int]:  # fmt: skip
+    """Return the share of the cracks between unfailed particles [-], and the number of neighbours that it counts.
+
+    Nearest neighbours at the start, at `before` (n, dim) [m], that are now in different pieces are apart across a crack
+    if one of them has failed, by its `damage` (n,), else across sound material.
+    """
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(before.reshape(len(before), -1)).query_pairs(NEXT * spacing, output_type="ndarray")
+    pieces = connected_groups(position, spacing, LINK)
+    apart = pairs[pieces[pairs[:, 0]] != pieces[pairs[:, 1]]]
+    torn = int((damage[apart] < 1.0).all(axis=1).sum())
+    return (torn / len(apart) if len(apart) else 0.0), torn
 
 
 def _links(position: np.ndarray, spacing: float) -> np.ndarray:

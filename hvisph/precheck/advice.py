@@ -47,6 +47,10 @@ BOUNCING = 0.1
 STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
 LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most rock
 LOOSE = 1000.0  # closing speed above which fabric may stop the run [m/s]: it did at 7.24 km/s; below that is untried
+# Softening displacements over the width of the band, between which a crack takes its energy: bars with a weak row took
+# up to 2.7 times as much below the first; above the second a lattice tears before the crack has opened.
+SHARPEST, WIDEST_CRACK = 0.1, 1.0
+AT_ONSET = 0.1  # plastic strain at which metals begin to crack, for estimates of their strength then
 LONGEST_STEP = COURANT_OF["riemann"]  # Courant number up to which contact SPH was verified
 
 
@@ -357,6 +361,57 @@ def _moduli_apart(facts: Facts) -> Iterator[Values]:
             yield {"name": name, "poisson": poisson, "least": LEAST_POISSON, "usual": USUAL_POISSON, "shear": usual}
 
 
+def _cracks(facts: Facts) -> Iterator[tuple[str, float, float, float]]:
+    """Return body, width of its bands, l_max and w_f [m] of bodies with a fracture energy.
+
+    The flow stress at onset is that at a strain of `AT_ONSET`, slow and cold; the tension is the spall strength or the
+    cut-off, else the mean stress of uniaxial tension. w_f is that of flow; of what never yields, that of tension.
+    """
+    from hvisph.materials.damage.fracture_energy import largest_widths
+    from hvisph.setup.formulations import formulation_of
+    from hvisph.setup.material_point import flow_at
+
+    for name, body in facts.bodies.items():
+        damage: Any = body.material.damage
+        material = material_of_body(body)
+        if material.fracture is None:
+            continue
+        energy, shear = material.fracture.energy, material.shear_modulus
+        flow = 0.0 if body.material.strength.type == "elastic" else flow_at(material, None, AT_ONSET, 1.0)
+        if damage.type == "principal_stress":
+            flow, tension = damage.tensile_strength, damage.tensile_strength
+        else:
+            cut = getattr(damage, "pressure", None) or getattr(damage, "pressure_cutoff", None) or 0.0
+            tension = getattr(damage, "spall_strength", None) or -cut or flow / 3.0
+        modulus = material.density * material.bulk_sound_speed**2 + 4.0 * shear / 3.0
+        width = body.spacing(facts.case) * getattr(formulation_of(facts.case), "band_spacings", 1.0)
+        yield name, width, largest_widths(energy, flow, tension, shear, modulus), 2.0 * energy / (flow or tension)
+
+
+def _too_wide(facts: Facts) -> Iterator[Values]:
+    """Bands that would snap back, or take more than the energy of their crack."""
+    for name, width, stable, opening in _cracks(facts):
+        most = min(stable, opening / SHARPEST)
+        if width <= most:
+            continue
+        own = facts.bodies[name].resolution
+        finer = most * (own or facts.case.resolution) / width
+        left = 100.0 * math.sqrt(stable / width)
+        effect = f"its strength falls to {left:.2g} %" if width > stable else "cracks may take three times their energy"
+        yield {"name": name, "width": 1e3 * width, "stable": 1e3 * stable, "opening": 1e3 * opening, "effect": effect,
+               "of": f"bodies.{name}." if own else "",
+               "finer": math.floor(1e6 * finer) if finer > 1e-6 else 1e6 * finer}  # fmt: skip
+
+
+def _too_narrow(facts: Facts) -> Iterator[Values]:
+    """Bands narrower than the displacement over which they soften."""
+    for name, width, _, opening in _cracks(facts):
+        if width < WIDEST_CRACK * opening:
+            own = facts.bodies[name].resolution
+            yield {"name": name, "width": 1e3 * width, "opening": 1e3 * opening, "of": f"bodies.{name}." if own else "",
+                   "coarser": math.ceil(1e6 * opening * (own or facts.case.resolution) / width)}  # fmt: skip
+
+
 def _thin_walls(facts: Facts) -> Iterator[Values]:
     """Meshes of sheet that the spacing does not resolve; of shapes with sizes these are refused."""
     from hvisph.setup.shapes import shape_of
@@ -469,6 +524,15 @@ RULES = (
          "bodies.{name}.material.strength: yarns of 'fabric' are verified at a material point alone; a layer that a "
          "cloud of debris strikes at 7 km/s can stop the run, with density out of range; take its `porosity` without "
          "yarns", "start/limits", "bodies.{name}.material.strength={{type: none}}\nbodies.{name}.axes=null"),
+    Rule(_too_wide,
+         "bodies.{name}.material.damage: the bands of its cracks are {width:.3g} mm wide: {effect}; its strength is "
+         "borne up to l_max = {stable:.3g} mm, and the energy is right up to ten times the displacement of "
+         "{opening:.3g} mm over which it softens; give a finer resolution",
+         "materials", "{of}resolution={finer:.4g} um"),
+    Rule(_too_narrow,
+         "bodies.{name}.material.damage: bands of {width:.3g} mm are narrower than the displacement of {opening:.3g} "
+         "mm over which they soften: the lattice tears before a crack has taken its energy, 0.6 to 1 of it; give a "
+         "coarser resolution", "materials", "{of}resolution={coarser:.4g} um"),
     Rule(_thin_walls,
          "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
          "it a `resolution` of {finer:.3g} mm or finer", setting="bodies.{name}.resolution={finer:.3g} mm"),

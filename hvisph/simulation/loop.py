@@ -260,6 +260,7 @@ class Run:
             "failure": self.failure.as_dict() if self.failure else None, "particles": self.subdomain.count,
             "wall_seconds": self.reporter.seconds, "conservation": self.budget.as_dict(sums),
             "energies": self.budget.energies(sums), "highest_pressure": self.budget.highest(),
+            "crack_area": self.budget.crack_area(),
         }  # fmt: skip
         for one in (self.setup, self.writer):
             release_arrays(one)
