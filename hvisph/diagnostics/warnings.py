@@ -127,7 +127,9 @@ HELD = 1e-3
 LINK = 2.0
 # Nearest neighbours at the start are nearer than so many spacings, less than the diagonal of a square.
 NEXT = 1.3
-# Share of the crack between particles that have not failed from which on it is told.
+# Damage past onset at which three quarters of the fracture energy are taken.
+SOFT = 0.5
+# Share of the crack between sound particles from which on it is told.
 TORN_CRACK = 0.05
 # A piece of at least this share of the largest was cut off, not torn, where its edge had flowed by this plastic strain.
 PIECE, CUT = 0.25, 0.5
@@ -159,7 +161,7 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
             if share > TORN_CRACK and torn > 1:
                 texts.append(
                     f"{name}: torn_without_damage {format_share(share)}: so much of what has come apart lies between "
-                    "particles that have not failed, and took none of the fracture energy: the lattice tore there; "
+                    "particles that have hardly softened, and took little of the fracture energy: the lattice tore there; "
                     "take a coarser resolution or another formulation"
                 )
         if has_no_damage:
@@ -207,17 +209,17 @@ def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spaci
 
 def torn_without_damage(position: np.ndarray, before: np.ndarray, damage: np.ndarray,
                         spacing: float) -> tuple[float, int]:  # fmt: skip
-    """Return the share of the cracks between unfailed particles [-], and the number of neighbours that it counts.
+    """Return the share of the cracks between sound particles [-], and the number of neighbours that it counts.
 
     Nearest neighbours at the start, at `before` (n, dim) [m], that are now in different pieces are apart across a crack
-    if one of them has failed, by its `damage` (n,), else across sound material.
+    if the `damage` (n,) of one of them is above `SOFT`, else across sound material.
     """
     from scipy.spatial import cKDTree
 
     pairs = cKDTree(before.reshape(len(before), -1)).query_pairs(NEXT * spacing, output_type="ndarray")
     pieces = connected_groups(position, spacing, LINK)
     apart = pairs[pieces[pairs[:, 0]] != pieces[pairs[:, 1]]]
-    torn = int((damage[apart] < 1.0).all(axis=1).sum())
+    torn = int((damage[apart] <= SOFT).all(axis=1).sum())
     return (torn / len(apart) if len(apart) else 0.0), torn
 
 
