@@ -161,7 +161,7 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
             if share > TORN_CRACK and torn > 1:
                 texts.append(
                     f"{name}: torn_without_damage {format_share(share)}: so much of what has come apart lies between "
-                    "particles that have hardly softened, and took little of the fracture energy: the lattice tore there; "
+                    "particles that have hardly softened, and took little of the fracture energy: the lattice tore; "
                     "take a coarser resolution or another formulation"
                 )
         if has_no_damage:
