@@ -60,30 +60,6 @@ def test_what_is_outside_the_verification_is_named(case, key):
     assert "take" in text or "give" in text
 
 
-def test_cloth_struck_by_debris_is_named_and_goes_without_yarns():
-    """Above 1 km/s alone; without yarns nothing is said."""
-
-    def shot(speed, **material):
-        cloth = {"material": {"base": "nextel-af62"} | material, "shape": {"type": "box", "size": [4e-3] * 3},
-                 "axes": {"one": [0, 1, 0], "two": [0, 0, 1]}}  # fmt: skip
-        ball = {
-            "material": "aluminium-2017-t4",
-            "shape": {"type": "sphere", "diameter": 4e-3},
-            "velocity": [speed, 0, 0],
-        }
-        return load_case({"kinematics": "three_d", "resolution": 0.4e-3, "bodies": {"ball": ball, "cloth": cloth},
-                          "time": {"end": 1e-6}})  # fmt: skip
-
-    def of_yarns(case):
-        return [text for text in advice(case) if "yarns" in text]
-
-    (text,) = of_yarns(shot(7240.0))
-    assert "bodies.cloth.material.strength={type: none}" in text
-    assert "bodies.cloth.axes=null" in text
-    assert not of_yarns(shot(900.0))
-    assert not of_yarns(shot(7240.0, strength={"type": "none"}))
-
-
 def test_peaks_that_lattice_and_rim_make_are_named():
     """Steel on aluminium: 56 GPa on the axis for 41; spheres in 3D: 94 particles above 1.1 times the flat impact's."""
 

@@ -46,7 +46,6 @@ SLOW, CROSSINGS = 0.01, 20.0
 BOUNCING = 0.1
 STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
 LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most rock
-LOOSE = 1000.0  # closing speed above which fabric may stop the run [m/s]: it did at 7.24 km/s; below that is untried
 # Softening displacements over the width of the band, between which a crack takes its energy: bars with a weak row took
 # up to 2.7 times as much below the first; above the second a lattice tears before the crack has opened.
 SHARPEST, WIDEST_CRACK = 0.1, 1.0
@@ -519,11 +518,6 @@ RULES = (
          "bodies.{name}.material: shear and bulk modulus give a Poisson's ratio of {poisson:.2g}, below {least:g}, "
          "so that they are of different measurements; give the shear modulus of {usual:g} unless both are measured",
          setting="bodies.{name}.material.strength.shear_modulus={shear:.3g}"),
-    Rule(lambda f: ({"name": name} for name, body in f.bodies.items()
-                    if body.material.strength.type == "fabric" and f.kind.velocity > LOOSE),
-         "bodies.{name}.material.strength: yarns of 'fabric' are verified at a material point alone; a layer that a "
-         "cloud of debris strikes at 7 km/s can stop the run, with density out of range; take its `porosity` without "
-         "yarns", "start/limits", "bodies.{name}.material.strength={{type: none}}\nbodies.{name}.axes=null"),
     Rule(_too_wide,
          "bodies.{name}.material.damage: the bands of its cracks are {width:.3g} mm wide: {effect}; its strength is "
          "borne up to l_max = {stable:.3g} mm, and the energy is right up to ten times the displacement of "
