@@ -21,6 +21,7 @@ from .formulations import Formulation, RiemannFormulation
 from .gravity import Gravity, OptionalOverburden
 from .model import StrictModel, refuse
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
+from .start import Start
 from .time import RunLimits, Time, Witness, default_courant
 from .units import PositiveLength
 
@@ -70,6 +71,11 @@ class Case(StrictModel):
     initial_loads: tuple[InitialLoad, ...] = Field(
         default=(), description="Impulses: pressures that act during the first step", max_length=100
     )
+    start: Start | None = Field(
+        default=None,
+        description="Another run whose state this one starts from, with the same bodies and others beside them; the "
+        "bodies start as they are described unless given",
+    )
     gravity: Gravity | None = Field(
         default=None,
         description="Acceleration of gravity, one component per dimension [m/s^2], or `{type: sphere, ...}`, the field "
@@ -113,9 +119,19 @@ class Case(StrictModel):
         return KINEMATICS[self.kinematics].drawing_dimensions
 
     @property
+    def begins(self) -> float:
+        """Time at the start [s]: 0, or that of the other run."""
+        return 0.0 if self.start is None else float(self.start.at)
+
+    @property
+    def duration(self) -> float:
+        """Time from start to end [s]."""
+        return self.time.end - self.begins
+
+    @property
     def snapshot_interval(self) -> float:
         """Time between snapshots [s]."""
-        return self.output.every or self.time.end / SNAPSHOTS
+        return self.output.every or self.duration / SNAPSHOTS
 
     @property
     def smoothing_length(self) -> float:

@@ -58,5 +58,9 @@ class Surroundings(Protocol):
         """Duration and time stepping."""
 
     @property
+    def duration(self) -> float:
+        """Time from start to end [s]."""
+
+    @property
     def output(self) -> Output:
         """What is written, and how often."""

@@ -135,8 +135,14 @@ def field_of(column: str) -> Field:
     return CATALOGUE[column if column in CATALOGUE else column.rpartition("_")[0]]
 
 
+# History variables of particles: of a material with a memory, in the order of `materials.stress_update.NOTHING`; of a
+# crack, in bodies with a fracture energy; of a material with axes.
+MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
+CRACK = ("onset_damage", "onset_flow_stress", "onset_tension", "band_width")
+AXES = ("material_axes", "failure_modes")
 # What snapshots can hold: of the state, what follows from it, and what is known of the past.
 OF_STATE = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
-            "plastic_strain", "damage", "kernel_type")  # fmt: skip
+            "plastic_strain", "damage", "kernel_type", "thickness", *MEMORY, *CRACK, *AXES, "density_correction",
+            "torque_residual", "viscosity_factor")  # fmt: skip
 WRITTEN = (*OF_STATE, "pressure", "sound_speed", "von_mises_stress", "temperature", "displacement", "peak_pressure",
            "failed")  # fmt: skip

@@ -85,7 +85,7 @@ class Facts:
         driven = any(body.initial_velocity or body.internal_energy or body.temperature for body in bodies)
         driven = driven or any(body.material.eos.type in ("jwl", "ideal_gas") for body in bodies)
         driven = driven or any(clamp.moves for clamp in self.case.clamped)
-        if self.kind.velocity > 0.0 or driven or self.case.initial_loads or self.case.gravity:
+        if self.kind.velocity > 0.0 or driven or self.case.initial_loads or self.case.gravity or self.case.start:
             return False
         return not self.moving or (len(bodies) > 1 and all(plane.axis != "x" for plane in self.case.symmetry))
 
@@ -244,7 +244,7 @@ def _slow(facts: Facts) -> Found:
     if not (kind.pressure < ELASTIC * kind.strength and fastest < slow * slowest):
         return False
     lost = "" if facts.model.conserve_angular_momentum else " and loses spin"
-    crossings = case.time.end * slowest / size
+    crossings = case.duration * slowest / size
     return crossings > CROSSINGS and {"scheme": facts.scheme, "lost": lost, "crossings": crossings}
 
 

@@ -81,6 +81,8 @@ class BodyEstimate:
         What gave way to make sizes and mass exact, or which size differs in a nominal filling.
     along
         Where it begins and ends along x [m]; empty where particles were not made.
+    carried
+        Whether it starts from another run.
     """
 
     name: str
@@ -91,6 +93,7 @@ class BodyEstimate:
     exactness: float = 1.0
     note: str = ""
     along: tuple[float, float] | tuple[()] = ()
+    carried: bool = False
 
 
 @dataclass(frozen=True)
@@ -156,7 +159,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     particles = sum(body.particles for body in bodies)
     steps = estimated_steps(case)
     threads = min(threads, fed_threads(case, particles)) if threads else worthwhile_threads(case, particles)
-    snapshots = 1 + math.ceil(case.time.end / case.snapshot_interval - 1e-9)
+    snapshots = 1 + math.ceil(case.duration / case.snapshot_interval - 1e-9)
     written = _snapshot_bytes(case.dim) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
     return Estimate(
         bodies=bodies,
@@ -249,7 +252,7 @@ def estimated_steps(case: Case) -> int:
     """Return about how many steps `case` takes."""
     finest = min(body.spacing(case) for body in case.bodies.values()) / case.resolution
     dt = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
-    steps = math.ceil(case.time.end / dt - 1e-9)
+    steps = math.ceil(case.duration / dt - 1e-9)
     return min(steps, case.time.max_steps or steps)
 
 
@@ -284,7 +287,15 @@ def _body_estimate(body: PlacedBody, case: Case) -> BodyEstimate:
     if body.model.position is None:  # in a row round bodies stand a little off
         along = _at_zero(low, high, PLACED * body.filling.finest)
     return BodyEstimate(
-        body.name, len(body.positions), across, mass, body.requested_volume, exactness, body.filling.note, along
+        body.name,
+        len(body.positions),
+        across,
+        mass,
+        body.requested_volume,
+        exactness,
+        body.filling.note,
+        along,
+        bool(body.carried),
     )
 
 

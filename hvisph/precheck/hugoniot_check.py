@@ -25,6 +25,8 @@ def plane_shock(case: Case) -> tuple[Impact | None, str]:
         The `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `meeting`, and an empty text;
         or None and the reason why there is none.
     """
+    if case.start is not None:
+        return None, "bodies start from another run"
     if len(case.bodies) < 2:
         return None, "there is only one body"
     if case.kinematics == "plane_stress":

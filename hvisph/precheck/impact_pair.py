@@ -45,8 +45,11 @@ class Meeting:
 def meeting(case: Case) -> Meeting | None:
     """Return the first two bodies in contact at their initial velocities; None without contact.
 
-    Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure.
+    Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure. None for
+    bodies that start from another run, whose shapes and velocities are no longer those of the case.
     """
+    if case.start is not None:
+        return None
     names, bodies, (boxes, shifts) = list(case.bodies), list(case.bodies.values()), _boxes(case)
     velocities = [_velocity(body, box) for body, box in zip(bodies, boxes, strict=True)]
     impedance = [_impedance(body) for body in bodies]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -23,6 +23,7 @@ from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape,
 
 from .materials import material_of, start_of
 from .shapes import shape_of
+from .start import carried_fields, origin_of
 from .velocities import initial_velocity, refuse_unlike_halves
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
@@ -37,7 +38,8 @@ class PlacedBody:
 
     `filling` are the particles of the whole body about its origin, rotated; `positions` (n, dim) [m], `volumes` (n,)
     [m^dim] and `spacing` (n,) [m] those kept by symmetry planes. `middle` is the centre of mass of the whole body [m],
-    `surface` None for particles from a file.
+    `surface` None for particles from a file. `carried` are the fields of a body
+    that starts from another run, by name.
     """
 
     name: str
@@ -48,10 +50,16 @@ class PlacedBody:
     spacing: np.ndarray
     middle: np.ndarray
     surface: Placed | None = None
+    carried: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def breadth(self) -> np.ndarray:
-        """Side of the square or cube of each particle's volume, of its section if axisymmetric, (n,) [m]."""
+        """Side of the square or cube of each particle's volume, of its section if axisymmetric, (n,) [m].
+
+        That of the start of the run where a body starts from one.
+        """
+        if self.carried:
+            return self.spacing
         if isinstance(getattr(self.surface, "shape", None), Section):
             return np.sqrt(self.volumes / (2.0 * np.pi * self.positions[:, 1]))
         return np.asarray(self.volumes ** (1.0 / self.positions.shape[1]))
@@ -59,6 +67,8 @@ class PlacedBody:
     @property
     def velocity(self) -> np.ndarray:
         """Initial velocity of each particle, (n, dim) [m/s]."""
+        if self.carried:
+            return self.carried["velocity"]
         try:
             return initial_velocity(self.model, self.positions, self.middle)
         except CaseError as error:
@@ -86,6 +96,8 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         Where a shape cannot be filled, bodies overlap, a symmetry plane leaves nothing of a body or
         passes through one that is not symmetric about it.
     """
+    if case.start is not None:
+        return _with_carried(case)
     dim = case.dim
     mirrors = [Mirror("xyz".index(p.axis), p.at, 1.0 if p.keep == "above" else -1.0) for p in case.symmetry]
     fillings, shapes, faced = [], [], []
@@ -131,6 +143,38 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         bodies.append(PlacedBody(name, model, filling, positions, volumes, spacing[kept], middle, surface))
     _refuse_overlaps(bodies, case.units)
     if dim == 1:
+        _refuse_disorder(bodies)
+    return bodies
+
+
+def _with_carried(case: Case) -> list[PlacedBody]:
+    """Return the bodies of the run that a case starts from, and those that it adds."""
+    origin = origin_of(case)
+    found: dict[str, PlacedBody] = {}
+    for name, fields in carried_fields(case, origin).items():
+        model, x = case.bodies[name], fields["position"]
+        if not len(x):
+            raise CaseError("has no particle left in the run; there is nothing to start from", where=f"bodies.{name}")
+        density, _ = start_of(name, model, material_of(model.material, model.internal_energy))
+        volumes, spacing = fields["mass"] / density, fields["spacing"]
+        note = f"of {origin.folder.name} at {origin.snapshot.time:.6g}{' s' if case.units == 'si' else ''}"
+        size = tuple(float(one) for one in np.ptp(x, axis=0) + spacing.max())
+        middle = fields["mass"] @ x / fields["mass"].sum()
+        filling = Filling(x, volumes, size, spacing, note)
+        found[name] = PlacedBody(name, model, filling, x, volumes, spacing, middle, None, fields)
+    added = {name: model for name, model in case.bodies.items() if name not in found}
+    for name, model in added.items():
+        if model.position is None:
+            message = "is needed for a body that is added to another run, whose bodies have moved"
+            raise CaseError(message, where=f"bodies.{name}.position")
+    if added:
+        beside = placed_bodies(case.model_copy(update={"bodies": added, "start": None}))
+        for body in beside:
+            for other in found.values():
+                _refuse_overlaps([body, other], case.units)
+        found |= {body.name: body for body in beside}
+    bodies = [found[name] for name in case.bodies]
+    if case.dim == 1:
         _refuse_disorder(bodies)
     return bodies
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class Setup:
     `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
     which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `watched` as of
     `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
-    `driven` whether a clamp moves.
+    `driven` whether a clamp moves, `origin` as of `Beginning`.
     """
 
     stepper: AnyStepper
@@ -49,6 +49,7 @@ class Setup:
     watched: dict[str, np.ndarray] | None = None
     bears_any_tension: tuple[bool, ...] = ()
     driven: bool = False
+    origin: dict[str, Any] = field(default_factory=dict)
 
     @property
     def particles(self) -> Particles:
@@ -81,13 +82,14 @@ def set_up(case: Case, start: Beginning) -> Setup:
             motions.append(RigidMotion(RIGID_GROUP, np.array(body.velocity, float) * free, free))
     if motions:
         stepper.motion = PrescribedMotion(tuple(motions), particles.dim)
+        stepper.motion.time = case.begins
     criteria = Criteria(particles.dim, particles.count, case.time.cfl, formulation.viscous_factor)
     limits = np.array([_largest_density(material) for material in start.materials])
     subdomain = Subdomain(stepper, criteria, start.planes, start.count)
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
-                 bool(motions))  # fmt: skip
+                 bool(motions), start.origin)  # fmt: skip
 
 
 def _largest_density(material: Material) -> float:

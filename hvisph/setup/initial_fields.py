@@ -26,11 +26,6 @@ if TYPE_CHECKING:
 # Points of the column along which the pressure of the overburden is integrated.
 COLUMN = 400
 
-# Fields that hold a particle's memory, in the order of `materials.stress_update.NOTHING`.
-MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
-# Those of a crack behind them, of bodies with a fracture energy.
-CRACK = ("onset_damage", "onset_flow_stress", "onset_tension", "band_width")
-
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
     """Return the material of a body, with the parameters that depend on the spacing: crack growth, burn width."""
@@ -54,8 +49,9 @@ def with_cracks(material: Material, volume: float) -> Material:
     return replace(material, damage=damage)
 
 
-def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
-    """Return the initial history variables of a body's particles, (count, 9).
+def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float,
+                    begins: float = 0.0) -> np.ndarray:  # fmt: skip
+    """Return the initial history variables of a body's particles, (count, 9), in a run that begins at a time [s].
 
     The width of a crack band is the side of a particle's square or cube, of its section if axisymmetric.
     """
@@ -71,7 +67,7 @@ def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, 
                 message = f"a point has {points.shape[1]} components, needs {dim} in {dim}D"
                 raise CaseError(message, where=f"bodies.{body.name}.material.eos.detonation.points")
             distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
-            memory[:, 0] = -detonation.time - distance / (detonation.speed or material.eos.chapman_jouguet()[0])
+            memory[:, 0] = begins - detonation.time - distance / (detonation.speed or material.eos.chapman_jouguet()[0])
     if isinstance(material.damage, GradyKipp):
         volume = float(body.volumes.sum()) * dx ** (3 - drawn)
         memory[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)

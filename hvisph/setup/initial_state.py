@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
+from hvisph.core.fields import CRACK, MEMORY
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
 from hvisph.integrators.scheme import SCHEMES
@@ -25,8 +26,9 @@ from .bodies import PlacedBody, placed_bodies
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .impact_pressure import stiff_enough
-from .initial_fields import CRACK, MEMORY, add_overburden, body_material, initial_history
+from .initial_fields import add_overburden, body_material, initial_history
 from .materials import start_of
+from .start import origin_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -112,7 +114,8 @@ class Beginning:
 
     `longest` is the largest smoothing length [m] and `spread` the ratio of smallest to largest; `count` is the number
     of particles of all bodies. For a part, `watched` has the numbers of particles whose pressures the history records,
-    by column, and `sequence` (n,) their places in the order of all, if the scheme keeps an order.
+    by column, and `sequence` (n,) their places in the order of all, if the scheme keeps an order. `origin` tells of the
+    other run that this one starts from, see `start.Origin.as_dict`.
     """
 
     particles: Particles
@@ -127,6 +130,7 @@ class Beginning:
     count: int
     watched: dict[str, np.ndarray] | None = None
     sequence: np.ndarray | None = None
+    origin: dict[str, Any] = field(default_factory=dict)
 
 
 def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
@@ -142,7 +146,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     made = [body_material(body, case.drawing_dimensions, case.resolution) for body in placed]
     particles, materials = _state(case, formulation.fields, placed, made)
     if "band_width" in particles.offsets:
-        particles["band_width"] *= getattr(formulation, "band_spacings", 1.0)
+        fresh = np.concatenate([np.full(len(body.positions), not body.carried) for body in placed])
+        particles["band_width"][fresh] *= getattr(formulation, "band_spacings", 1.0)
     lengths = np.full(particles.count, formulation.h_over_dx * case.resolution)
     if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
         h = formulation.h_over_dx * case.resolution
@@ -156,11 +161,14 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     if isinstance(formulation, Riemann) and any(material.has_axes for material in made):
         formulation = replace(formulation, anisotropic=True)
     particles["smoothing_length"] = lengths
+    if isinstance(formulation, Riemann | Eulerian):
+        _carry_on(particles, placed, "smoothing_length")
     means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
     own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
     formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
     names = [body.name for body in placed]
     _hold(case, particles, names)
+    _carry_on(particles, placed, "kernel_type")
     refuse_outside(particles, case.domain, names)
     sides = {"above": 1.0, "below": -1.0}
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
@@ -172,10 +180,21 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         for number, body in enumerate(placed)
         if body.filling.note
     )
+    origin = {} if case.start is None else origin_of(case).as_dict()
+    if origin.get("lost_on_mapping"):
+        joule = " J" if case.units == "si" else ""
+        notes = (*notes, f"contact energy of the run, {origin['lost_on_mapping']:.6g}{joule}, does not go on")
     gauges = placed_gauges(case.gauges, placed, case.resolution)
     longest, shortest = float(lengths.max()), float(lengths.min())
     return Beginning(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
-                     particles.count)  # fmt: skip
+                     particles.count, origin=origin)  # fmt: skip
+
+
+def _carry_on(particles: Particles, placed: list[PlacedBody], name: str) -> None:
+    """Give the bodies that start from another run what a field of theirs was there."""
+    for number, body in enumerate(placed):
+        if name in body.carried and name in particles.offsets:
+            particles[name][particles.body == number] = body.carried[name]
 
 
 def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
@@ -216,18 +235,20 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
         particles["density"][part] = density
         particles["internal_energy"][part] = energy
         add_overburden(case, body, material, particles, part)
-        if material.remembers:
-            history = initial_history(body, material, dim, case.drawing_dimensions, dx)
+        if material.remembers and not body.carried:
+            history = initial_history(body, material, dim, case.drawing_dimensions, dx, case.begins)
             for name, values in zip((*MEMORY, *CRACK), history.T, strict=True):
                 if name in particles.offsets:
                     particles[name][part] = values
-        if material.has_axes:
+        if material.has_axes and not body.carried:
             particles["material_axes"][part] = material_axes(case, body.name, body.model, material)
-        elif body.model.axes is not None:
+        elif body.model.axes is not None and not material.has_axes:
             raise CaseError(f"'{material.name or 'its material'}' is the same in all directions; leave it out",
                             where=f"bodies.{body.name}.axes")  # fmt: skip
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
+    for name in {name for body in placed for name in body.carried}:
+        _carry_on(particles, placed, name)
     particles.tags[:, ID] = np.arange(particles.count)
     return particles, materials
 
@@ -242,7 +263,7 @@ def _hold(case: Case, particles: Particles, names: list[str]) -> None:
         if clamp.moves:
             particles.tags[held, FLAGS] |= (number + 1) << GROUP_SHIFT
             times, velocities = clamp.motion(case.dim)
-            particles["velocity"][held] = Motion(0, np.array(times), np.array(velocities)).velocity(0.0)
+            particles["velocity"][held] = Motion(0, np.array(times), np.array(velocities)).velocity(case.begins)
     for number, name in enumerate(names):
         if case.bodies[name].rigid is not None:
             own = particles.body == number

@@ -102,7 +102,7 @@ class Keeper:
             "first_step": self.watch.first,
             "files": vars(self.files),
             "series": self.series,
-        }  # fmt: skip
+        } | ({"origin": self.setup.origin} if self.setup.origin else {})  # fmt: skip
 
     def restore(self, checkpoint: Checkpoint) -> TimeStep:
         """Restore `checkpoint`, whose arrays the first process has, and return the next step.
@@ -123,6 +123,8 @@ class Keeper:
         def whole() -> dict[str, np.ndarray]:
             with _fits(checkpoint):
                 refuse_misfit(checkpoint, header, own)
+                if header.get("origin") != checkpoint.header.get("origin"):
+                    raise ValueError("the run that it started from has been run anew since")
                 return {name: given[f"{HISTORY}{name}"] for name in history}
 
         taken = share.world.from_first(whole)

@@ -30,7 +30,8 @@ class Clock:
     """Time, steps done and the step under way.
 
     `every` is the output interval [s] and `fixed` a fixed step [s] or None; `outputs` counts output times reached.
-    `allowed` and `allowed_by` are the last step of the criteria [s], before it was cut to land on the end.
+    `allowed` and `allowed_by` are the last step of the criteria [s], before it was cut to land on the end; `begun` is
+    the time of the start [s].
     """
 
     end: float
@@ -41,15 +42,16 @@ class Clock:
     outputs: int = 0
     allowed: float = 0.0
     allowed_by: str = ""
+    begun: float = 0.0
 
     def moment(self, number: int) -> float:
         """Return the output time with this number [s], at most the end."""
-        return self.end if number >= self._last else number * self.every
+        return self.end if number >= self._last else self.begun + number * self.every
 
     @property
     def _last(self) -> int:
         """Number of the last output time, which is the end."""
-        return max(ceil(self.end / self.every - SLIVER), 1)
+        return max(ceil((self.end - self.begun) / self.every - SLIVER), 1)
 
     def choose(self, allowed: float, criterion: str, under_way: TimeStep | None) -> TimeStep:
         """Return the step after `under_way`, None before the first, from the step [s] and criterion allowed."""
@@ -93,7 +95,7 @@ class Clock:
 
     def extend(self) -> TimeStep:
         """Return the present step after `end` was moved."""
-        self.outputs = floor(self.time / self.every * (1.0 + SLIVER))
+        self.outputs = floor((self.time - self.begun) / self.every * (1.0 + SLIVER))
         return self.choose(self.allowed, self.allowed_by, None)
 
     @property

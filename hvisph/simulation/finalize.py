@@ -52,10 +52,10 @@ def exit_code_of(status: str, summary: dict[str, Any], signal: int) -> int:
 
 
 def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: dict[str, Any],
-           listener: Listener) -> dict[str, Any]:  # fmt: skip
+           listener: Listener, origin: dict[str, Any]) -> dict[str, Any]:  # fmt: skip
     """Write and return the summary, measured from the run's files, with its warnings.
 
-    `ended` has the arguments of `summarise` that describe the end of the run.
+    `ended` has the arguments of `summarise` that describe the end of the run, `origin` tells of the one before it.
     """
     from hvisph.diagnostics.summary import summarise  # all that measures: nothing of it is needed to begin
 
@@ -64,6 +64,7 @@ def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: 
         case, text, **ended, threads=numba.get_num_threads(), start=_start(case, text, writer), now=now,
         history=read_history(folder.path), snapshots=list_snapshots(folder.path),
     )  # fmt: skip
+    summary |= {"start": origin} if origin else {}
     folder.write_json(file_names.SUMMARY, summary)
     how = f"{ended['status']} at {ended['time']:.6g} s after {ended['steps']} steps"
     folder.log.write(f"{how}, {ended['wall_seconds']:.2f} s")
@@ -80,6 +81,6 @@ def _start(case: Case, text: str, writer: SnapshotWriter) -> Snapshot:
             return read_snapshot(writer.path(0), lazily=True)
     setup = build(case)
     setup.stepper.start()
-    start = SnapshotWriter(writer.folder, setup, case, text).start().snapshot
+    start = SnapshotWriter(writer.folder, setup, case, text).start(case.begins).snapshot
     assert start is not None
     return start

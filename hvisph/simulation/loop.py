@@ -59,7 +59,7 @@ class Run:
         self.subdomain, self.domain = setup.subdomain, Domain(setup, case.domain)
         self.writer = SnapshotWriter(folder, setup, case, self.text)
         self.observer = Observer(setup, case.resolution)
-        self.clock = Clock(case.time.end, case.snapshot_interval, case.time.step)
+        self.clock = Clock(case.time.end, case.snapshot_interval, case.time.step, case.begins, begun=case.begins)
         self.files = RunFiles(folder, case, self.text, self.writer, self.observer, self.clock)
         self.status = "done"
         self.failure: Failure | None = None
@@ -124,7 +124,7 @@ class Run:
         tell_pieces(self.setup, 0)
         self.setup.stepper.start()
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.limits)
-        self.start = self.writer.start()
+        self.start = self.writer.start(self.case.begins)
         self.keeper = Keeper(
             self.case,
             self.setup,
@@ -152,7 +152,7 @@ class Run:
     def _begin(self) -> None:
         """Choose the first step."""
         stepper, limit = self.setup.stepper, self._limit()
-        self.watch.check_step(limit, 0.0, 0)
+        self.watch.check_step(limit, self.clock.time, 0)
         if self.setup.particles.has_previous:
             stepper.complete(0.0, 0.0)
         self.time_step = self.clock.choose(limit.dt, limit.criterion, None)
@@ -267,7 +267,7 @@ class Run:
 
         def summary_of() -> dict[str, Any]:
             assert last is not None
-            return sum_up(self.case, self.text, self.writer, last(), ended, self.listener)
+            return sum_up(self.case, self.text, self.writer, last(), ended, self.listener, self.setup.origin)
 
         summary = self.subdomain.world.from_first(summary_of)
         self.listener.finish(summary)

@@ -125,9 +125,9 @@ class SnapshotWriter:
         hdf5 = "hdf5" in self.output.formats or isinstance(number, str)
         return self.folder.snapshot_path(number) if hdf5 else self.folder.vtu_path(int(number))
 
-    def start(self) -> Moment:
-        """Return the initial snapshot, and store what measures of later ones need."""
-        moment = self.snapshot(0.0, 0)
+    def start(self, time: float) -> Moment:
+        """Return the initial snapshot, at a time [s], and store what measures of later ones need."""
+        moment = self.snapshot(time, 0)
         with moment.open() as start:
             if start is not None:
                 self._count = start.count

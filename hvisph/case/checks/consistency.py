@@ -13,6 +13,7 @@ from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.gravity import gravity_problems
 from hvisph.case.model import Path, Problem
 from hvisph.case.output import Clamp, Gauge, Output, SymmetryPlane, box_problems, gauge_problems, region_problems
+from hvisph.case.start import start_problems
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
 from hvisph.core.text import format_value, recommend
 
@@ -65,6 +66,7 @@ def problems_of(case: Case) -> list[Problem]:
         *_symmetry(case),
         *_regions(case),
         *gravity_problems(case),
+        *start_problems(case),
         *gauge_problems(case.gauges, case.dim),
         *case.formulation.problems(case),
         *_schedule(case),
@@ -191,7 +193,7 @@ def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
 
 
 def _schedule(case: Case) -> Iterator[Problem]:
-    end, unit = case.time.end, " s" if case.units == "si" else ""
+    end, unit = case.duration, " s" if case.units == "si" else ""
     if case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
         yield Problem(
             ("output", "every"),

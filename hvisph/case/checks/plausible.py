@@ -193,7 +193,7 @@ def _end(case: Surroundings) -> Iterator[str]:
     longest = max(crossings)
     if any(flight):
         longest = max(longest, max(max(b.shape.extent(), default=0.0) for b in case.bodies.values()) / max(flight))
-    share = case.time.end / longest
+    share = case.duration / longest
     if END.low <= share <= END.high:
         return
     meant = _guess_intended(share, _LIKELY)
@@ -202,16 +202,16 @@ def _end(case: Surroundings) -> Iterator[str]:
         unit, size = next(((u, f) for u, f in _TIMES if meant * longest >= f), _TIMES[-1])
         remedy = f"; was {meant * longest / size:.3g} {unit} meant?"
     yield (
-        f"time.end: {case.time.end:g} s is {share:.2g} times what sound or flight takes across a body, "
+        f"time.end: {case.duration:g} s is {share:.2g} times what sound or flight takes across a body, "
         f"{longest:.3g} s{remedy}"
     )
 
 
 def _output(case: Surroundings) -> Iterator[str]:
     every = case.output.every
-    if every is not None and every > case.time.end:
+    if every is not None and every > case.duration:
         yield (
-            f"output.every: {every:g} s is beyond the end, {case.time.end:g} s: the first and the last state alone are "
+            f"output.every: {every:g} s is beyond the end, {case.duration:g} s: the first and the last state alone are "
             "written; was a unit left out?"
         )
 

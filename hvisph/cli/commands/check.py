@@ -33,10 +33,15 @@ def draw_setup(case: Case, path: str) -> Path:
     bodies = []
     for body in placed:
         model, held = body.model, held_particles(case.clamped, body.name, body.positions)
-        label = f"{body.name}: {model.material.name or 'own material'}, {model.shape.type}"
+        shape = "of the run" if body.carried else model.shape.type
+        label = f"{body.name}: {model.material.name or 'own material'}, {shape}"
         label += ", rigid" if model.rigid is not None else ""
         bodies.append(DrawnBody(body.name, label, body.positions, body.breadth, body.mean_velocity, held))
     notes = []
+    if case.start is not None:
+        notes.append(
+            f"start {case.start.words(lambda value, unit: quantity(value, unit if case.units == 'si' else ''))}"
+        )
     contact = first_contact(placed)
     if contact is not None:
         time, one, other = contact
@@ -136,6 +141,7 @@ def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
         model = case.bodies[body.name]
         velocity = ", ".join(f"{v:g}" for v in model.velocity) + (" m/s" if si else "")
         velocity += "".join(f" + {field.type}" for field in model.initial_velocity)
+        velocity = "of the run" if body.carried else velocity
         across = f"{about}{body.particles}, {body.across} {'along' if case.dim == 1 else 'across'}"
         rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, across))
     lines = [
@@ -148,6 +154,8 @@ def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
         "",
     ]
     facts = [("particles", f"{about}{taken.particles}")]
+    if case.start is not None:
+        facts.append(("start", case.start.words(number)))
     if case.gravity is not None:
         weight = ", bodies under their weight" if case.overburden else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
@@ -157,12 +165,13 @@ def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
         if body.rigid is not None
     ]
     facts += [("moving clamp", text) for text in moving_clamps(case)]
-    kind = regime(case)
-    facts.append(("regime", kind.words))
-    if text := tears(case):
-        facts.append(("", text))
-    if known := experience(case, kind):
-        facts.append(("shots fired", known))
+    if case.start is None:
+        kind = regime(case)
+        facts.append(("regime", kind.words))
+        if text := tears(case):
+            facts.append(("", text))
+        if known := experience(case, kind):
+            facts.append(("shots fired", known))
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:

@@ -1,0 +1,265 @@
+"""Bodies of another run as they were at one of its snapshots: the state that a run starts from.
+
+The particles of the same kinematics are taken as they are. A ring (x, r, m) of an axisymmetric run becomes
+
+    n = max(round(2 pi r/dx), 2) particles of mass m/n at the angles 2 pi (k + g)/n about x,
+
+g of ring i being i (5^(1/2) - 1)/2 modulo 1. With planes of symmetry through x, n is a multiple of 2, of 4 with two,
+and g = 1/2, so that none lies on a plane; those kept are exactly a half or a quarter. Velocity and stress are turned by
+the angle, with the hoop stress. As the n are evenly placed, mass, momentum, angular momentum and energy are those of
+the ring to round-off. A particle of a plane run becomes n = round(width/dx) particles of mass m width/n along z.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.case.case import Case
+from hvisph.casefile.document import parse
+from hvisph.casefile.loader import case_hash, load_case
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.fields import AXES, CATALOGUE, CRACK, MEMORY, OF_STATE
+from hvisph.core.particles import BASE_FIELDS
+from hvisph.materials.material_table import Material
+from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_time
+from hvisph.output.snapshot import Snapshot
+
+from .materials import material_of
+
+# Times that differ by this share of the later one are the same moment.
+SAME_TIME = 1e-9
+# Shares of a turn between one ring and the next: no two of the following rings have particles in line.
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+OF_SUMS = ("density_correction", "torque_residual", "viscosity_factor", "thickness")
+NEAREST = 3  # snapshots that an error lists
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Snapshot of another run, `case` being the case of that run and `hash` that of its text."""
+
+    folder: Path
+    snapshot: Snapshot
+    first: Snapshot
+    case: Case
+    hash: str
+
+    @cached_property
+    def initial_spacing(self) -> np.ndarray:
+        """Spacing of the particles of the snapshot at the start of the run (n,) [m], by their smoothing lengths."""
+        h_over_dx = self.case.formulation.h_over_dx
+        now, first = self.snapshot, self.first
+        lengths = now.fields["smoothing_length"]
+        if np.isin(now.id, first.id).all() and "smoothing_length" in first.fields:
+            order = np.argsort(first.id)
+            lengths = first.fields["smoothing_length"][order[np.searchsorted(first.id, now.id, sorter=order)]]
+        return np.asarray(lengths / h_over_dx)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for the summary: folder, time, hash of the case, and what is lost.
+
+        `lost_on_mapping` is the energy of the run [J] that no particle has, its `contact_energy`: it does not go on.
+        """
+        lost = 0.0
+        with suppress(OutputError):
+            history = read_history(self.folder)
+            if "contact_energy" in history:
+                row = int(np.searchsorted(history["time"], self.snapshot.time, side="right")) - 1
+                lost = float(history["contact_energy"][max(row, 0)])
+        return {"run": str(self.folder), "at": self.snapshot.time, "case_hash": self.hash, "lost_on_mapping": lost}
+
+
+def origin_of(case: Case) -> Origin:
+    """Return the snapshot that a case starts from.
+
+    Raises
+    ------
+    CaseError
+        Where there is no such run or snapshot, or the case cannot start from it.
+    """
+    start: Any = case.start
+    folder = Path(start.run)
+    if not folder.is_dir():
+        raise CaseError(f"there is no folder '{start.run}'; give that of a run (runs/NAME)", where="start.run")
+    files = list_snapshots(folder)
+    if not files:
+        raise CaseError(f"'{start.run}' holds no snapshot; run its case first", where="start.run")
+    times = np.array([read_time(file) for file in files])
+    nearest = np.argsort(abs(times - start.at), kind="stable")
+    if abs(times[nearest[0]] - start.at) > SAME_TIME * max(times.max(), start.at):
+        unit = " s" if case.units == "si" else ""
+        there = ", ".join(f"{time:.9g}{unit}" for time in sorted(times[nearest[:NEAREST]]))
+        raise CaseError(f"the run has no snapshot at {start.at:.9g}{unit}; nearest: {there}", where="start.at")
+    snapshot = read_snapshot(files[int(nearest[0])], lazily=True)
+    text = str(snapshot.metadata.get("case", ""))
+    try:
+        parent = load_case(parse(text, "case").value)
+    except CaseError as error:
+        raise CaseError(f"the case of that run cannot be read: {error.message}", where="start.run") from error
+    origin = Origin(folder, snapshot, read_snapshot(files[0], lazily=True), parent, case_hash(text))
+    _refuse_other_model(case, origin)
+    _refuse_other_bodies(case, origin)
+    return origin
+
+
+def _refuse_other_model(case: Case, origin: Origin) -> None:
+    """Raise an error unless kinematics, units, spacing, planes and scheme of the run suit the case."""
+    start: Any = case.start
+    parent = origin.case
+    needed = {"same": case.kinematics, "revolved": "axisymmetric", "extruded": "plane_strain"}[start.mapping]
+    if parent.kinematics != needed:
+        ways = {"axisymmetric": " in the same kinematics, or `as: revolved`", "plane_strain": " in the same "
+                "kinematics, or `as: extruded`"}.get(parent.kinematics, " in the same kinematics")  # fmt: skip
+        raise CaseError(f"that run is {parent.kinematics}; it goes on{ways}", where="start.as")
+    if parent.units != case.units:
+        raise CaseError(f"that run has units {parent.units}, and this case {case.units}", where="start.run")
+    if parent.formulation.type == "projection":
+        raise CaseError("a run of projection has no state that another one can start from", where="start.run")
+    if abs(parent.resolution / case.resolution - 1.0) > SAME_TIME:
+        raise CaseError(
+            f"{case.resolution:g} is not that of the run, {parent.resolution:g}, whose particles stand so far apart",
+            where="resolution",
+        )
+    kept = {"same": "xyz", "revolved": "x", "extruded": "xy"}[start.mapping]
+    planes = [plane for plane in case.symmetry if plane.axis in kept]
+    if sorted(map(str, planes)) != sorted(map(str, parent.symmetry)):
+        raise CaseError(f"planes of symmetry across {', '.join(kept[: case.dim])} must be those of the run", "symmetry")
+    others = [plane for plane in case.symmetry if plane.axis not in kept]
+    if start.mapping == "revolved" and any(plane.at != 0.0 for plane in others):
+        raise CaseError("planes of symmetry across y and z must be at 0, where the axis of the run is", "symmetry")
+    sides = {plane.keep: plane.at for plane in others}
+    if start.mapping == "extruded" and len(sides) == 2 and sides["below"] - sides["above"] != start.width:
+        raise CaseError("is not the distance between the planes of symmetry across z", where="start.width")
+    if case.initial_loads and case.initial_loads == parent.initial_loads:
+        message = "these have acted in the run already; leave them out (`initial_loads: []`)"
+        raise CaseError(message, where="initial_loads")
+
+
+def _refuse_other_bodies(case: Case, origin: Origin) -> None:
+    """Raise an error where a body of the run is missing, or its particles lack what the case needs of them."""
+    fields = origin.snapshot.fields
+    lacking = [name for name in BASE_FIELDS if name not in fields]
+    if lacking:
+        raise CaseError(f"its snapshots lack '{lacking[0]}': `output.fields` left it out", where="start.run")
+    for name, before in origin.case.bodies.items():
+        where = f"bodies.{name}"
+        if name not in case.bodies:
+            message = f"that run has the body '{name}' and this case has not; describe it as there, or use `base`"
+            raise CaseError(message, where="start.run")
+        now = case.bodies[name]
+        if now.rigid is not None or before.rigid is not None:
+            raise CaseError("a rigid body cannot start from another run", where=f"{where}.rigid")
+        for what, there, here in (("density", before.material.density, now.material.density),
+                                  ("eos.type", before.material.eos.type, now.material.eos.type)):  # fmt: skip
+            if there != here:
+                raise CaseError(f"is {there} in the run, and {here} here", where=f"{where}.material.{what}")
+        old, new = (material_of(body.material, body.internal_energy) for body in (before, now))
+        for field in _history_of(new, case):
+            if field not in fields or field not in _history_of(old, origin.case):
+                raise CaseError(
+                    f"needs the history variable '{field}', which the run does not have for this body",
+                    where=f"{where}.material",
+                )
+        if type(old.damage) is not type(new.damage) and new.remembers:
+            raise CaseError("its damage model has a history, and is not that of the run", f"{where}.material.damage")
+
+
+def _history_of(material: Material, case: Case) -> tuple[str, ...]:
+    """Return the fields that the particles of a material carry beside those of all."""
+    found = MEMORY if material.remembers else ()
+    found = (*found, *CRACK) if material.fracture is not None else found
+    found = (*found, *AXES) if material.has_axes else found
+    return (*found, "thickness") if case.kinematics == "plane_stress" else found
+
+
+def carried_fields(case: Case, origin: Origin) -> dict[str, dict[str, np.ndarray]]:
+    """Return the fields of each body of the run as a case takes them, with the initial `spacing` (n,) [m]."""
+    snapshot, start = origin.snapshot, case.start
+    fields = {name: np.asarray(snapshot.fields[name]) for name in OF_STATE if name in snapshot.fields}
+    if origin.case.formulation.h_over_dx != case.formulation.h_over_dx:
+        del fields["smoothing_length"]  # that of the spacing then
+    fields["spacing"], body = origin.initial_spacing, snapshot.body
+    mapping = start.mapping  # type: ignore[union-attr]
+    if mapping != "same":  # these belong to the kernel sums of the plane
+        fields = {name: values for name, values in fields.items() if name not in OF_SUMS}
+    if mapping == "revolved":
+        fields, body = _revolve(fields, body, [plane for plane in case.symmetry if plane.axis in "yz"])
+    elif mapping == "extruded":
+        fields, body = _extrude(fields, body, start.width, case)  # type: ignore[union-attr]
+    return {
+        name: {field: values[body == number] for field, values in fields.items()}
+        for number, name in enumerate(snapshot.bodies)
+    }
+
+
+Fields = dict[str, np.ndarray]
+
+
+def _revolve(fields: Fields, body: np.ndarray, planes: list[Any]) -> tuple[Fields, np.ndarray]:
+    """Return the particles that rings become about x, those kept by planes of symmetry through it, and their bodies."""
+    radius, part = abs(fields["position"][:, 1]), 2 ** len({plane.axis for plane in planes})
+    around = 2.0 * np.pi * radius / fields["spacing"]
+    counts = (part * np.maximum(np.rint(around / part), 2 // part if part < 2 else 1)).astype(np.int64)
+    ring = np.repeat(np.arange(len(radius)), counts)
+    first = np.cumsum(counts) - counts
+    share = (np.arange(len(radius)) * GOLDEN) % 1.0 if part == 1 else np.full(len(radius), 0.5)
+    angle = 2.0 * np.pi * (np.arange(len(ring)) - first[ring] + share[ring]) / counts[ring]
+    cos, sin = np.cos(angle), np.sin(angle)
+    kept = np.ones(len(ring), bool)
+    for plane in planes:
+        across = cos if plane.axis == "y" else sin
+        kept &= (across > 0.0) == (plane.keep == "above")
+    ring, cos, sin, angle = ring[kept], cos[kept], sin[kept], angle[kept]
+    new = {}
+    for name, values in fields.items():
+        taken, rank = values[ring], _rank(name)
+        if rank == "vector":
+            taken = np.stack([taken[:, 0], taken[:, 1] * cos, taken[:, 1] * sin], axis=1)
+        elif rank == "symmetric":
+            taken = _turned_stress(taken, cos, sin)
+        elif rank == "quaternion":
+            taken = _turned_axes(taken, angle)
+        new[name] = taken / counts[ring] if name == "mass" else taken
+    return new, body[ring]
+
+
+def _turned_stress(stress: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> np.ndarray:
+    """Return the components xx, yy, zz, xy, xz, yz of a stress xx, rr, hoop, xr at angles from y about x (n, 6)."""
+    xx, rr, hoop, xr = stress.T
+    return np.stack([xx, rr * cos**2 + hoop * sin**2, rr * sin**2 + hoop * cos**2, xr * cos, xr * sin,
+                     (rr - hoop) * cos * sin], axis=1)  # fmt: skip
+
+
+def _turned_axes(axes: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return quaternions w, x, y, z (n, 4) followed by a turn by angles about x."""
+    cos, sin = np.cos(0.5 * angle), np.sin(0.5 * angle)
+    w, x, y, z = axes.T
+    return np.stack([cos * w - sin * x, cos * x + sin * w, cos * y - sin * z, cos * z + sin * y], axis=1)
+
+
+def _extrude(fields: Fields, body: np.ndarray, width: float, case: Case) -> tuple[Fields, np.ndarray]:
+    """Return the rows of particles along z that those of a plane run become, and their bodies."""
+    planes = {plane.keep: plane.at for plane in case.symmetry if plane.axis == "z"}
+    low = planes.get("above", planes.get("below", 0.5 * width) - width)
+    count = max(round(width / case.resolution), 1)
+    z = low + (np.arange(count) + 0.5) * width / count
+    of, z = np.repeat(np.arange(len(body)), count), np.tile(z, len(body))
+    new = {}
+    for name, values in fields.items():
+        taken, rank = values[of], _rank(name)
+        if rank == "vector":
+            taken = np.column_stack([taken, z if name == "position" else np.zeros(len(of))])
+        elif rank == "symmetric":
+            taken = np.column_stack([taken, np.zeros((len(of), 2))])
+        new[name] = taken * (width / count) if name == "mass" else taken
+    return new, body[of]
+
+
+def _rank(name: str) -> str:
+    return CATALOGUE[name].rank if name in CATALOGUE else "scalar"
