@@ -142,6 +142,10 @@ def test_examples_load(page, number, tmp_path):
         (tmp_path / content["case"]).write_text(blocks(page, "yaml")[0], encoding="utf-8")
         assert len(load_plan(content | {"case": str(tmp_path / content["case"])}).first()) > 1
         return
+    if "base" in content:  # the case above it
+        (tmp_path / content["base"]).write_text(blocks(page, "yaml")[0], encoding="utf-8")
+        load_case(content | {"base": str(tmp_path / content["base"])})
+        return
     if content.get("vary", {}).get("type") == "fit":  # its tables are the reader's own
         Sweep.model_validate(content)
         return
