@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 from hvisph.cli.main import app
 from hvisph.core.errors import OutputError
 from hvisph.measures.measure import measure
-from hvisph.output.reader import Convention, list_snapshots, read_snapshot
+from hvisph.output.foreign import snapshot_of_another_code
+from hvisph.output.reader import Convention, list_snapshots, read_history, read_snapshot
 
 MODES = ["ascii", "binary", "appended", "compressed"]
 
@@ -249,3 +250,19 @@ def test_what_is_said_wrongly_is_refused(tmp_path):
         told = CliRunner().invoke(app, ["measure", str(path), *words])
         assert told.exit_code != 0
         assert text in told.output + str(told.exception)
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("position", np.nan), ("position", np.inf), ("position", 1e300), ("mass", 0.0), ("mass", np.nan),
+    ("density", -1.0)])  # fmt: skip
+def test_points_that_no_matter_has_are_refused_by_every_command(tmp_path, name, value):
+    points, fields = np.random.default_rng(0).random((20, 3)), {"mass": np.ones(20), "density": np.full(20, 2700.0)}
+    (points if name == "position" else fields[name])[3] = value
+    with pytest.raises(OutputError, match=f"the {name} of point 3 is"):
+        snapshot_of_another_code(points, fields, {})
+
+
+def test_a_gauge_that_holds_text_is_refused(tmp_path):
+    (tmp_path / "history.csv").write_text("time,gauge.rear.pressure\n0,1e9\n1e-6,abc\n")
+    with pytest.raises(OutputError, match=r"gauge\.rear\.pressure holds text in place of numbers"):
+        read_history(tmp_path)

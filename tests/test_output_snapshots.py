@@ -226,7 +226,7 @@ def test_vtu_of_another_code(tmp_path, mode):
     arrays = {
         "Velocity": random.normal(size=(30, 3)),
         "rho": 2700.0 + random.normal(size=30),
-        "m": random.normal(size=30),
+        "m": random.uniform(1.0, 2.0, size=30),
         "mol": np.repeat([2, 5], 15),
         "ID": np.arange(30)[::-1].copy(),
         "Own quantity": random.normal(size=30),

@@ -41,6 +41,7 @@ QUANTITIES = {
 }
 WHOLE = ("body", "material", "id")  # quantities whose arrays hold whole numbers
 VELOCITY_COMPONENTS = (("vx", "vy", "vz"), ("u", "v", "w"))
+GREATEST = 1e100  # of a coordinate, so that its square can be taken
 UNLIKELY_DENSITY = 50.0  # [kg/m^3], less than that of any solid
 # Usual systems of units by the power of ten of a solid's density in them.
 LIKELY_UNITS = {0: "cm,g,us", -3: "mm,g,us", -6: "mm,kg,ms", -9: "mm,t,s"}
@@ -117,7 +118,8 @@ def snapshot_of_another_code(
     Raises
     ------
     OutputError
-        When there are no points, no array has a name that was given, or densities cannot be in SI.
+        When there are no points, no array has a name that was given, positions are not finite, masses or densities not
+        above zero, or densities cannot be in SI.
     """
     n = len(points)
     if n == 0:
@@ -142,6 +144,7 @@ def snapshot_of_another_code(
             fields[name] = arrays[key][1].astype(float)
             used.append(key)
     fields |= {name: values for key, (name, values) in arrays.items() if key not in used and name not in fields}
+    _refuse_impossible(fields)
     if convention.units is None and "density" in fields:
         _refuse_unlikely(fields["density"])
     body, bodies = _groups(arrays, convention, n, "body")
@@ -166,6 +169,18 @@ def snapshot_of_another_code(
 
 def _scale(values: np.ndarray, factor: float) -> np.ndarray:
     return values if factor == 1.0 else values * factor
+
+
+def _refuse_impossible(fields: Mapping[str, np.ndarray]) -> None:
+    """Raise `OutputError` for positions that are no places, and for masses and densities that no matter has."""
+    for name in fields.keys() & {"position", "mass", "density"}:
+        values = fields[name].reshape(len(fields[name]), -1)
+        wrong = ~(np.abs(values) < GREATEST if name == "position" else (values > 0.0) & (values < np.inf)).all(axis=1)
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            allowed = f"below {GREATEST:g} in size" if name == "position" else "above zero and finite"
+            shown = ", ".join(f"{value:.3g}" for value in values[k])
+            raise OutputError(f"the {name} of point {k} is {shown}, but must be {allowed}")
 
 
 def _refuse_unlikely(density: np.ndarray) -> None:

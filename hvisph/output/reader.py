@@ -227,7 +227,7 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
     Raises
     ------
     OutputError
-        When the file is missing or not a history.
+        When the file is missing or not a history, or time or a gauge is not a number.
     """
     path = Path(run) / file_names.HISTORY
     content = _bytes(path)
@@ -239,7 +239,11 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
     if any(len(row) != len(header) for row in rows):
         bad = next(i for i, row in enumerate(rows) if len(row) != len(header))
         raise OutputError(f"cannot read {path}: line {bad + 2} has not {len(header)} columns; it is damaged")
-    return {name: _column_values([row[k] for row in rows]) for k, name in enumerate(header)}
+    columns = {name: _column_values([row[k] for row in rows]) for k, name in enumerate(header)}
+    for name, values in columns.items():
+        if values.dtype.kind != "f" and name.startswith(("time", "gauge.")):
+            raise OutputError(f"cannot read {path}: the column {name} holds text in place of numbers; it is damaged")
+    return columns
 
 
 def read_summary(run: str | Path) -> Plain:
