@@ -106,7 +106,7 @@ def test_the_cloud_of_a_whipple_shield_is_in_the_picture(kind, tmp_path):
 @pytest.mark.parametrize(
     "options",
     [["--at", "0us,1us"], ["--field", "velocity_x", "--view", "3d"], ["--field", "body"],
-     ["--field", "pressure", "--range", "0,1e9", "--zoom", "2"], ["--log", "--field", "internal_energy"]],
+     ["--field", "pressure", "--range", "0,1e9", "--zoom", "2"], ["--bodies", "target"], ["--log", "--field", "internal_energy"]],
 )  # fmt: skip
 def test_pictures_are_drawn(folder, tmp_path, options):
     target = tmp_path / "picture.png"
@@ -126,7 +126,7 @@ def test_an_animation_has_all_moments(folder, tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [(["--field", "presure"], "did you mean 'pressure'"), (["--view", "top"], "no view"), (["--range", "2,1"], "lower"),
-     (["--zoom", "0"], "factor"), (["--at", "2 mm"], "time")],
+     (["--zoom", "0"], "factor"), (["--bodies", "targt"], "did you mean"), (["--at", "2 mm"], "time")],
 )  # fmt: skip
 def test_what_cannot_be_drawn_is_said(folder, options, said, tmp_path):
     result = CliRunner().invoke(app, ["plot", str(folder), *options, "-o", str(tmp_path / "p.png")])

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from hvisph.casefile.embedded_case import formulation, symmetry_axes
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit, format_time
 from hvisph.output.reader import snapshots_at
 from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.particles import Look, Moment, usual_view, view_picture
 
 
-def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> list[Moment]:
+def shown_moments(
+    path: Path, at: Sequence[float] | str | None, named: bool, bodies: Sequence[str] | None = None
+) -> list[Moment]:
     """Return moments of a run, or a snapshot's file, with time, spacing and formulation as their titles.
 
     Parameters
@@ -24,17 +28,29 @@ def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> 
         Times [s], ``all``, or None for the last.
     named
         Whether titles begin with the run's name.
+    bodies
+        Names of those to show; None for all.
 
     Raises
     ------
     CaseError
-        When there is no such run, or it holds no snapshot.
+        When there is no such run or body, or the run holds no snapshot.
     OutputError
         When one is damaged.
     """
     if not path.exists():
         raise CaseError(f"there is no run at {path}")
-    return [moment_of(snapshot, path.name if named else "") for snapshot in snapshots_at(path, at)]
+    return [moment_of(_part(snapshot, bodies), path.name if named else "") for snapshot in snapshots_at(path, at)]
+
+
+def _part(snapshot: Snapshot, bodies: Sequence[str] | None) -> Snapshot:
+    """Return the particles of the bodies with these names alone."""
+    if bodies is None:
+        return snapshot
+    for name in bodies:
+        if name not in snapshot.bodies:
+            raise CaseError(f"there is no body '{name}'{suggest_nearest(name, snapshot.bodies)}", where="--bodies")
+    return snapshot.part(np.isin(snapshot.body, [snapshot.bodies.index(name) for name in bodies]))
 
 
 def draw_last_states(runs: Mapping[str, Path], path: Path, field: str) -> Path:

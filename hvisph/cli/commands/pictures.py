@@ -14,13 +14,14 @@ from hvisph.core.errors import CaseError, suggest_nearest
 
 FieldOption = Annotated[str, option("--field NAME", "speed, pressure, damage, velocity_x, body, material ...")]
 RangeOption = Annotated[
-    str | None, option("--range A,B", "Limits of the colour scale [SI]; those of the run unless given.")
+    str | None, option("--range A,B", "Limits of the colour scale [SI]; those of what is shown unless given.")
 ]
 LogOption = Annotated[bool, option("--log", "Logarithmic colour scale.")]
 ViewOption = Annotated[
     str | None, option("--view VIEW", "side, front, 3d, or yaw,pitch [degrees]; 3D cases are rotated unless given.")
 ]
 MirrorOption = Annotated[bool, option("--mirror/--no-mirror", "Show mirror images at symmetry planes.")]
+BodiesOption = Annotated[str | None, option("--bodies A,B", "Bodies to draw; all unless given.")]
 ZoomOption = Annotated[str | None, option("--zoom Z", "Magnification, or left,right,bottom,top [m].")]
 
 
@@ -33,6 +34,7 @@ def plot(
     view: ViewOption = None,
     mirror: MirrorOption = True,
     zoom: ZoomOption = None,
+    bodies: BodiesOption = None,
     out: Annotated[Path | None, option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.")] = None,
     quiet: QuietOption = False,
 ) -> None:
@@ -40,7 +42,8 @@ def plot(
     from hvisph.postprocessing.snapshot_selection import shown_moments
     from hvisph.visualization.particles import view_picture
 
-    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1)]
+    names = bodies.split(",") if bodies else None
+    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, names)]
     first = Path(runs[0])
     target = out or (first if first.is_dir() else first.parent) / "plot.png"
     look = _look(field, ends, log, view, mirror, zoom, moments)
@@ -58,6 +61,7 @@ def animate(
     view: ViewOption = None,
     mirror: MirrorOption = True,
     zoom: ZoomOption = None,
+    bodies: BodiesOption = None,
     seconds: Annotated[float, option("--seconds", "Duration of the animation [s].", min=0.1)] = 6.0,
     quiet: QuietOption = False,
 ) -> None:
@@ -70,7 +74,7 @@ def animate(
         from hvisph.postprocessing.snapshot_selection import shown_moments
         from hvisph.visualization.particles import animate as draw
 
-        moments = shown_moments(Path(run), "all", False)
+        moments = shown_moments(Path(run), "all", False, bodies.split(",") if bodies else None)
         path = draw(moments, out, _look(field, ends, log, view, mirror, zoom, moments), seconds)
     if not quiet:
         typer.echo(str(path))

@@ -42,6 +42,7 @@ class View {
     this.field = run.fields.length ? run.fields[0].name : "body";
     this.shown = run.bodies.map(() => true);
     this.mirrored = run.planes.length > 0 || run.kinematics === "axisymmetric";
+    this.whole = run.dimensions === 1;  // whether the colour scale is that of the run, not of the moment
     this.reset();
   }
   reset() {
@@ -75,12 +76,24 @@ class View {
     const scale = this.zoom * Math.min(this.canvas.width / width, this.canvas.height / height);
     return {scale, middle, right, up, eye};
   }
+  scale(frame) {  // first and last of the 256 steps of the run's scale: all, or those of the moment less its outermost 0.5 %
+    const {run} = this, values = run.values[this.field], counts = new Uint32Array(256);
+    if (this.whole || !values) return [0, 255];
+    let all = 0;
+    for (let i = 0, at = frame * run.count; i < run.count; i++, at++)
+      if (run.position[0][at] !== NOWHERE && this.shown[run.body[i]]) { counts[values[at]]++; all++; }
+    let first = 0, last = 255;
+    for (let below = counts[0]; first < 255 && below <= 0.005 * all; below += counts[++first]);
+    for (let above = counts[255]; last > first && above <= 0.005 * all; above += counts[--last]);
+    return [first, Math.max(last, first + 1)];
+  }
   colours() {  // 256 colours by 4 shades, as pixels
     const field = this.run.fields.find(f => f.name === this.field);
     const table = new Uint32Array(1024), rgb = field ? this.tables[field.colours] : null;
     for (let shade = 0; shade < 4; shade++) for (let k = 0; k < 256; k++) {
       const dim = this.run.dimensions === 3 ? 0.55 + 0.15 * shade : 1;
-      const c = rgb ? rgb.subarray(3 * k, 3 * k + 3) : hex((this.run.bodies[k] || {colour: "#000000"}).colour);
+      const [first, last] = this.span, j = rgb ? Math.max(0, Math.min(255, Math.round(255 * (k - first) / (last - first)))) : k;
+      const c = rgb ? rgb.subarray(3 * j, 3 * j + 3) : hex((this.run.bodies[k] || {colour: "#000000"}).colour);
       table[shade * 256 + k] = 0xff000000 | (c[2] * dim) << 16 | (c[1] * dim) << 8 | (c[0] * dim);
     }
     return table;
@@ -93,6 +106,7 @@ class View {
   }
   draw(frame, share = 0, fold = 1) {  // a frame, or a share of the way from it to the next one; quickly with a larger fold
     const {run, canvas} = this, n = run.count, base = frame * n, context = canvas.getContext("2d");
+    this.span = this.scale(frame);
     const {sheet, W, H, picture, depth, pick} = (this.drawn ??= {})[fold] ??= this.buffers(fold);
     const pixels = new Uint32Array(picture.data.buffer);
     this.pick = this.drawn[1] ? this.drawn[1].pick : new Int32Array(canvas.width * canvas.height).fill(-1);
@@ -190,7 +204,7 @@ function timeText(run, t) {
   return unit ? `t = ${unit === "µs" ? shown.toFixed(2) : short(shown)} ${unit}` : `t = ${short(t)}`;
 }
 
-function bar(canvas, field, tables, labels) {  // the colour scale, the same at all times
+function bar(canvas, field, tables, labels, span) {  // the colour scale
   const context = canvas.getContext("2d");
   if (!field) { canvas.hidden = true; labels.textContent = ""; return; }
   canvas.hidden = false;
@@ -199,7 +213,8 @@ function bar(canvas, field, tables, labels) {  // the colour scale, the same at 
     context.fillStyle = `rgb(${c[0]},${c[1]},${c[2]})`;
     context.fillRect(k * canvas.width / 256, 0, canvas.width / 256 + 1, canvas.height);
   }
-  labels.innerHTML = `<span>${short(field.ends[0])}</span><span>${field.label}</span><span>${short(field.ends[1])}</span>`;
+  const [low, high] = span.map(k => short(field.ends[0] + k / 255 * (field.ends[1] - field.ends[0])));
+  labels.innerHTML = `<span>${low}</span><span>${field.label}</span><span>${high}</span>`;
 }
 
 async function main() {
@@ -225,6 +240,7 @@ async function main() {
       view.now = k;
       const share = playing && k + 1 < own.length ? Math.max(0, (t - own[k]) / (own[k + 1] - own[k])) : 0;
       view.draw(k, share, playing ? fold : 1);
+      view.legend();
       document.getElementById(`clock-${number}`).textContent = timeText(view.run, playing ? Math.min(t, own[own.length - 1]) : own[k]);
     }
     slider.setAttribute("aria-valuetext", timeText(views[0].run, t));
@@ -273,22 +289,22 @@ function strip(view, place) {  // six moments, evenly
     canvas.setAttribute("aria-label", `${view.run.title}, ${timeText(view.run, times[frame])}`);
     text.textContent = timeText(view.run, times[frame]);
     figure.append(canvas, text); place.append(figure);
-    const small = new View(view.run, canvas, view.tables);
+    const small = Object.assign(new View(view.run, canvas, view.tables), {whole: true});
     small.draw(frame);
   }
 }
 
 function steer(view, number, show) {  // controls of one run, and the pointer
   const get = name => document.getElementById(`${name}-${number}`), {run, canvas} = view;
-  const legend = () => bar(get("bar"), run.fields.find(f => f.name === view.field), view.tables, get("ends"));
-  get("field").addEventListener("change", event => { view.field = event.target.value; legend(); show(); });
+  view.legend = () => bar(get("bar"), run.fields.find(f => f.name === view.field), view.tables, get("ends"), view.span);
+  get("field").addEventListener("change", event => { view.field = event.target.value; show(); });
   get("reset").addEventListener("click", () => { view.reset(); show(); });
   if (get("mirror")) {
     get("mirror").checked = view.mirrored;
     get("mirror").addEventListener("change", event => { view.mirrored = event.target.checked; show(); });
   }
   run.bodies.forEach((_, b) => get(`body-${b}`).addEventListener("change", event => { view.shown[b] = event.target.checked; show(); }));
-  legend();
+  if (get("whole")) get("whole").addEventListener("change", event => { view.whole = event.target.checked; show(); });
   let from = null;
   const scaled = event => { const box = canvas.getBoundingClientRect(); return [(event.clientX - box.left) * canvas.width / box.width, (event.clientY - box.top) * canvas.height / box.height]; };
   canvas.addEventListener("pointerdown", event => { from = scaled(event); canvas.setPointerCapture(event.pointerId); });
