@@ -96,3 +96,12 @@ def assert_same_results(one, other):
         assert (a.time, a.step) == (b.time, b.step)
         for name, values in a.fields.items():
             np.testing.assert_array_equal(values, b.fields[name], err_msg=name)
+
+
+def cracked_bar(formulation="riemann", **further):
+    """A cylinder about the axis whose ends are pulled apart by 200 m/s each: cracks run through within 2 us."""
+    metal = METAL | {"damage": {"type": "johnson_cook", "d1": 0.02, "fracture_energy": 10e3}}
+    body = {"material": metal, "position": [0.0, 0.0], "shape": {"type": "cylinder", "diameter": 4e-3, "length": 6e-3},
+            "initial_velocity": [{"type": "linear", "gradient": [[7e4, 0.0], [0.0, 0.0]]}]}  # fmt: skip
+    return load_case({"kinematics": "axisymmetric", "resolution": 0.5e-3, "bodies": {"bar": body},
+                      "formulation": {"type": formulation}, "time": {"end": 2e-6}, "output": {"every": 1e-6}} | further)  # fmt: skip

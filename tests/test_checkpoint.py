@@ -13,6 +13,7 @@ from small_runs import (
     METAL,
     TWO,
     assert_same_results,
+    cracked_bar,
     every_material,
     final,
     row_of,
@@ -112,6 +113,18 @@ def test_flaws_pores_and_burn_resume_with_the_same_bits(tmp_path, formulation):
     if len(materials) == 3:
         assert last.fields["density"][last.body == 1].max() > 1.1 * 1800.0  # crushed
         assert last.fields["pressure"][last.body == 2].max() > 1e9  # burnt
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "total_lagrangian"])
+def test_cracks_about_the_axis_resume_with_the_same_bits(formulation, tmp_path):
+    """Stopped while the crack opens; its area is that of work over energy, and no more than some cross-sections."""
+    whole, parts = stopped_and_resumed(cracked_bar(formulation), tmp_path)
+    assert_same_results(whole, parts)
+    summary = json.loads((whole / "summary.json").read_text())
+    area = summary["crack_area"]
+    assert area == pytest.approx(summary["energies"]["fracture_work"] / 10e3, rel=1e-12)
+    assert 0.5 < area / (np.pi * 2e-3**2) < 6.0
+    assert (final(whole).fields["damage"] > 0.0).any()
 
 
 def test_a_run_extended_at_an_output_is_the_longer_run(tmp_path):
