@@ -144,3 +144,15 @@ def test_what_is_no_run_is_said_to_be_none(what, arguments, tmp_path):
 def test_the_readers_of_a_whole_run_find_nothing_wrong(finished):
     assert call("measure", finished)[0] in {0, 1}
     assert len(list_snapshots(finished)) == 4
+
+
+@pytest.mark.parametrize(("kept", "code", "said"), [
+    (slice(0, 1), 0, "report.html"), (slice(1, None), 3, "no column 'time'"),
+], ids=["no lines", "no header"])  # fmt: skip
+def test_the_report_of_a_history_that_lacks_lines_is_made_or_refused(kept, code, said, finished, tmp_path):
+    folder = shutil.copytree(finished, tmp_path / "run")
+    lines = (folder / "history.csv").read_text().splitlines(keepends=True)
+    (folder / "history.csv").write_text("".join(lines[kept]))
+    found, text, _ = call("report", folder)
+    assert found == code, text
+    assert said in "".join(text.split("\n"))

@@ -239,6 +239,8 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
     if any(len(row) != len(header) for row in rows):
         bad = next(i for i, row in enumerate(rows) if len(row) != len(header))
         raise OutputError(f"cannot read {path}: line {bad + 2} has not {len(header)} columns; it is damaged")
+    if "time" not in header:
+        raise OutputError(f"cannot read {path}: it is not a history (it has no column 'time')")
     columns = {name: _column_values([row[k] for row in rows]) for k, name in enumerate(header)}
     for name, values in columns.items():
         if values.dtype.kind != "f" and name.startswith(("time", "gauge.")):

@@ -208,7 +208,7 @@ def _contact(history: Mapping[str, np.ndarray]) -> float | None:
     if "kinetic_energy" not in history:
         return None
     energy = _column(history, "kinetic_energy")
-    less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[0])
+    less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[:1])
     return float(np.asarray(history["time"], float)[less[0]]) if len(less) else None
 
 
