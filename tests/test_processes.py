@@ -160,6 +160,20 @@ def summary_of(folder):
 
 
 @needs_mpi
+def test_a_run_that_starts_from_another_is_the_same(tmp_path):
+    """Added bodies and those of the other run, on two processes."""
+    parent = document_of([METAL, METAL], time={"end": 2e-7}, output={"every": 2e-7})
+    run(load_case(parent), tmp_path / "parent")
+    third = parent["bodies"]["body_1"] | {"position": [8e-3, 0.0], "velocity": [-1e3, 0.0]}
+    further = {"start": {"run": str(tmp_path / "parent"), "at": 2e-7}, "time": {"end": 4e-7}}
+    case = load_case(parent | further | {"bodies": parent["bodies"] | {"third": third}})
+    run(case, tmp_path / "one")
+    outcome = launch(2, "run", written(case, tmp_path), "--out", tmp_path / "two")
+    assert outcome.returncode == 0, outcome.stderr
+    assert_same_results(tmp_path / "one", tmp_path / "two")
+
+
+@needs_mpi
 @pytest.mark.parametrize(
     ("name", "processes", "threads"),
     [("eulerian", 2, 2), ("gas", 4, 1), ("pieces", 3, 1), ("piston", 3, 1), ("rigid", 2, 1), ("cracks", 3, 1)],

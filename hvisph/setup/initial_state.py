@@ -181,6 +181,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         if body.filling.note
     )
     origin = {} if case.start is None else origin_of(case).as_dict()
+    if origin:
+        notes = (*notes, "craters, bulges and penetration are measured from the bodies at the start of this run")
     if origin.get("lost_on_mapping"):
         joule = " J" if case.units == "si" else ""
         notes = (*notes, f"contact energy of the run, {origin['lost_on_mapping']:.6g}{joule}, does not go on")

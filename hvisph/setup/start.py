@@ -205,7 +205,7 @@ def _revolve(fields: Fields, body: np.ndarray, planes: list[Any]) -> tuple[Field
     """Return the particles that rings become about x, those kept by planes of symmetry through it, and their bodies."""
     radius, part = abs(fields["position"][:, 1]), 2 ** len({plane.axis for plane in planes})
     around = 2.0 * np.pi * radius / fields["spacing"]
-    counts = (part * np.maximum(np.rint(around / part), 2 // part if part < 2 else 1)).astype(np.int64)
+    counts = part * np.maximum(np.rint(around / part), 2 if part == 1 else 1).astype(np.int64)
     ring = np.repeat(np.arange(len(radius)), counts)
     first = np.cumsum(counts) - counts
     share = (np.arange(len(radius)) * GOLDEN) % 1.0 if part == 1 else np.full(len(radius), 0.5)
