@@ -206,6 +206,7 @@ EXAMPLES = {
     "rounded_cylinder": {"diameter": "3 mm", "length": "4 mm", "edge_radius": "1 mm"},
     "prism": {"section": DISC, "length": "4 mm"},
     "ring": {"section": DISC, "radius": "4 mm"},
+    "honeycomb": {"cell": "5 mm", "foil": "0.5 mm", "size": ["2 mm", "9 mm", "9 mm"]},
     "union": {"parts": [{"shape": BOX}, {"shape": BOX, "position": ["1 mm", 0, 0], "rotation": 30}]},
     "intersection": {"parts": [{"shape": BOX}, {"shape": {"type": "sphere", "diameter": "3 mm"}}]},
     "difference": {"whole": BOX, "removed": [{"shape": {"type": "sphere", "diameter": "1 mm"}}]},

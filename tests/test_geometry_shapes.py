@@ -20,6 +20,7 @@ from hvisph.geometry.shapes import (
     Dome,
     Frustum,
     HollowSphere,
+    Honeycomb,
     Intersection,
     Interval,
     Nosed,
@@ -121,6 +122,36 @@ def test_a_honeycomb_is_as_far_as_its_nearest_cell():
     found = core.distance(points)
     assert ((found < 0.0) == (least < 0.0)).all()
     assert found[least >= 0.0] == pytest.approx(least[least >= 0.0], abs=1e-12)
+
+
+def test_a_honeycomb_core_has_the_mass_of_its_foil():
+    """8/3 foil/cell of the section, less what joints share; against brute-force distances to all cell borders."""
+    cell, wall = 4.76, 0.05
+    share = 8 / 3 * wall / cell - 4 / 3 * (wall / cell) ** 2  # of whole cells: walls less what joints share
+    whole = Honeycomb(cell, wall, (3.0, 6 * cell, 4 * cell * math.sqrt(3.0)))
+    assert whole.volume == pytest.approx(share * math.prod(whole.size), rel=1e-12)
+    core = Honeycomb(cell, wall, (3.0, 5.3 * cell, 4.9 * cell))
+    points = np.random.default_rng(4).uniform(*core.bounds(), (400_000, 3))
+    found = core.volume / math.prod(core.size)
+    assert core.contains(points).mean() == pytest.approx(found, abs=3 * math.sqrt(found / 400_000))  # 3 deviations
+    centres = np.array([[i + 0.5 * (j % 2), j * math.sqrt(0.75)] for i in range(-8, 9) for j in range(-10, 11)]) * cell
+    some = points[:2000]
+    apart = np.sqrt(((some[:, None, 1:] - centres) ** 2).sum(axis=2))
+    own = centres[apart.argmin(axis=1)]
+    expected = np.full(len(some), np.inf)
+    for other in centres:
+        way = other - own
+        far = np.sqrt((way**2).sum(axis=1))
+        beside = np.abs(far - cell) < 1e-9
+        along = np.einsum("ij,ij->i", some[:, 1:] - own, way) / np.where(beside, far, 1.0)
+        part = np.where(np.abs(way[:, 1]) < 1e-9, wall, 0.5 * wall)
+        expected = np.where(beside, np.minimum(expected, 0.5 * cell - along - part), expected)
+    inner = np.abs(some) < np.array(core.size) / 2 - cell  # where the box is not nearer
+    deep = inner[:, 1:].all(axis=1)
+    found = core.distance(some)
+    outside = expected > 0
+    assert (found[deep] > 0).tolist() == outside[deep].tolist()
+    assert found[deep & outside] == pytest.approx(expected[deep & outside], abs=1e-9)
 
 
 def random_shape(random):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
 from hvisph.measures.correlations import (
     ALLOYS,
     KSI,
@@ -233,3 +234,44 @@ time: {end: 1 us}
     assert "gravity" in reason
     shot, reason = impact(soil % "0 Pa", "gravity: [-3 m/s^2, 0]\n")
     assert (shot.gravity, reason) == (3.0, "")
+
+
+PANEL = """
+kinematics: three_d
+resolution: 0.2 mm
+bodies:
+  shot: {material: aluminium-2017-t4, shape: {type: sphere, diameter: 2.2 mm}, velocity: [6 km/s, 0, 0]}
+  front: {material: aluminium-6061-t6, shape: {type: box, size: [0.8 mm, 20 mm, 20 mm]}}
+  core:
+    material: {base: aluminium-5056-foil, porosity: {distension: %s, elastic_pressure: 10 MPa, solid_pressure: 1 GPa}}
+    shape: {type: honeycomb, cell: 4.76 mm, foil: 0.0254 mm, thickened: %s, size: [12.7 mm, 20 mm, 20 mm]}
+  rear: {material: aluminium-6061-t6, shape: {type: box, size: [0.8 mm, 20 mm, 20 mm]}}
+time: {end: 1 us}
+"""
+
+
+def test_a_honeycomb_counts_as_a_gap_of_two_cells(tmp_path):
+    path = tmp_path / "case.yaml"
+    path.write_text(PANEL % (16, 16))
+    shot, _ = impact_of(load_case(path))
+    front, rear = shot.walls
+    assert (rear.gap, rear.cell) == pytest.approx((12.7 * MM, 4.76 * MM))
+    found = next(one for one in correlations(shot) if one.quantity.startswith("critical"))
+    assert found.name == "Christiansen, honeycomb"
+    empty = replace(rear, gap=2 * rear.cell, cell=0.0)
+    assert found.value == critical_diameter(replace(shot, walls=(front, empty)), front, empty, rear.alloy.strength)
+    shallow = replace(rear, gap=5 * MM)  # a core of less than two cells counts with its depth
+    of_shallow = next(
+        one for one in correlations(replace(shot, walls=(front, shallow))) if one.quantity.startswith("critical")
+    )
+    assert of_shallow.value < found.value
+
+
+@pytest.mark.parametrize(("pores", "times", "words"), [
+    (8, 16, "distension 16"), (8, 8, "give 16 or more"), (64, 64, "no foil in cells"),
+])  # fmt: skip
+def test_foil_keeps_its_mass_and_is_resolved(pores, times, words, tmp_path):
+    path = tmp_path / "case.yaml"
+    path.write_text(PANEL % (pores, times))
+    with pytest.raises(CaseError, match=words):
+        load_case(path)

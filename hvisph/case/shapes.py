@@ -32,7 +32,7 @@ from .simple_shapes import (
     SphereShape,
     TubeShape,
 )
-from .units import Angle, Length, NonNegativeLength, PositiveLength
+from .units import NUMBER, Angle, Length, NonNegativeLength, PositiveLength, Quantity
 
 Position = Annotated[tuple[Length, ...], SCALAR_AS_LIST, Field(min_length=1, max_length=3)]
 
@@ -84,6 +84,30 @@ class RingShape(ShapeOptions):
     def thickness(self) -> float:
         """Return the section's thickness [m]."""
         return self.section.thickness()
+
+
+class HoneycombShape(ShapeOptions):
+    """Hexagonal cells along x in a box, a cell at its centre; walls normal to y have two foils (3D)."""
+
+    type: Literal["honeycomb"] = "honeycomb"
+    cell: PositiveLength = Field(description="Width of a cell between opposite walls [m]")
+    foil: PositiveLength = Field(description="Thickness of the foil [m]")
+    thickened: Annotated[float, Quantity(NUMBER, minimum=1)] = Field(
+        default=1.0,
+        description="Drawn thickness over that of the foil [-], at least 1; the material's `porosity.distension` must "
+        "be the same, so that cell and mass are those of the foil",
+    )
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(
+        description="Depth along x, and sizes along y and z [m]"
+    )
+
+    def extent(self) -> tuple[float, ...]:
+        """Return the full size along each axis [m]."""
+        return self.size
+
+    def thickness(self) -> float:
+        """Return the drawn thickness of a wall of one foil [m]."""
+        return self.foil * self.thickened
 
 
 class Part(StrictModel):
@@ -152,6 +176,7 @@ Shape = Annotated[
     | RoundedCylinderShape
     | PrismShape
     | RingShape
+    | HoneycombShape
     | UnionShape
     | IntersectionShape
     | DifferenceShape

@@ -74,8 +74,8 @@ _COMBINED = ("union", "intersection", "difference", "repeat")
 SHAPES: dict[int, tuple[str, ...]] = {
     1: ("interval", "particles"),
     2: ("disc", "box", "annulus", "polygon", *_NOSED, *_COMBINED, "particles"),
-    3: ("sphere", "box", "cylinder", "tube", "hollow_sphere", *_NOSED, "prism", "ring", *_COMBINED, "mesh",
-        "particles"),
+    3: ("sphere", "box", "cylinder", "tube", "hollow_sphere", *_NOSED, "prism", "ring", "honeycomb", *_COMBINED,
+        "mesh", "particles"),
 }  # fmt: skip
 
 

@@ -6,6 +6,7 @@ Spheres of any metal on plates of aluminium. Sources:
 - Whipple shield: Christiansen, ibid. eqs. 4-23 to 4-26;
 - stuffed Whipple shield: Christiansen and Kerr 2001, Int. J. Impact Eng. 26, 93; multi-wall shield of cloth before
   aluminium: Christiansen 2003, NASA/TP-2003-210788, eqs. 4-25 to 4-37; both read in the public code pyBLOSSUM;
+- honeycomb panel: that of the Whipple shield with a gap of at most two cells; that limit is recalled;
 - hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
 - crater in a thick layer of soil, rock, ice or water: Holsapple 1993, Annu. Rev. Earth Planet. Sci. 21, 333, constants
   as in the public code cratermaker; in rock, Gault 1973, The Moon 6, 32, in the form of Melosh 1989, recalled;
@@ -28,6 +29,7 @@ CM, KM, KSI = 1e-2, 1e3, 6.894757e6
 DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
 STUFFED, SHOCKS = "Christiansen and Kerr 2001", "NASA/TP-2003-210788 eqs. 4-25 to 4-37"
 MAIDEN, SAWLE = "Maiden and McHugh 1963; coefficients recalled", "Sawle 1969; coefficients recalled"
+CELLS = 2.0  # of a honeycomb, within which a cloud stays as if the gap were so wide
 RECHT = "Recht and Ipson 1963"
 HOLSAPPLE = "Holsapple 1993; editions differ by two in K1"
 GAULT = "Gault 1973; coefficients recalled"
@@ -81,7 +83,8 @@ GROUNDS = {
 class Wall:
     """A plate: thickness [m], density with pores [kg/m^3], distance to the one before it [m], material.
 
-    `ground` is its class in `GROUNDS`, empty for what craters are not scaled in.
+    `ground` is its class in `GROUNDS`, empty for what craters are not scaled in; `cell` the width of the cells of a
+    honeycomb that fills the gap, 0 without one [m].
     """
 
     name: str
@@ -91,6 +94,7 @@ class Wall:
     alloy: Alloy | None = None
     cloth: bool = False
     ground: str = ""
+    cell: float = 0.0
 
     @property
     def areal_density(self) -> float:
@@ -374,6 +378,8 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
     if len(impact.walls) != 2:
         return
     bumper, wall = impact.walls
+    if wall.cell:  # cells channel the cloud
+        wall = replace(wall, gap=min(wall.gap, CELLS * wall.cell))
     if bumper.alloy is None or wall.alloy is None or wall.gap <= 0.0 or not 1.0 * KM <= impact.speed <= 15.0 * KM:
         return
     least = 0.25 if wall.gap < 30.0 * impact.diameter else 0.20
@@ -383,7 +389,10 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
     critical = critical_diameter(impact, bumper, wall, wall.alloy.strength)
     text = f"{wall.name} {'perforated' if impact.diameter > critical else 'holds'}"
     span = "two aluminium walls, 1 to 15 km/s; +-25 % in diameter"
-    yield Correlation("Christiansen, Whipple", "critical diameter of the sphere", critical, "m", text, span, WHIPPLE)
+    name = "Christiansen, Whipple"
+    if wall.cell:
+        name, span = "Christiansen, honeycomb", f"aluminium faces on honeycomb, gap at most {CELLS:g} cells (recalled)"
+    yield Correlation(name, "critical diameter of the sphere", critical, "m", text, span, WHIPPLE)
 
 
 def _cloth(impact: Impact) -> Iterator[Correlation]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,25 +29,31 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
         return None, "correlations are for one sphere that flies at plates"
     shot = case.bodies[shots[0]]
     others = [name for name in names if name != shots[0] and case.bodies[name].role != "other"]
-    if not others or any(case.bodies[name].shape.type not in ("box", "cylinder") for name in others):
+    cores = [name for name in others if case.bodies[name].shape.type == "honeycomb"]
+    plates = [name for name in others if name not in cores]
+    if not plates or any(case.bodies[name].shape.type not in ("box", "cylinder") for name in plates):
         return None, "correlations are for plates: boxes, or short cylinders"
+    if others[0] in cores or others[-1] in cores:
+        return None, "correlations are for honeycomb between two plates"
     met = meeting(case)
     if met is None or shots[0] not in (met.first, met.second):
         return None, "the sphere flies past the plates, or away from them"
     velocity = np.array(shot.velocity) - np.array(case.bodies[others[0]].velocity)
     speed = float(np.sqrt((velocity**2).sum()))
     walls, fronts = [], []
-    for name in others:
+    for name in plates:
         normal, thickness = _plate(case.bodies[name])
         fronts.append((name, normal, thickness))
     cosine = abs(float(velocity @ fronts[0][1])) / speed
-    gaps = _gaps(case, others)
-    for (name, _, thickness), gap in zip(fronts, gaps, strict=True):
+    gaps, cells = _fill(case, others, _gaps(case, others))
+    for (name, _, thickness), gap, cell in zip(fronts, gaps, cells, strict=True):
         body = case.bodies[name]
         pores = body.material.porosity
         density = body.material.density / (1.0 if pores is None else pores.distension)
         cloth = body.material.strength.type == "fabric"
-        walls.append(Wall(name, thickness, density, gap, alloy_of(str(body.material.name)), cloth, ground_of(body)))
+        walls.append(
+            Wall(name, thickness, density, gap, alloy_of(str(body.material.name)), cloth, ground_of(body), cell)
+        )
     field = case.gravity
     pull = math.hypot(*field.acceleration) if field is not None and field.type == "uniform" else 0.0
     angle = math.acos(min(cosine, 1.0))
@@ -56,6 +62,23 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
     if ground and not pull and not GROUNDS[ground].strength:
         return impact, f"craters in {ground} have no size without strength or a uniform `gravity`"
     return impact, ""
+
+
+def _fill(case: Case, names: list[str], gaps: list[float]) -> tuple[list[float], list[float]]:
+    """Return gaps before the plates among `names` over the honeycombs in them [m], and the least width of cells [m]."""
+    wide: list[float] = []
+    cells: list[float] = []
+    gap = cell = 0.0
+    for name, before in zip(names, gaps, strict=True):
+        shape: Any = case.bodies[name].shape
+        gap += before
+        if shape.type == "honeycomb":
+            gap, cell = gap + shape.size[0], min(cell or shape.cell, shape.cell)
+            continue
+        wide.append(gap)
+        cells.append(cell)
+        gap = cell = 0.0
+    return wide, cells
 
 
 def ground_of(body: Body) -> str:
@@ -81,7 +104,7 @@ def ground_of(body: Body) -> str:
 def _plate(body: Body) -> tuple[np.ndarray, float]:
     """Return the normal and the thickness of a plate: its least extent."""
     extent = np.array(body.shape.extent())
-    axis = int(np.argmin(extent))
+    axis = 0 if body.shape.type == "honeycomb" else int(np.argmin(extent))
     normal = np.eye(3)[axis, : len(body.velocity)]
     if body.rotation is not None:
         normal = rotation_matrix(3, body.rotation.radians, body.rotation.axis) @ normal

@@ -105,7 +105,7 @@ if TYPE_CHECKING:
 # Spacings that differ by more than this share of the case's are unlike; filling a shape exactly changes them by less.
 UNLIKE = 0.005
 # Kinds of shapes that may be of several pieces.
-SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "mesh", "particles")
+SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "honeycomb", "mesh", "particles")
 
 
 @dataclass

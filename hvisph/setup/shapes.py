@@ -49,6 +49,8 @@ def shape_of(model: Any, dim: int) -> Shape:
             return shapes.Prism(shape_of(model.section, 2), model.length, model.axis)
         case "ring":
             return shapes.Ring(shape_of(model.section, 2), model.radius, model.axis)
+        case "honeycomb":
+            return shapes.Honeycomb(model.cell, model.foil * model.thickened, model.size)
         case "mesh":
             return _mesh(model.file, model.unit)
         case "union":

@@ -9,7 +9,7 @@ from itertools import pairwise
 from hvisph.case.bodies import Body, LinearField, UniformField
 from hvisph.case.context import Surroundings
 from hvisph.case.model import Path, Problem
-from hvisph.case.shapes import RingShape, Shape, shape_problems
+from hvisph.case.shapes import HoneycombShape, RingShape, Shape, shape_problems
 from hvisph.case.simple_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
 from hvisph.core.text import recommend
@@ -114,6 +114,9 @@ def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     h = formulation.h_over_dx * body.spacing(case)
     support = formulation.support_over_h * h
     thickness = body.shape.thickness()
+    if isinstance(body.shape, HoneycombShape):
+        yield from _walls(case, body, body.shape, path)
+        return
     # a thickness written as a decimal multiple of dx must not fail by round-off
     if thickness < support * (1.0 - 1e-9):
         finest = thickness / (formulation.support_over_h * formulation.h_over_dx)
@@ -123,6 +126,31 @@ def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
             f"the body is {thickness:g}{unit} thick, thinner than the kernel's support "
             f"{formulation.support_over_h:g}h = {support:g}{unit} (h = {h:g}{unit}); "
             f"make it thicker or the resolution {finest:.3g}{unit} or finer",
+        )
+
+
+def _walls(case: Surroundings, body: Body, shape: HoneycombShape, path: Path) -> Iterator[Problem]:
+    """Yield the errors of foil: walls of less than two particles, pores that do not keep the mass."""
+    dx, unit = body.spacing(case), _metre(case)
+    if shape.thickness() < 2.0 * dx * (1.0 - 1e-9):
+        yield Problem(
+            (*path, "shape", "thickened"),
+            f"walls of {shape.thickness():g}{unit} have less than two particles of {dx:g}{unit} across; give "
+            f"{math.ceil(2.0 * dx / shape.foil * (1.0 - 1e-9))} or more, or a finer resolution",
+        )
+    if shape.thickness() >= 0.25 * shape.cell:
+        yield Problem(
+            (*path, "shape", "thickened"),
+            f"walls of {shape.thickness():g}{unit}, twice that where two foils are bonded, are no foil in cells of "
+            f"{shape.cell:g}{unit}; give less than {0.25 * shape.cell / shape.foil:.3g}",
+        )
+    distension = 1.0 if body.material.porosity is None else body.material.porosity.distension
+    if not math.isclose(distension, shape.thickened, rel_tol=1e-6):
+        yield Problem(
+            (*path, "material", "porosity"),
+            f"a foil drawn {shape.thickened:g} times as thick keeps its mass with pores of distension "
+            f"{shape.thickened:g}, but the material has {distension:g}; give both the same, such as porosity: "
+            f"{{distension: {shape.thickened:g}, elastic_pressure: 10 MPa, solid_pressure: 1 GPa}}",
         )
 
 

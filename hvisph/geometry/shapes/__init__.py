@@ -2,7 +2,7 @@
 
 from .axial_bodies import Dome, Frustum, Nosed, Ogive, RoundedCylinder
 from .basic import Annulus, Box, Cylinder, Disc, HollowSphere, Interval, Sphere, Tube
-from .combinations import Difference, Intersection, Placed, Repeat, Union
+from .combinations import Difference, Honeycomb, Intersection, Placed, Repeat, Union
 from .polygon import Polygon, Prism, Ring
 from .shape import Shape
 
@@ -15,6 +15,7 @@ __all__ = [
     "Dome",
     "Frustum",
     "HollowSphere",
+    "Honeycomb",
     "Intersection",
     "Interval",
     "Nosed",

@@ -1,4 +1,4 @@
-"""Combined shapes: placed and rotated, union, difference, lattice of copies."""
+"""Combined shapes: placed and rotated, union, difference, lattice of copies, honeycomb."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 
-from .shape import Shape
+from .shape import Shape, box_distance
 
 # A repeated shape of more copies than this looks only at the copies beside a point.
 ALL_COPIES = 16
@@ -301,6 +301,91 @@ class Repeat(Measured):
                 index[:, axis] = np.clip(np.rint(index[:, axis] + off), 0, last[axis])
         cell[beyond] = index
         return cell
+
+
+@dataclass(frozen=True)
+class Honeycomb(Shape):
+    """A box of regular hexagonal cells along x, walls normal to y of two foils, one cell centred at the origin.
+
+    Ribbons are bonded at every third wall: per area of the section 8/3 wall/cell is filled where walls are thin.
+
+    Parameters
+    ----------
+    cell
+        Width of a cell between opposite walls [m].
+    wall
+        Thickness of a wall of one foil [m], below half of the cell.
+    size
+        Sizes along x, y and z [m].
+    """
+
+    cell: float
+    wall: float
+    size: Sequence[float]
+
+    dim = 3
+
+    def __post_init__(self) -> None:
+        if not 0.0 < 2.0 * self.wall < self.cell:
+            raise CaseError(
+                f"double walls of {2 * self.wall:g} m leave no room in cells of {self.cell:g} m", where="cell"
+            )
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
+        half = np.asarray(self.size, dtype=float) / 2.0
+        return -half, half
+
+    @property
+    def volume(self) -> float:
+        """Volume of the walls: that of the box less those of the cells in it [m^3]."""
+        depth, *sides = self.size
+        first, second = 0.5 * self.cell - self.wall, 0.5 * (self.cell - self.wall)
+        top, side = second / math.sqrt(0.75), (second - 0.5 * first) / math.sqrt(0.75)
+        corners = np.array([[first, -side], [first, side], [0.0, top], [-first, side], [-first, -side], [0.0, -top]])
+        rows, columns = (int(size / self.cell) + 2 for size in (sides[1] / math.sqrt(0.75), sides[0]))
+        empty = 0.0
+        for j in range(-rows, rows + 1):
+            for i in range(-columns, columns + 1):
+                centre = np.array([i + 0.5 * (j % 2), j * math.sqrt(0.75)]) * self.cell
+                empty += _area_in_rectangle(corners + centre, np.array(sides) / 2.0)
+        return depth * (sides[0] * sides[1] - empty)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m].
+
+        Beside edges of the box and corners of cells it is a lower bound.
+        """
+        outside = box_distance(*(np.abs(points) - np.asarray(self.size, dtype=float) / 2.0).T)
+        normals = np.array([[1.0, 0.0], [0.5, math.sqrt(0.75)], [-0.5, math.sqrt(0.75)]])
+        half = self.wall * np.array([1.0, 0.5, 0.5])
+        nearest = np.full(len(points), np.inf)
+        # the cell of a point is that of the nearest centre: two rectangular lattices hold all centres
+        step = self.cell * np.array([1.0, math.sqrt(3.0)])
+        offsets = [
+            points[:, 1:] - shift - step * np.rint((points[:, 1:] - shift) / step) for shift in (0.0 * step, 0.5 * step)
+        ]
+        first, second = ((offset**2).sum(axis=1) for offset in offsets)
+        own = np.where((first <= second)[:, None], *offsets)
+        for normal, part in zip(normals, half, strict=True):
+            np.minimum(nearest, 0.5 * self.cell - np.abs(own @ normal) - part, out=nearest)
+        return np.maximum(nearest, outside)
+
+
+def _area_in_rectangle(corners: np.ndarray, half: np.ndarray) -> float:
+    """Return the area [m^2] of the convex polygon `corners` (n, 2) within +-`half` (2,), cut side by side."""
+    cut = corners
+    for axis, sign in itertools.product((0, 1), (1.0, -1.0)):
+        beyond = sign * cut[:, axis] - half[axis]
+        kept: list[np.ndarray] = []
+        for one, other, a, b in zip(cut, np.roll(cut, -1, 0), beyond, np.roll(beyond, -1), strict=True):
+            kept += [one] if a <= 0.0 else []
+            kept += [one + (other - one) * a / (a - b)] if (a > 0.0) != (b > 0.0) else []
+        if len(kept) < 3:
+            return 0.0
+        cut = np.array(kept)
+    x, y = cut.T
+    return float(0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def _require_parts(parts: Sequence[Shape]) -> None:
