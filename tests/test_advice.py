@@ -335,8 +335,25 @@ DOUBTFUL = {
     "projection, integrator": document_of([METAL, METAL], speed=100.0, formulation={"type": "projection"}, time={"end": 1e-7, "integrator": "predictor_corrector"}),
     "projection, densities": document_of([METAL, METAL | {"density": 7900.0}], speed=100.0, formulation={"type": "projection", "pressure_gradient": "original"}),
     "moduli apart": document_of([METAL, "granite"], speed=300.0),
+    "molten by its shock": document_of(["aluminium-2024-t3", "aluminium-2024-t3"], speed=6500.0),
     "shocks not as measured": document_of(["iron-high-pressure", "iron-high-pressure"]),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "solid", "molten"), [
+    ("aluminium-2024-t3", 4000.0, 6500.0),  # on its like, release leaves pure aluminium molten from 65 GPa, 5.3 km/s, on
+    ("aluminium-6061-t6", 4000.0, 6500.0),
+    ("copper-ofhc", 4000.0, 8000.0),  # from 150 to 180 GPa, 5.5 to 6.2 km/s, on
+    ("steel-4340", 5000.0, 12000.0),  # iron from 180 to 220 GPa, about 7.5 km/s, on
+])  # fmt: skip
+def test_metals_that_a_shock_melts_are_told_with_the_variant_that_vaporises(name, solid, molten):
+    def said(material, speed):
+        return [text for text in advice(row_of([material, material], speed=speed)) if "no vapour" in text]
+
+    assert not said(name, solid)
+    assert len(said(name, molten)) == 2
+    assert all(f"material={name}-tillotson" in text for text in said(name, molten))
+    assert not said(f"{name}-tillotson", molten)
 
 
 def check(source, *settings):

@@ -576,3 +576,37 @@ def test_hugoniots_beside_fits_to_measurements(name, fit, reach):
     points = [(1e3 * u, 1e3 * (c + s * u + q * u * u)) for u in speeds]
     for _, measured, ours in compare_hugoniot(library_of().load(name), points):
         assert ours == pytest.approx(measured, rel=0.02)
+
+
+VARIANTS = [
+    name for name in material_names() if name.endswith("-tillotson") and load_material(name).strength.type != "none"
+]
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_variants_that_vaporise_have_the_shocks_strength_and_damage_of_their_base(name):
+    assert len(VARIANTS) == 10
+    # 3 %: the constants are those of the pure metal, whose Us-up lines differ by that from their alloys'
+    variant, base = load_material(name), load_material(name.removesuffix("-tillotson"))
+    assert (variant.strength, variant.damage, variant.density) == (base.strength, base.damage, base.density)
+    for u in (500.0, 1500.0, 3000.0, 4000.0):
+        speeds = [shock(material_of(one), u).shock_speed for one in (variant, base)]
+        assert speeds[0] == pytest.approx(speeds[1], rel=0.03), u
+
+
+@pytest.mark.parametrize("name", ["aluminium-6061-t6", "copper-ofhc", "aluminium-6061-t6-steinberg"])
+def test_temperature_after_release_is_that_of_an_isentrope_followed_down(name):
+    material = material_of(load_material(name))
+    behind = shock(material, 2500.0)
+    rho, e = behind.density, behind.energy
+    pressure, steps = material.pressure_function(), 4000
+    h = (material.density - rho) / steps
+    for _ in range(steps):  # de = p drho/rho^2, midpoints
+        half = e + 0.5 * h * pressure(rho, e) / rho**2
+        rho += 0.5 * h
+        e += h * pressure(rho, half) / rho**2
+        rho += 0.5 * h
+    # the table of the isentrope is linear between its points
+    assert material.released_temperature(behind.density, behind.energy) == pytest.approx(
+        material.temperature(material.density, e), rel=2e-3
+    )

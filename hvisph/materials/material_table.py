@@ -134,6 +134,12 @@ class Material:
         return burns or smooths or self.porosity is not None or isinstance(self.damage, remembering)
 
     @property
+    def melting_point(self) -> float:
+        """Melting point without pressure [K]; infinite where the material has none, or no temperature."""
+        row = self.row()
+        return float(row[slots.MELT_TEMPERATURE]) if row[slots.INVERSE_HEAT_CAPACITY] > 0.0 else inf
+
+    @property
     def has_axes(self) -> bool:
         """Whether it has directions, which its particles carry."""
         return self.strength.tag >= tags.ORTHOTROPIC
@@ -282,6 +288,16 @@ class Material:
     def temperature(self, rho: float, e: float) -> float:
         """Temperature [K], in plain Python."""
         return float(python_twin(isentrope.temperature)(rho, e, slots.values(self.whole_row)))
+
+    def released_temperature(self, rho: float, e: float) -> float:
+        """Return the temperature [K] at no pressure after an isentropic release from a state, in plain Python.
+
+        T over that of the isentrope through the state at rest is a function of entropy alone, see `isentrope`.
+        """
+        room = float(self.whole_row[slots.ROOM_TEMPERATURE])
+        curve = self.whole_row[slots.CURVE + 1 : slots.CURVE + isentrope.CURVE_LENGTH : isentrope.WIDTH]
+        shares = np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
+        return self.temperature(rho, e) * room / float(np.interp(rho / self.density, shares, curve))
 
 
 @lru_cache(maxsize=64)

@@ -50,6 +50,8 @@ LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most roc
 # up to 2.7 times as much below the first; above the second a lattice tears before the crack has opened.
 SHARPEST, WIDEST_CRACK = 0.1, 1.0
 AT_ONSET = 0.1  # plastic strain at which metals begin to crack, for estimates of their strength then
+SOLID = ("mie_gruneisen", "us_up_table", "murnaghan", "polynomial")  # equations of state without liquid and vapour
+VAPOUR = "-tillotson"  # what names of the library's variants with liquid and vapour end with
 LONGEST_STEP = COURANT_OF["riemann"]  # Courant number up to which contact SPH was verified
 
 
@@ -411,6 +413,31 @@ def _too_narrow(facts: Facts) -> Iterator[Values]:
                    "coarser": math.ceil(1e6 * opening * (own or facts.case.resolution) / width)}  # fmt: skip
 
 
+def _molten(facts: Facts) -> Iterator[Values]:
+    """Bodies whose first shock leaves them molten, with an equation of state that has no liquid and no vapour."""
+    from hvisph.casefile.material_library import library_of
+
+    from .hugoniot_check import plane_shock
+
+    met, shock = facts.impact_pair, plane_shock(facts.case)[0]
+    if met is None or shock is None:
+        return
+    names = library_of().files
+    for name, behind in ((met.first, shock.projectile), (met.second, shock.target)):
+        body = facts.bodies[name]
+        material, model = material_of_body(body), body.material
+        melts = material.melting_point
+        if model.eos.type not in SOLID or material.porosity is not None or material.total_energy or melts == math.inf:
+            continue
+        hot = material.released_temperature(behind.density, behind.energy)
+        if hot > melts:
+            kin = f"{model.name}{VAPOUR}"
+            known = kin in names
+            yield {"name": name, "eos": model.eos.type, "shock": 1e-9 * behind.pressure, "hot": hot, "melts": melts,
+                   "remedy": f"take {kin}" if known else "`tillotson` and `table` have both",
+                   "setting": f"bodies.{name}.material={kin}" if known else ""}  # fmt: skip
+
+
 def _thin_walls(facts: Facts) -> Iterator[Values]:
     """Meshes of sheet that the spacing does not resolve; of shapes with sizes these are refused."""
     from hvisph.setup.shapes import shape_of
@@ -516,7 +543,8 @@ RULES = (
          setting="bodies.{name}.material.damage={{type: pressure_cutoff, pressure: -{like:.3g}}}"),
     Rule(_moduli_apart,
          "bodies.{name}.material: shear and bulk modulus give a Poisson's ratio of {poisson:.2g}, below {least:g}, "
-         "so that they are of different measurements; give the shear modulus of {usual:g} unless both are measured",
+         "so that they are of different measurements; give the shear modulus of a ratio of {usual:g} unless both are "
+         "measured",
          setting="bodies.{name}.material.strength.shear_modulus={shear:.3g}"),
     Rule(_too_wide,
          "bodies.{name}.material.damage: the bands of its cracks are {width:.3g} mm wide: {effect}; its strength is "
@@ -527,6 +555,10 @@ RULES = (
          "bodies.{name}.material.damage: bands of {width:.3g} mm are narrower than the displacement of {opening:.3g} "
          "mm over which they soften: the lattice tears before a crack has taken its energy, 0.6 to 1 of it; give a "
          "coarser resolution", "materials", "{of}resolution={coarser:.4g} um"),
+    Rule(_molten,
+         "bodies.{name}.material.eos: after a shock of {shock:.0f} GPa and its release '{eos}' is at {hot:.0f} K, "
+         "above the melting point of {melts:g} K, and has no liquid and no vapour; {remedy}",
+         "materials", "{setting}"),
     Rule(_thin_walls,
          "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
          "it a `resolution` of {finer:.3g} mm or finer", setting="bodies.{name}.resolution={finer:.3g} mm"),
