@@ -447,7 +447,7 @@ def test_iron_meets_measured_shocks_across_its_change_of_phase():
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("Steel", "there are stainless-steel-304, steel-1006, steel-4340"),
+        ("Steel", "there are stainless-steel-304, stainless-steel-304-tillotson, steel-1006"),
         ("titanium", "there are titanium-ti-6al-4v"),
         ("alumnium-6061-t6", "did you mean 'aluminium-6061-t6'?"),
         ("PBX-9501", "explosives are c-4, composition-b, pbx-9404, petn, tnt"),
