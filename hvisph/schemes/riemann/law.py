@@ -102,7 +102,7 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
-AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = 0
+AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = RIGID = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
 FILLER_VOLUME = 1e-12
@@ -123,7 +123,8 @@ def accumulate(near, n, rows, i, constants, out):
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
         spin = own_axial(rows, i, SPIN_STRESS, DIM)
-    zero = power = closing = number = number_rate = own_number = grad_h = slip = fullness = broadcast_lanes(0.0)
+    zero = power = closing = number = number_rate = slip = fullness = broadcast_lanes(0.0)
+    own_number = kernel_sum = slope_sum = broadcast_lanes(0.0)
     inverse_radius = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
     inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and DENSITY_CORRECTION else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -150,6 +151,8 @@ def accumulate(near, n, rows, i, constants, out):
             if in_contact:
                 e, g, weight, gate = contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface)
                 half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), multiply(dot(dx, e), e)
+        if RIGID:  # rigid particles have bodies below zero, and no forces among themselves
+            g = g * max(np.copysign(1.0, max(rows[i, BODY], b[BODY])), 0.0)
         closing = elementwise_max(closing, min(b[V] * inverse_filler, 1.0) * approach)
         area = energy_area = b[V] * g
         if AXISYMMETRIC:
@@ -254,12 +257,13 @@ def accumulate(near, n, rows, i, constants, out):
             number += weight * g * ratio * (us_n - (1.0 - other) * lost)
             number_rate += weight * g * ratio * du_n * (0.5 + other * (zb * inverse_n - 0.5))
             if GRAD_H:
-                moving, own_kernel, change = grad_h_sums(h, r, weight, du_n, us_n, other)
+                moving, own_kernel, kernel, slopes = grad_h_sums(h, r, weight * ratio, du_n, us_n, other)
                 number -= 0.5 * g * moving
                 own_number -= own_kernel
-                grad_h += change
+                kernel_sum, slope_sum = kernel_sum + kernel, slope_sum + slopes
     conclude(rows, i, out, lane_sums(force), lane_sums(l), multiply(0.5, lane_sums(moment)), lane_sum(power),
-             lane_max(closing), (lane_sum(number), lane_sum(number_rate), lane_sum(own_number), lane_sum(grad_h)),
+             lane_max(closing), (lane_sum(number), lane_sum(number_rate), lane_sum(own_number), lane_sum(kernel_sum),
+             lane_sum(slope_sum)),
              (lane_sums(pair_torque), multiply(0.5, lane_sums(contact_moment))), lane_sum(slip),
              lane_sum(fullness))  # fmt: skip
 
@@ -268,10 +272,10 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
     """Write the rates of particle `i` from the sums over its pairs: a part of `accumulate`."""
     volume, inverse_density = rows[i, V], rows[i, V] / rows[i, M]
     if CORRECTED_VARIANT:
-        number, number_rate, own_number, grad_h = numbers
+        number, number_rate, own_number, kernel_sum, slope_sum = numbers
         rate = volume * number
         if GRAD_H:
-            rate = grad_h_rate(rows[i, H], volume, rate, own_number, grad_h, rows[i, FREE_LENGTH])
+            rate = grad_h_rate(rows[i, H], volume, rate, own_number, kernel_sum, slope_sum, rows[i, FREE_LENGTH])
         smooth = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
         relaxation = smooth * rows[i, DENSITY_RELAXATION] if DENSITY_CORRECTION else 0.0
         if DENSITY_CORRECTION:

@@ -1,26 +1,34 @@
 """Number density of the kernel at the own smoothing length, where h follows density.
 
-The rate of sum W(r, h_a) has the change of h in it, which divides by
+The rate of n_a = sum W(r, h_a) has the change of h in it, which divides by
 
-    Omega_a = 1 + V_a h_a/d sum dW/dh
+    Omega_a = 1 + h_a/(d n_a) sum dW/dh = - 1/(d n_a) sum q w'(q)/h_a^d
 
-Source: Springel & Hernquist 2002. Verification: `sod`, `blast`, `noh`.
+With n_a itself, not 1/V_a, Omega lies above 0, and the rate by the own kernel is d times the mean of (u_b - u_a) . e/r,
+weighed by q |w'|. It is zero of a particle without neighbours, whose n is proportional to its density for any h; the
+exchange with neighbours of longer reach is then divided by LEAST.
+
+Source: Springel & Hernquist 2002; Springel 2005 has no correction below the same Omega. Verification: `sod`, `blast`,
+`noh`.
 """
 
 from __future__ import annotations
 
+# Omega below which a particle counts as without neighbours.
+LEAST = 0.1
+
 
 def grad_h_sums(h, r, weight, du_n, us_n, other):
-    """Return the velocity that the number density counts, and the sums of the own kernel: rate and dW/dh.
+    """Return the velocity that the number density counts, and the sums of the own kernel: rate, W and q dW/dq.
 
     A template: bound are DIM, `scale`, `slope` and `shape`.
     """
     q, moving = r / h, weight * (du_n + other * (2.0 * us_n - du_n))
     own_kernel = scale(1.0 / h) * slope(q) * moving
-    return moving, own_kernel, weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
+    return moving, own_kernel, weight * scale(1.0 / h) * h * shape(q), weight * scale(1.0 / h) * h * q * slope(q)
 
 
-def grad_h_rate(h, volume, rate, own_number, grad_h, free):
+def grad_h_rate(h, volume, rate, own_number, kernel_sum, slope_sum, free):
     """Return the rate of volume [1/s] of the own kernel; `free` is the share by which h follows density."""
-    change = grad_h + scale(1.0 / h) * DIM * shape(0.0)
-    return (rate + volume * own_number) / (1.0 - free * volume * h / DIM * change)
+    n = kernel_sum + scale(1.0 / h) * h * shape(0.0)
+    return (rate + volume * own_number) / max(1.0 - free * (1.0 + slope_sum / (DIM * n)), LEAST)
