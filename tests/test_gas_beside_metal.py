@@ -9,6 +9,7 @@ from hvisph.simulation.run import run
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.terms import grad_h
 
+
 @pytest.mark.parametrize("density", [59.4, 1.19], ids=["50_bar", "1_bar"])
 def test_the_balances(density, tmp_path):
     """Every pair in contact is in the lists of both sides: energy and momentum are balanced to round-off.
