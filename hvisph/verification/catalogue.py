@@ -44,3 +44,5 @@ _OTHERS = checkout_module("problems")
 
 PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in _QUICK}
 PROBLEMS |= _OTHERS.PROBLEMS if _OTHERS is not None else {}
+_BLIND = checkout_module("blind")
+PROBLEMS |= {_BLIND.PROBLEM.name: _BLIND.PROBLEM} if _BLIND is not None else {}

@@ -30,12 +30,13 @@ TIMES = {2: 170e-6, 3: 150e-6}  # by which the shells are at rest [s]
 
 
 def _trials(options: Options) -> Iterator[Trial]:
-    yield _trial("cylinder", SHELLS["cylinder"], options.dx(1.5e-3, 2.5e-3))
+    yield collapse("cylinder", SHELLS["cylinder"], options.dx(1.5e-3, 2.5e-3))
     if not options.quick:
-        yield _trial("sphere", SHELLS["sphere"], options.dx(2.5e-3, 3.75e-3))
+        yield collapse("sphere", SHELLS["sphere"], options.dx(2.5e-3, 3.75e-3))
 
 
-def _trial(name: str, shell: Shell, dx: float) -> Trial:
+def collapse(name: str, shell: Shell, dx: float) -> Trial:
+    """Return the collapse of `shell` with the spacing `dx` [m]."""
     dim = shell.dimensions
     case = {
         "title": f"imploding {name}",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,20 +27,24 @@ _REBOUNDS = "rebound of what is caught in the middle: 0.12 at 1, 0.5 and 0.25 mm
 
 def _trials(options: Options) -> Iterator[Trial]:
     seeds = options.seeds or (3 if options.quick else 20)
-    dx = options.dx(1e-3, 1e-3)
+    yield collisions(f"{seeds} seeds", range(seeds), options.dx(1e-3, 1e-3))
+
+
+def collisions(name: str, seeds: Iterable[int], dx: float) -> Trial:
+    """Return the collisions of some seeds with the spacing `dx` [m]."""
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         ended = [ran for ran in runs if not ran.summary["failure"]]
         yield limit("stopped runs", len(runs) - len(ended), 0)
         start = {id(ran): ran.kinetic_energy(ran.first) for ran in ended}
-        least = max((-_least_energy(ran, start[id(ran)]) for ran in ended), default=float("nan"))
+        least = max((-least_energy(ran, start[id(ran)]) for ran in ended), default=float("nan"))
         yield limit("lowest internal energy over mean kinetic energy", least, 1e-3, why="a body cannot hold less")
         gained = max((_regained(ran) / start[id(ran)] for ran in ended), default=float("nan"))
         yield limit("regained kinetic energy over initial", gained, REBOUND, why=_REBOUNDS)
         spin = max((_spin_change(ran) for ran in ended), default=float("nan"))
         yield limit("change of angular momentum over its sum", spin, 1e-3)
 
-    yield Trial(f"{seeds} seeds", [Start(_case(seed, dx)) for seed in range(seeds)], figures, may_stop=True)
+    return Trial(name, [Start(_case(seed, dx)) for seed in seeds], figures, may_stop=True)
 
 
 def _case(seed: int, dx: float) -> dict[str, Any]:
@@ -66,7 +70,7 @@ def _case(seed: int, dx: float) -> dict[str, Any]:
             "time": {"end": END}}  # fmt: skip
 
 
-def _least_energy(ran: Ran, kinetic: float) -> float:
+def least_energy(ran: Ran, kinetic: float) -> float:
     """Return the least specific internal energy over the mean kinetic energy a mass at the start."""
     return float(ran.last.fields["internal_energy"].min() / (kinetic / ran.last.fields["mass"].sum()))
 

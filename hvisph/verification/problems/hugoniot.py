@@ -70,27 +70,46 @@ def _trials(options: Options) -> Iterator[Trial]:
 
 
 def _trial(projectile: str, target: str, speed: float, dx: float, along: int, across: int = 0) -> Trial:
-    materials = [fluid(METALS[name]) for name in (projectile, target)]
+    return flat_impact(
+        f"{projectile} on {target}", fluid(METALS[projectile]), fluid(METALS[target]), speed, dx, along, across
+    )
+
+
+def flat_impact(
+    name: str, projectile: Plain, target: Plain, speed: float, dx: float, along: int, across: int = 0
+) -> Trial:
+    """Return the flat impact of two materials without strength.
+
+    Parameters
+    ----------
+    name
+        What meets what; speed and dimensions are added.
+    projectile, target
+        Materials as in a case file.
+    speed, dx
+        Impact velocity [m/s]; particle spacing [m].
+    along, across
+        Particles along each plate, and across half of a strip; 0 for one dimension.
+    """
     shape: Plain = {"type": "interval", "length": along * dx}
     rest = [0.0]
     if across:
         shape, rest = {"type": "box", "size": [along * dx, 2 * across * dx]}, [0.0, 0.0]
-    exact = impedance_match(_material(materials[0]), _material(materials[1]), speed)
+    exact = impedance_match(_material(projectile), _material(target), speed)
     fastest = max(exact.projectile.shock_speed, exact.target.shock_speed)
     case: Plain = {
-        "title": f"{projectile} on {target} at {speed / 1e3:g} km/s",
+        "title": f"{name} at {speed / 1e3:g} km/s",
         "kinematics": "plane_strain" if across else "uniaxial_strain",
         "resolution": dx,
         "bodies": {
-            "projectile": {"material": materials[0], "shape": shape, "velocity": [speed, *rest[1:]]},
-            "target": {"material": materials[1], "shape": shape},
+            "projectile": {"material": projectile, "shape": shape, "velocity": [speed, *rest[1:]]},
+            "target": {"material": target, "shape": shape},
         },
         "time": {"end": 0.8 * along * dx / fastest},
     }
     if across:
         case["symmetry"] = [{"axis": "y"}]
-    name = f"{projectile} on {target} {speed / 1e3:g} km/s {'2D strip' if across else '1D'}"
-    return Trial(name, [Start(case)], _figures, _curves)
+    return Trial(f"{name} {speed / 1e3:g} km/s {'2D strip' if across else '1D'}", [Start(case)], _figures, _curves)
 
 
 def _material(plain: Plain) -> Any:

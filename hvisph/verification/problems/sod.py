@@ -22,7 +22,8 @@ SOD = (GasState(1.0, 0.0, 1.0), GasState(0.125, 0.0, 0.1))
 BLAST = (GasState(1.0, 0.0, 1000.0), GasState(1.0, 0.0, 0.01))
 
 
-def _trial(states: tuple[GasState, GasState], end: float, lengths: tuple[float, float], dx: float) -> Trial:
+def tube(states: tuple[GasState, GasState], end: float, lengths: tuple[float, float], dx: float) -> Trial:
+    """Return a tube of two gases at rest, of the given lengths, until `end`, with the spacing `dx`."""
     case = {
         "title": "shock tube",
         "units": "none",
@@ -66,7 +67,7 @@ def _trials(
     states: tuple[GasState, GasState], end: float, lengths: tuple[float, float], full: float, quick: float
 ) -> Callable[[Options], Iterator[Trial]]:
     def trials(options: Options) -> Iterator[Trial]:
-        yield _trial(states, end, lengths, options.dx(full, quick))
+        yield tube(states, end, lengths, options.dx(full, quick))
 
     return trials
 
