@@ -165,6 +165,10 @@ def test_every_problem_makes_cases_that_its_formulations_take(name):
                 with_formulation(start, problem.formulations[0], ())
 
 
+def test_the_blind_set_has_twenty_problems():
+    assert len(list(PROBLEMS["blind"].trials(Options()))) == 20
+
+
 def test_a_good_scheme_passes_and_is_told_from_a_wrong_answer():
     """Stress and density of the mass form obey the jump conditions; against 3 % more they do not."""
     problem = PROBLEMS["hugoniot"]
