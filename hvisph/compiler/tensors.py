@@ -210,6 +210,14 @@ def matrix(s):
 
 
 @operation
+def symmetric_components(l):
+    """Return the components of a symmetric tensor that is given row by row."""
+    d = len(_TRACE[len(l)])
+    places = {k: d * i + j for i, row in enumerate(PLACES[d * (d + 1) // 2]) for j, k in enumerate(row)}
+    return tuple(l[places[k]] for k in range(len(places)))
+
+
+@operation
 def identity(l):
     """Return 1 with as many components as the gradient `l`."""
     return tuple(1.0 if k in _TRACE[len(l)] else 0.0 for k in range(len(l)))

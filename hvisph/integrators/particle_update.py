@@ -27,6 +27,7 @@ from hvisph.compiler.tensors import (
     no_symmetric,
     no_vector,
     own_axial,
+    own_gradient,
     own_vector,
     put,
 )
@@ -131,7 +132,9 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
     lead = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        multiply(thickness, ahead.s), tags[s, 1], ring, spin, lead, waves))  # fmt: skip
+        multiply(thickness, ahead.s), tags[s, 1], ring, spin, lead, waves,
+        own_gradient(rates, s, R_GRADIENT_BEFORE, DIM) if ADJOINT else no_vector(DIM),
+        -2.0 * stage if ahead.plastic_strain > now.plastic_strain else 2.0 * stage))  # fmt: skip
     if SHEARS:  # alpha goes with this speed of sound
         left = shear_share(l)
         if AXISYMMETRIC:  # nothing else holds the rows at the axis
@@ -186,6 +189,7 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     density), ANGULAR_MOMENTUM (1 where pairs return the angular momentum that they made), AHEAD (share of the step that
     the stage is ahead), GRAVITY (kind of the field), REMEMBERS (1 where particles have history variables), NOTHING
     (else), FRACTURES (1 where those contain a crack),
+    ADJOINT (1 where the row has the velocity gradient of the evaluation before),
     ANISOTROPIC (1 where a material has directions), NO_AXES (else), columns of the state (S_...) and of the
     rates (R_...), slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of
     `hvisph.materials` and `pack`.

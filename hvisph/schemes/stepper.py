@@ -150,6 +150,7 @@ class Stepper:
             "NO_AXES": anisotropic_stress.NO_AXES, "ANISOTROPIC": int("material_axes" in particles.offsets),
             "GRAVITY": self.gravity.kind if self.gravity else NONE,
             "FRACTURES": int("band_width" in particles.offsets),
+            "ADJOINT": int("GU_BEFORE" in layout.slots()),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
         offered |= {of.py_func.__name__: bind_models(of, self.table, self.models) for of in OF_MATERIALS}

@@ -65,7 +65,8 @@ def formulation_of(case: Case) -> AnyFormulation:
             return Riemann(
                 **shared,
                 reconstruction=LIMITERS[model.reconstruction],
-                consistent=model.variant == "corrected",
+                consistent=model.variant != "original",
+                adjoint=model.variant == "elastic",
                 held=model.tension_stabilization,
                 spins=turns and model.conserve_angular_momentum,
                 face_contact=model.contact.type == "frictional" and model.contact.self_contact == "all",

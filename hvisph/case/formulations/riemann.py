@@ -27,6 +27,11 @@ VARIANTS: dict[str, Plain] = {
         "conserve_angular_momentum": True,
         "contact": {"type": "frictional"},
     },
+    "elastic": {
+        "tension_stabilization": True,
+        "conserve_angular_momentum": False,
+        "contact": {"type": "frictional"},
+    },
 }
 
 # Equations of state of what expands without end.
@@ -116,12 +121,13 @@ class RiemannFormulation(KernelOptions):
         default="van_albada",
         description="Slope limiter of the reconstruction of the Riemann states; `none` is first order, as published",
     )
-    variant: Literal["corrected", "original"] = Field(
+    variant: Literal["corrected", "original", "elastic"] = Field(
         default="corrected",
         description="`corrected`: density consistent with the particle spacing through shocks of any strength, shock "
         "impedances, tractions limited by the strength of the material, exact gradients at free surfaces; `original`: "
-        "CON as published, whose stress is 2 % too low at 3 km/s and 37 % at 24 km/s. Default with reconstruction "
-        "`none`: `original`",
+        "CON as published, whose stress is 2 % too low at 3 km/s and 37 % at 24 km/s; `elastic`: `corrected` with "
+        "force and work adjoint to the velocity gradient and little dissipation in solids that have not yielded, for "
+        "impacts below the elastic limit. Default with reconstruction `none`: `original`",
     )
     tension_stabilization: bool = Field(
         default=True,
@@ -147,13 +153,33 @@ class RiemannFormulation(KernelOptions):
         return {"variant": variant} | known | data
 
     @model_validator(mode="after")
-    def _refuse_corrections_of_original(self) -> RiemannFormulation:
+    def _refuse_what_variants_lack(self) -> RiemannFormulation:
         if self.variant == "original":
             refuse(
                 [
                     Problem((name,), "true requires variant 'corrected'; leave it out or give false")
                     for name in ("tension_stabilization", "conserve_angular_momentum")
                     if getattr(self, name)
+                ]
+            )
+        if self.variant == "elastic":
+            refuse(
+                [
+                    Problem((name,), f"variant 'elastic' {why}")
+                    for name, wrong, why in (
+                        ("reconstruction", self.reconstruction == "none", "needs a limiter; leave it out"),
+                        (
+                            "conserve_angular_momentum",
+                            self.conserve_angular_momentum,
+                            "conserves angular momentum by its operator; leave it out",
+                        ),
+                        (
+                            "smoothing_length",
+                            self.smoothing_length.type == "variable",
+                            "needs a constant smoothing length, and is for solids; take variant 'corrected' with gases",
+                        ),
+                    )
+                    if wrong
                 ]
             )
         return self

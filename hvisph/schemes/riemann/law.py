@@ -18,6 +18,9 @@ The original variant ends there, with density from tr L. The corrected variant (
 - conduction in fronts (`sph.terms.conduction`), relief of tension in disordered pairs
   (`sph.terms.tension_stabilization`), and conserved angular momentum (`sph.terms.angular_momentum`).
 
+The adjoint variant (ADJOINT) has the corrected operator of the velocity gradient in force and power, too, and no jump
+of stress in u*, as far as the lattice is in order (`sph.terms.adjoint_operator`).
+
 Different bodies slide and separate with SEPARATING (`sph.contact.contact_normal`, `sph.contact.riemann_contact`, and
 `sph.contact.variable_resolution` for unequal spacings). Between bodies the number density counts 2 (u* - u_a) for
 u_b - u_a, so that a gas or a softer body does not strain a wall. Axisymmetric particles add the terms of
@@ -102,7 +105,7 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
-AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = RIGID = 0
+AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = ADJOINT = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
 FILLER_VOLUME = 1e-12
@@ -115,6 +118,8 @@ def accumulate(near, n, rows, i, constants, out):
     inverse_filler = 1.0 / (FILLER_VOLUME * volume) if volume > 0.0 else 0.0
     if RECONSTRUCTION:
         grad_u, grad_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
+    if ADJOINT:  # stress extrapolated to the stage
+        s, operator = own_symmetric(rows, i, STAGE_T, DIM), own_symmetric(rows, i, OPERATOR, DIM)
     if SEPARATING:
         n_other, n_surface = own_vector(rows, i, N_OTHER, DIM), own_vector(rows, i, N_SURFACE, DIM)
     if FRACTURES:
@@ -151,8 +156,6 @@ def accumulate(near, n, rows, i, constants, out):
             if in_contact:
                 e, g, weight, gate = contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface)
                 half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), multiply(dot(dx, e), e)
-        if RIGID:  # rigid particles have bodies below zero, and no forces among themselves
-            g = g * max(np.copysign(1.0, max(rows[i, BODY], b[BODY])), 0.0)
         closing = elementwise_max(closing, min(b[V] * inverse_filler, 1.0) * approach)
         area = energy_area = b[V] * g
         if AXISYMMETRIC:
@@ -161,7 +164,18 @@ def accumulate(near, n, rows, i, constants, out):
 
         # Normal and tangential parts of the own traction, of its jump and of the jump of velocity.
         ta = symmetric_dot(s, e)
-        step = subtract(symmetric_dot(symmetric(b, T, DIM), e), ta)
+        if ADJOINT:
+            elastic, its_stress = (1.0 - other) * min(rows[i, ELASTIC], b[ELASTIC]), symmetric(b, STAGE_T, DIM)
+            ea, eb = symmetric_dot(operator, e), symmetric_dot(symmetric(b, OPERATOR, DIM), e)
+            own_traction, its_traction = symmetric_dot(s, ea), symmetric_dot(its_stress, eb)
+            mean_e, mean_traction = (
+                multiply(0.5, add(ea, eb)),
+                multiply(0.5, add(own_traction, its_traction)),
+            )
+            corrected, mean_n = dot(mean_e, e), dot(mean_traction, e)
+            step = subtract(symmetric_dot(its_stress, e), ta)
+        else:
+            step = subtract(symmetric_dot(symmetric(b, T, DIM), e), ta)
         ta_n, dt_n = dot(ta, e), dot(step, e)
         if DIM > 1:
             du_t, dt_t = tangential_part(jump, du_n, e), tangential_part(step, dt_n, e)
@@ -173,7 +187,10 @@ def accumulate(near, n, rows, i, constants, out):
             floor = 0.0
             if CORRECTED_VARIANT:
                 order = min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER])
-                floor = limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], order)
+                if ADJOINT:
+                    floor = (1.0 - elastic) * limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], zero)
+                else:
+                    floor = limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], order)
             pa, pb = dot_rows(grad_u, dx), dot_rows(gradient(b, GU, DIM), dx)
             qa = symmetric_dot(dot_rows(grad_s, dx), e)
             qb = symmetric_dot(dot_rows(symmetric_gradient(b, GT, DIM), dx), e)
@@ -193,20 +210,32 @@ def accumulate(near, n, rows, i, constants, out):
             za, zb = za + rows[i, RHO] * stiffening, zb + b[RHO] * stiffening
         inverse_n, inverse_t = reciprocals(za + zb, zt + b[ZT] + TINY)
         us_n, t_n = riemann_normal(inverse_n, za, zb, du_n, ta_n, dt_n, moved_u, moved_t, half)
+        if ADJOINT:
+            us_n += elastic * (0.5 * du_n - us_n)
+            t_n += elastic * (mean_n + za * zb * inverse_n * left - t_n)
         if CORRECTED_VARIANT:
-            t_n = min(t_n, min(rows[i, TENSION_LIMIT], b[TENSION_LIMIT]))
+            bearable = min(rows[i, TENSION_LIMIT], b[TENSION_LIMIT])
+            t_n = min(t_n, corrected * bearable if ADJOINT else bearable)
             if TENSION_STABILIZED:
                 t_n = tension_relief(t_n, volume * b[V], dx, inverse_r, min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER]))
         if DIM > 1:
             us_t, t_t = riemann_tangential(inverse_t, zt, b[ZT], du_t, ta_t, dt_t, tangential_u, tangential_t, half)
+            if ADJOINT:
+                us_t = add(us_t, multiply(elastic, subtract(multiply(0.5, du_t), us_t)))
+                t_t = add(t_t, multiply(elastic, subtract(tangential_part(mean_traction, mean_n, e), t_t)))
             if CORRECTED_VARIANT:
-                t_t = clip_shear(min(rows[i, SHEAR_LIMIT], b[SHEAR_LIMIT]), t_t)
+                bearable = min(rows[i, SHEAR_LIMIT], b[SHEAR_LIMIT])
+                t_t = clip_shear(corrected * bearable if ADJOINT else bearable, t_t)
         if FRACTURES:
             borne = 1.0 - (1.0 - other) * (1.0 - unbroken_share(crack, vector(b, CRACK, DIM), e))
             t_n = min(t_n, min(softened_bound(ta_n, rows[i, SOFT]), softened_bound(ta_n + dt_n, b[SOFT])))
             t_n = min(t_n, borne * t_n)
             if DIM > 1:
                 t_t = multiply(borne, t_t)
+        if ADJOINT:
+            pulled = 1.0 + other * (corrected - 1.0)
+            energy_area = pulled * energy_area
+            power += (0.25 * elastic) * energy_area * dot(subtract(own_traction, its_traction), jump)
         if in_contact:
             t_n, us_n, separation = compressive_contact(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
             power += energy_area * (t_n * separation)
@@ -225,6 +254,8 @@ def accumulate(near, n, rows, i, constants, out):
         if ANGULAR_MOMENTUM:
             pair_torque = add(pair_torque, multiply(area, torque(dx, ts)))
         power += energy_area * dot(ts, us)
+        if ADJOINT:
+            ts = multiply(pulled, ts)
         if ANGULAR_MOMENTUM and not CONTACT_ONLY:
             own, its = spin_tractions(spin, axial(b, SPIN_STRESS, DIM), multiply(half, e))
             power += area * dot(own, jump)
@@ -234,7 +265,8 @@ def accumulate(near, n, rows, i, constants, out):
                 energy_area * (1.0 - other), rows[i, RHO] + b[RHO], stiffening, b[ENERGY] - rows[i, ENERGY]
             )
         if AXISYMMETRIC:
-            fullness += (0.5 * weight) * area * radial_part(e) * radial_part(dx)
+            radial = radial_part(e) + (elastic * radial_part(subtract(mean_e, e)) if ADJOINT else 0.0)
+            fullness += (0.5 * weight) * area * radial * radial_part(dx)
             ts, image_power, dashpot_power = axisymmetric_traction(
                 ts, area, e, u, jump, left, zt, b[ZT], other, mean, real
             )
@@ -281,7 +313,13 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         if DENSITY_CORRECTION:
             decay = smooth * rows[i, CORRECTION_DECAY]
             out[i, R_CORRECTION] = rows[i, INV_NUMBER_DENSITY] * number_rate - rate - decay
+        plain = gradient_u
         gradient_u, rate = free_surface_correction(gradient_u, rate, matrix(moment), smooth, rows[i, TENSION_LIMIT])
+        if ADJOINT:
+            share, operator = rows[i, ELASTIC], matrix(own_symmetric(rows, i, OPERATOR, DIM))
+            gradient_u = add(product(plain, operator), multiply(1.0 - share, subtract(gradient_u, plain)))
+            rate, relaxation = rate + share * (divergence(gradient_u) - rate), (1.0 - share) * relaxation
+            put(out, i, R_GRADIENT_BEFORE, own_gradient(rows, i, GU, DIM))
         out[i, R_DENSITY] = divergence(gradient_u) - (rate + relaxation)
     if AXISYMMETRIC:
         if not (CORRECTED_VARIANT or CONTACT_ONLY):

@@ -67,6 +67,9 @@ class Riemann:
         Whether the speed of waves depends on their direction in a material.
     fractures
         Whether a material has a fracture energy.
+    adjoint
+        Whether force and power have the corrected operator of the velocity gradient, and the dissipation of solids
+        that have not yielded that of velocities alone (`sph.terms.adjoint_operator`).
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -84,6 +87,7 @@ class Riemann:
     spins: bool = False
     anisotropic: bool = False
     fractures: bool = False
+    adjoint: bool = False
 
     name = "riemann"
     corrects = repels = False
@@ -127,7 +131,7 @@ class Riemann:
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
                                   self.meets_unlike, self.face_contact, self.spins, self.leads,
-                                  self.anisotropic, self.fractures)  # fmt: skip
+                                  self.anisotropic, self.fractures, self.adjoint)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
@@ -138,6 +142,7 @@ class Riemann:
             "VARIABLE_RESOLUTION": int(self.meets_unlike),
             "SELF_CONTACT": int(self.face_contact),
             "FRACTURES": int(self.fractures),
+            "ADJOINT": int(self.adjoint),
         }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.pair_layout(row), ways | {
@@ -147,7 +152,8 @@ class Riemann:
             int(self.leads), "ANISOTROPIC": int(self.anisotropic),
         }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
         slips=self.parted,
-            rings=self.revolved, spins=self.spins, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
+            rings=self.revolved, spins=self.spins,
+            adjoint=self.adjoint, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
         if not (self.reconstruction.acts or self.parted or self.fractures):
             return [flux]
         first = [
@@ -192,7 +198,7 @@ class Riemann:
         return _pack, {"SEPARATING": int(self.parted), "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM":
         int(self.spins),
                        "CORRECTED_VARIANT": int(self.consistent), "DENSITY_CORRECTION": int(self.leads),
-                       "ANISOTROPIC": int(self.anisotropic)}  # fmt: skip
+                       "ANISOTROPIC": int(self.anisotropic), "ADJOINT": int(self.adjoint)}  # fmt: skip
 
     def sparsest(self, dim: int) -> float:
         """Return the least rho h^dim/m: W(0) of an isolated particle, where density is the number density."""
@@ -219,6 +225,9 @@ def _pack(rows, s, coefficients, one):
     put(rows, s, T, plane_components(add_identity(one.s, -one.p), DIM))
     if ANISOTROPIC:
         put(rows, s, Z_SQUARED, plane_components(multiply(one.rho * one.rho, one.waves), DIM))
+    if ADJOINT:
+        put(rows, s, GU_BEFORE, one.gradient_before)
+        rows[s, AHEAD_TWICE] = one.ahead_twice
     if SEPARATING:
         rows[s, BODY] = one.body
     if AXISYMMETRIC:

@@ -14,7 +14,7 @@ import numpy as np
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_COMPONENTS
 from hvisph.core.particles import Particles
 
-from .particle_layout import RowLayout
+from .particle_layout import RowLayout, slots
 
 
 @dataclass(frozen=True)
@@ -148,6 +148,9 @@ def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: 
         vector, gradient = (field_signs(rank, plane.axis, dim) for rank in ("vector", "gradient"))
         of_rates = np.concatenate([vector, np.ones(2), gradient])
         rates[place[passed], : len(of_rates)] *= of_rates
+        if "GU_BEFORE" in layout.slots():
+            first = slots(dim)["R_GRADIENT_BEFORE"]
+            rates[place[passed], first : first + dim * dim] *= gradient
 
 
 class Copies(Protocol):

@@ -18,7 +18,7 @@ from .ghost_rows import Halo, ImageCopies, Plane
 from .particle_layout import RowLayout, aligned_zeros
 
 # Fields of a row that are zero, and those that agree, among particles that have no rates.
-ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "correction_decay", "density_relaxation")
+ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "gu_before", "correction_decay", "density_relaxation")
 EQUAL_AT_REST = ("u", "body")
 
 
@@ -53,6 +53,8 @@ class Pass:
         Whether it writes the rate of the rings' circumference behind that.
     spins
         Whether it writes the rate at which angular momentum is made there.
+    adjoint
+        Whether it writes the renormalised velocity gradient behind that of the rings' circumference.
     skips
         Whether what it writes is zero, or is not read, for undisturbed particles; see `cells.find_undisturbed`.
     """
@@ -69,10 +71,13 @@ class Pass:
     slips: bool = False
     rings: bool = False
     spins: bool = False
+    adjoint: bool = False
     skips: bool = False
 
     def count_further_rates(self, dim: int) -> int:
         """Return the number of rates behind the velocity gradient."""
+        if self.adjoint:
+            return 4 + dim * dim
         if self.spins:
             return 3 + SIZE["axial"][dim - 1]
         return 4 * self.rings or 3 * self.slips or 2 * self.leads or int(self.density_rate)
