@@ -136,6 +136,51 @@ class Pairs:
         return (n, n @ e, gate) if n @ e >= NORMAL_COSINE_MIN else (e, 1.0, gate)
 
 
+def gradients_before(cloud):
+    """Return velocity gradients (n, dim, dim) that stand for those of the evaluation before."""
+    return 1e6 * cloud.face[:, :, None] * cloud.face[:, None, :]
+
+
+def ahead_twice(cloud):
+    """Return twice the time of the stage (n,) [s], negative where the material flows."""
+    return 2e-8 * np.sign(cloud.heat - 0.5e6)
+
+
+def operators(pairs, grad_u):
+    """Return K, the share with which it holds, and the stress at the stage of all particles."""
+    cloud, dim, shares, one = pairs.cloud, pairs.dim, [], np.eye(pairs.dim)
+    found, stage = [], []
+    for a in range(len(cloud.x)):
+        moment, across, fills = np.zeros((dim, dim)), np.zeros((dim, dim)), np.zeros(dim)
+        for b in pairs.near[a]:
+            r, e, slope = pairs.geometry(a, b)
+            if pairs.parted(a, b):
+                across += pairs.volume[b] * slope * r * np.outer(e, e)
+                fills += pairs.volume[b] * slope * e
+            else:
+                moment += pairs.volume[b] * slope * r * np.outer(e, e)
+        if fills.any():
+            n = fills / np.linalg.norm(fills)
+            free = max(pairs.ends[a] @ n, 0.0)
+            closure = np.linalg.norm(fills) / free if free > 0.0 else np.inf
+            gate = np.clip((closure - OPEN) / (CLOSED - OPEN), 0.0, 1.0)
+            moment += gate * (n @ across @ n) * np.outer(n, n)
+        share = max(cloud.order[a], 0.0) if correctable(moment) else 0.0
+        inverse = np.linalg.inv(moment) if share else one
+        change = share * (grad_u[a] - gradients_before(cloud)[a])
+        stiff, shear = cloud.rho[a] * cloud.c_l[a] ** 2, cloud.rho[a] * cloud.c_t[a] ** 2
+        time = ahead_twice(cloud)[a]
+        if time < 0.0:
+            stiff, shear = stiff - 4.0 / 3.0 * shear, 0.0
+        strain = 0.5 * (change + change.T)
+        stage.append(
+            cloud.stress[a] + abs(time) * (2.0 * shear * strain + (stiff - 2.0 * shear) * np.trace(strain) * one)
+        )
+        found.append(one + share * (inverse - one))
+        shares.append(share)
+    return np.array(found), np.array(shares), np.array(stage)
+
+
 def contact(pairs, grad_u, grad_s, a, b):
     """Return u* of `a`, t*, normal, |dW/dr|, weight in the gradient, heat of slip and of the gate, what the density
     goes without, the heat that `b` conducts to `a`, and the share of its closing that a lead counts, of a pair."""
@@ -149,10 +194,14 @@ def contact(pairs, grad_u, grad_s, a, b):
             k, _, s, _, slope = pairs.stretched(a, b, e)
             slope *= k * s
     along = np.outer(e, e)
-    sides = {}
+    sides, elastic, grows, mean = {}, 0.0, 1.0, np.zeros(pairs.dim)
+    if formulation.adjoint:
+        elastic = 0.0 if parted else min(pairs.elastic[a], pairs.elastic[b])
+        grows = e @ (pairs.operator[a] + pairs.operator[b]) @ e / 2.0
+        mean = (pairs.stress[a] @ pairs.operator[a] + pairs.stress[b] @ pairs.operator[b]) @ e / 2.0
     for name, part in (("normal", along), ("tangential", np.eye(pairs.dim) - along)):
         ua, ub = part @ cloud.u[a], part @ cloud.u[b]
-        ta, tb = part @ cloud.stress[a] @ e, part @ cloud.stress[b] @ e
+        ta, tb = part @ pairs.stress[a] @ e, part @ pairs.stress[b] @ e
         if formulation.reconstruction.acts and not parted:
             for_u, for_t = ub - ua, tb - ta
             limiter = formulation.reconstruction.name
@@ -161,10 +210,12 @@ def contact(pairs, grad_u, grad_s, a, b):
                 order = min(cloud.order[a], cloud.order[b])
                 impedance = 0.5 * (cloud.rho[a] * cloud.c_l[a] + cloud.rho[b] * cloud.c_l[b])
                 closing = max(
-                    (cloud.u[a] - cloud.u[b]) @ e, abs(e @ (cloud.stress[b] - cloud.stress[a]) @ e) / impedance
+                    (cloud.u[a] - cloud.u[b]) @ e, abs(e @ (pairs.stress[b] - pairs.stress[a]) @ e) / impedance
                 )
                 calm = max(1.0 - closing * (cloud.rho[a] + cloud.rho[b]) / (2 * SHOCK_SWITCH * impedance), 0.0)
                 least = calm * (MIN_LIMITER + MIN_LIMITER_SOLID * max(order, 0.0))
+                if formulation.adjoint:
+                    least = (1.0 - elastic) * calm * MIN_LIMITER
             ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
             ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u, least)
             ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t, least)
@@ -182,10 +233,14 @@ def contact(pairs, grad_u, grad_s, a, b):
                 conducted = 0.25 * (cloud.rho[a] + cloud.rho[b]) * closing * (cloud.heat[b] - cloud.heat[a])
         t = (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
         common = (za * ua + zb * ub + tb - ta) / (za + zb)
+        part = along if name == "normal" else np.eye(pairs.dim) - along
+        pushed = za * zb / (za + zb) * (ub - ua) if name == "normal" else 0.0
+        t = (1.0 - elastic) * t + elastic * (part @ mean + pushed)
+        common = (1.0 - elastic) * common + elastic * part @ (cloud.u[a] + cloud.u[b]) / 2.0
         if name == "normal":
             pull = t @ e
             if formulation.consistent:
-                pull = min(pull, cloud.bear[a], cloud.bear[b])
+                pull = min(pull, grows * min(cloud.bear[a], cloud.bear[b]))
             if formulation.consistent and formulation.held:
                 nearer = pairs.volume[a] * pairs.volume[b] / r ** (2 * pairs.dim)
                 order = min(cloud.order[a], cloud.order[b])
@@ -200,7 +255,7 @@ def contact(pairs, grad_u, grad_s, a, b):
                 pull, counts = gate * min(pull, 0.0), 2.0 * zb / (za + zb)
             t, push = pull * e, -pull
         else:
-            most = min(cloud.shear[a], cloud.shear[b]) if formulation.consistent else np.inf
+            most = grows * min(cloud.shear[a], cloud.shear[b]) if formulation.consistent else np.inf
             if parted:
                 most = min(most, formulation.friction * push)
             size = np.linalg.norm(t)
@@ -213,6 +268,11 @@ def contact(pairs, grad_u, grad_s, a, b):
     if pairs.dim == 1:
         slipped = 0.0
     heat = 0.5 * traction @ (u_its - u_own)
+    if parted:
+        heat, slipped, traction = grows * heat, grows * slipped, grows * traction
+    elif formulation.adjoint:  # each side has the work of its own traction
+        apart = (pairs.stress[a] @ pairs.operator[a] - pairs.stress[b] @ pairs.operator[b]) @ e
+        heat += 0.25 * elastic * apart @ (cloud.u[b] - cloud.u[a])
     return u_own, traction, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts
 
 
@@ -239,6 +299,9 @@ def riemann_rates(cloud, formulation, neighbours, singular):
     grad_s = np.array([pairs.gradient(a, cloud.stress, singular) for a in range(n)])
     if formulation.consistent:  # what has failed has no slopes
         grad_u[cloud.order < 0.0] = grad_s[cloud.order < 0.0] = 0.0
+    pairs.stress = cloud.stress
+    if formulation.adjoint:
+        pairs.operator, pairs.elastic, pairs.stress = operators(pairs, grad_u)
     rows = []
     for a in range(n):
         acceleration, power, gradient, slip, mu = np.zeros(dim), 0.0, np.zeros((dim, dim)), 0.0, 0.0
@@ -287,10 +350,17 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             calm = max(0.0, 1.0 - 20.0 * mu / cloud.c_l[a])
             leaves = 0.0 if following else calm * cloud.leaves[a]
             leading = cloud.counts[a] * away - rate - calm * cloud.fades[a]
+            plain = gradient
             gradient, rate = at_edges(gradient, rate, moment, calm, cloud.bear[a])
+            if formulation.adjoint:
+                share = pairs.elastic[a]
+                gradient = plain @ pairs.operator[a] + (1.0 - share) * (gradient - plain)
+                rate, leaves = (1.0 - share) * rate + share * np.trace(gradient), (1.0 - share) * leaves
             further = [np.trace(gradient) - rate - leaves] + [leading] * formulation.leads
         if formulation.parted:
             further = [*further, *[0.0] * (2 - len(further)), slip]
+        if formulation.adjoint:
+            further = [*further, *[0.0] * (4 - len(further)), *grad_u[a].ravel()]
         if formulation.spins:
             if not correctable(moment):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]

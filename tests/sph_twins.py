@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from riemann_twin import about, riemann_rates, torque
+from riemann_twin import about, ahead_twice, gradients_before, riemann_rates, torque
 
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.scheme import Eulerian
@@ -194,6 +194,7 @@ def packed(cloud, formulation, planes=(), further=None):
     else:
         known |= {"T": components(cloud.stress) / square, "SPIN_STRESS": cloud.twist / square}
         known["R"] = -formulation.artificial_stress.eps * components(tensile(cloud.stress)) / square
+    known |= {"GU_BEFORE": gradients_before(cloud), "AHEAD_TWICE": ahead_twice(cloud)}
     known |= further or {}
     for name, slot in layout.slots().items():
         if name in known:

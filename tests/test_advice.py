@@ -86,6 +86,16 @@ def test_solids_without_damage_are_named_where_tension_follows():
     assert tears(quiet) == ""
 
 
+def test_the_elastic_variant_is_recommended_below_the_elastic_limit_alone():
+    case = document_of([SPRING], speed=1.0, time={"end": 1e-3})
+    (text,) = advice(load_case(case))
+    line = next(word for word in shlex.split(text) if word.startswith("formulation.variant="))
+    assert line == "formulation.variant=elastic"
+    assert advice(load_case(case, [line])) == []
+    (text,) = advice(row_of([METAL, METAL], speed=600.0, formulation={"type": "riemann", "variant": "elastic"}))
+    assert "take 'corrected'" in text
+
+
 def test_bodies_that_never_meet_are_named():
     (text,) = advice(row_of([METAL, METAL], speed=0.0))
     assert "none has a velocity" in text

@@ -77,6 +77,7 @@ OPTIONS = {
         "type": "adaptive", "conversion": {"strain": 0.02}, "hourglass": 0.5,
         "spatial_correction": {"type": "mixed", "factor": 7.5}}},
     "renewed": MIRROR | {"formulation": {"type": "adaptive", "conversion": {"strain": 0.08}, "reference_update_strain": 0.02}},
+    "elastic": MIRROR | {"formulation": {"type": "riemann", "variant": "elastic"}},
     "retiring": {"domain": {"max": [None, 3.2e-3], "min": [None, -3.2e-3]}, "time": {"end": 2e-6}},
 }  # fmt: skip
 

@@ -188,5 +188,10 @@ class RiemannFormulation(KernelOptions):
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from frictional_problems(self.contact, self.type)
+        if self.variant == "elastic" and case.kinematics == "axisymmetric":
+            yield Problem(
+                ("formulation", "variant"),
+                "'elastic' is for uniaxial, plane and three-dimensional cases; take 'corrected' or total_lagrangian",
+            )
         if isinstance(self.contact, PenaltyContact):
             yield from unavailable(self.contact, self.type)
