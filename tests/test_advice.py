@@ -10,6 +10,7 @@ from small_runs import GAS, LIQUID, METAL, SPRING, document_of, row_of
 
 from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
 from hvisph.precheck.advice import advice, sparse, tears
 from hvisph.precheck.contact_rules import contact_warnings
 from hvisph.precheck.estimate import estimate
@@ -94,6 +95,10 @@ def test_the_elastic_variant_is_recommended_below_the_elastic_limit_alone():
     assert advice(load_case(case, [line])) == []
     (text,) = advice(row_of([METAL, METAL], speed=600.0, formulation={"type": "riemann", "variant": "elastic"}))
     assert "take 'corrected'" in text
+    with pytest.raises(CaseError, match="three-dimensional cases"):
+        load_case(
+            document_of([METAL], kinematics="axisymmetric", formulation={"type": "riemann", "variant": "elastic"})
+        )
 
 
 def test_bodies_that_never_meet_are_named():
