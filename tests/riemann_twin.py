@@ -308,7 +308,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         rate, away, moment = 0.0, 0.0, np.zeros((dim, dim))
         h, spin = cloud.h[a], np.zeros(cloud.twist.shape[1])
         unit = kernel.norm(dim) / h**dim
-        omega = 1.0 - volume[a] * unit * kernel.shape.py_func(0.0) * cloud.grows[a]
+        density, slopes = unit * kernel.shape.py_func(0.0), 0.0  # number density, and the sum of q dW/dq
         for b in pairs.near[a]:
             u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts = contact(
                 pairs, grad_u, grad_s, a, b
@@ -339,13 +339,14 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
                 apart = 2.0 * (u_star - cloud.u[a]) if pairs.parted(a, b) else cloud.u[b] - cloud.u[a]
-                receding = weight * apart @ e
+                receding = weight * crowd * apart @ e
                 q = r / h
                 rate -= volume[a] * slope * receding + volume[a] * unit / h * kernel.slope.py_func(q) * receding
-                spread = dim * kernel.shape.py_func(q) + q * kernel.slope.py_func(q)
-                omega -= weight * volume[a] / dim * unit * spread * cloud.grows[a]
+                density += weight * crowd * unit * kernel.shape.py_func(q)
+                slopes += weight * crowd * unit * q * kernel.slope.py_func(q)
         further = []
         if formulation.consistent:
+            omega = max(1.0 - cloud.grows[a] * (1.0 + slopes / (dim * density)), 0.1)
             rate = rate / omega if following else rate
             calm = max(0.0, 1.0 - 20.0 * mu / cloud.c_l[a])
             leaves = 0.0 if following else calm * cloud.leaves[a]

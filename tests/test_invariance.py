@@ -75,6 +75,8 @@ def turned(values, quarter_turn):
     """Vectors (n, 2) or symmetric tensors (n, 4: xx, yy, zz, xy) after a map of axes."""
     if values.ndim == 1:
         return values
+    if values.shape[1] == 1:  # of an axial vector what points out of the plane
+        return values * np.linalg.det(quarter_turn)
     if values.shape[1] == 2:
         return values @ quarter_turn.T
     tensor = np.zeros((len(values), 2, 2))
