@@ -118,47 +118,47 @@ class Particles:
         """Return the columns of all fields as constants for compiled loops, such as ``S_VELOCITY``."""
         return {f"S_{name.upper()}": start for name, start in self.offsets.items()}
 
-    def permute(self, order: np.ndarray, room: np.ndarray | None = None) -> None:
+    def permute(self, order: np.ndarray, buffer: np.ndarray | None = None) -> None:
         """Put the particles into a new order, in place: row k becomes the former row order[k]; see `reorder`."""
         for values in (self.data, self.tags):
-            reorder(values, order, room)
+            reorder(values, order, buffer)
 
 
-def reorder(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = None) -> None:
+def reorder(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = None) -> None:
     """Put rows into a new order, in place: row k becomes the former row order[k].
 
     Parameters
     ----------
     values, order
         The rows (n, ...), and the former row of each (n,).
-    room
+    buffer
         See `take_rows`.
     """
-    values[...] = take_rows(values, order, room)
+    values[...] = take_rows(values, order, buffer)
 
 
-def take_rows(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = None) -> np.ndarray:
+def take_rows(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = None) -> np.ndarray:
     """Return rows in an order: row k is row order[k] of `values` (n, ...).
 
     Parameters
     ----------
     values, order
         The rows, and which of them are taken (k,).
-    room
+    buffer
         A contiguous array whose content is not needed: if it is large enough the rows stand there, and none is
         allocated.
     """
-    copy = _in_room((len(order), *values.shape[1:]), values.dtype, room)
+    copy = _in_buffer((len(order), *values.shape[1:]), values.dtype, buffer)
     return np.take(values, order, axis=0, out=copy, mode="clip")  # other modes allocate
 
 
-def copy_rows(values: np.ndarray, room: np.ndarray | None) -> np.ndarray:
-    """Return a copy, in `room` as for `take_rows`."""
-    copy = _in_room(values.shape, values.dtype, room)
+def copy_rows(values: np.ndarray, buffer: np.ndarray | None) -> np.ndarray:
+    """Return a copy, in `buffer` as for `take_rows`."""
+    copy = _in_buffer(values.shape, values.dtype, buffer)
     copy[...] = values
     return copy
 
 
-def _in_room(shape: tuple[int, ...], dtype: np.dtype, room: np.ndarray | None) -> np.ndarray:
-    size, free = prod(shape), (np.empty(0) if room is None else room.reshape(-1)).view(dtype)
+def _in_buffer(shape: tuple[int, ...], dtype: np.dtype, buffer: np.ndarray | None) -> np.ndarray:
+    size, free = prod(shape), (np.empty(0) if buffer is None else buffer.reshape(-1)).view(dtype)
     return free[:size].reshape(shape) if free.size >= size else np.empty(shape, dtype)

@@ -180,10 +180,10 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
             f"{turned} of its particles are turned inside out, their density below zero: what is computed there has no "
             "meaning"
         )
-    room = now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)
+    volume = now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)
     if now.metadata.get("kinematics") in REVOLVED:  # of a ring its section
-        room = room / (2.0 * np.pi * np.maximum(np.abs(position[:, 1]), 0.5 * spacing))
-    size = room ** (1.0 / position.shape[1])
+        volume = volume / (2.0 * np.pi * np.maximum(np.abs(position[:, 1]), 0.5 * spacing))
+    size = volume ** (1.0 / position.shape[1])
     reach = CLUMPED * size
     nearest = cKDTree(position).query(position, 2, distance_upper_bound=2.0 * float(reach.max()))[0][:, 1]
     share = float((nearest < reach).mean())

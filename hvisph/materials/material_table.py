@@ -294,10 +294,10 @@ class Material:
 
         T over that of the isentrope through the state at rest is a function of entropy alone, see `isentrope`.
         """
-        room = float(self.whole_row[slots.ROOM_TEMPERATURE])
+        ambient = float(self.whole_row[slots.ROOM_TEMPERATURE])
         curve = self.whole_row[slots.CURVE + 1 : slots.CURVE + isentrope.CURVE_LENGTH : isentrope.WIDTH]
         shares = np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
-        return self.temperature(rho, e) * room / float(np.interp(rho / self.density, shares, curve))
+        return self.temperature(rho, e) * ambient / float(np.interp(rho / self.density, shares, curve))
 
 
 @lru_cache(maxsize=64)

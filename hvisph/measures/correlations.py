@@ -9,7 +9,8 @@ Spheres of any metal on plates of aluminium. Sources:
 - honeycomb panel: that of the Whipple shield with a gap of at most two cells; that limit is recalled;
 - hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
 - crater in a thick layer of soil, rock, ice or water: Holsapple 1993, Annu. Rev. Earth Planet. Sci. 21, 333, constants
-  as in the public code cratermaker; in rock, Gault 1973, The Moon 6, 32, in the form of Melosh 1989, recalled;
+  as in the public code cratermaker; in rock, Gault 1973, The Moon 6, 32, in the form of
+  Melosh's program (1996 to 2016); Gault's own relation, 10^-2.823 rho_p^(1/6) rho_t^(-1/2) E^0.37 in cgs, is recalled;
 - residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976.
 
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
@@ -32,7 +33,7 @@ MAIDEN, SAWLE = "Maiden and McHugh 1963; coefficients recalled", "Sawle 1969; co
 CELLS = 2.0  # of a honeycomb, within which a cloud stays as if the gap were so wide
 RECHT = "Recht and Ipson 1963"
 HOLSAPPLE = "Holsapple 1993; editions differ by two in K1"
-GAULT = "Gault 1973; coefficients recalled"
+GAULT = "Gault 1973 as in Melosh's program; Gault's relation in cgs, recalled, gives 3.9 times as much"
 
 
 @dataclass(frozen=True)

@@ -251,7 +251,7 @@ class Stepper:
 
     @property
     def _parties(self) -> np.ndarray:
-        """What meets as bodies do, by a number of each particle (n,)."""
+        """Return the bodies that are in contact as such, by a number of each particle (n,)."""
         return self.particles.body if self.pieces is None else self.pieces
 
     def _sum_up(self) -> None:

@@ -264,7 +264,7 @@ def weigh(state, point, reach, rows, weights):
     reach
         Support radius of the kernel over h.
     rows, weights
-        Receive the particles and their weights V W, up to a common factor; room for all particles.
+        Receive the particles and their weights V W, up to a common factor; as long as all particles need.
 
     Returns
     -------

@@ -155,7 +155,7 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
     Parameters
     ----------
     rough, exact
-        Arrays (dim + 1, room) of float32 and float64: position components, in `rough` relative to the box's point,
+        Arrays (dim + 1, size) of float32 and float64: position components, in `rough` relative to the box's point,
         and, last, smoothing length.
     numbers
         Numbers of the candidates, uint32.
@@ -212,10 +212,10 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
             origin = builder.load(_address(context, builder, signature.args[7], box, place, _f64), align=8)
             relative.append(builder.fsub(own[f], origin))
         r2, limit = test_distances(signature.args[0], rough, relative, _f32, _FAST)
-        room = builder.fsub(limit, r2)
+        margin = builder.fsub(limit, r2)
         slack = spread(slack, _f32)
-        inside = builder.fcmp_ordered(">", room, slack)
-        perhaps = builder.fcmp_ordered(">=", room, builder.fneg(slack))
+        inside = builder.fcmp_ordered(">", margin, slack)
+        perhaps = builder.fcmp_ordered(">=", margin, builder.fneg(slack))
         doubtful = builder.icmp_unsigned("!=", _bits(builder, inside), _bits(builder, perhaps))
         before = builder.basic_block
         with builder.if_then(doubtful, likely=False):

@@ -327,9 +327,7 @@ class Honeycomb(Shape):
 
     def __post_init__(self) -> None:
         if not 0.0 < 2.0 * self.wall < self.cell:
-            raise CaseError(
-                f"double walls of {2 * self.wall:g} m leave no room in cells of {self.cell:g} m", where="cell"
-            )
+            raise CaseError(f"double walls of {2 * self.wall:g} m fill cells of {self.cell:g} m", where="cell")
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (3,) each [m]."""

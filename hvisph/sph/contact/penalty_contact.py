@@ -29,7 +29,7 @@ of a whole ring its section A = V/(2 pi r) fills the plane, and E = sum V_a K_a 
 
     F_ab = - 2 pi A_a A_b (r_a K_a p_a + r_b K_b p_b) grad_a W_ab,    F_a,r += 2 pi A_a/r_a sum A_b r_b K_b p_b W_ab
 
-so that an even pressure between two faces pushes no ring along them. Images over the axis fill room as others do, but
+so that an even pressure between two faces pushes no ring along them. Images over the axis fill space as others do, but
 are no faces of their own body.
 """
 

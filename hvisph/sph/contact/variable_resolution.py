@@ -8,7 +8,7 @@
 Over faces that touch G sums to what the face of the own body lacks, on both sides, whatever the ratio of the spacings:
 with one length for both it does not, so that neither does pressure balance nor a gate know that the faces touch. With
 equal lengths it is |dW/dr| e . n. Velocity gradients and rates of density of a take the pair by k h_a, for its
-distance is s k h_a in the measure of a, and the rate by the number (h_b/h_a)^dim of particles of a in the room of one.
+distance is s k h_a in the measure of a, and the rate by the number (h_b/h_a)^dim of particles of a in that of b.
 """
 
 from __future__ import annotations

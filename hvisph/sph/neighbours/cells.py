@@ -40,7 +40,7 @@ class Grid:
 
     @classmethod
     def from_positions(cls, positions: np.ndarray, edge: float, per_particle: int = 4) -> Grid:
-        """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread.
+        """Return a grid for particles at `positions` (n, dim) [m], with a margin for them to spread.
 
         It has no more than `per_particle` cells a particle.
         """

@@ -20,14 +20,14 @@ from . import cells, traversal
 from .ghost_rows import Halo, Images, Plane, image_numbers, with_images
 from .particle_layout import RowLayout
 
-# Of the first guess for the room of a chunk's lists.
+# Of the first guess for the size of a chunk's lists.
 SPARE = 1.3
 NO_COEFFICIENTS = np.zeros(1)
 
 
 def record(near, n, rows, i, constants, out):
     """Record the neighbours of sorted particle `i` by their numbers in the state (pair law)."""
-    listed, order, first, last, used, room = out
+    listed, order, first, last, used, size = out
     chunk = i // np.uint64(CHUNK)
     if i % np.uint64(CHUNK) == np.uint64(0):
         used[chunk] = np.uint64(0)
@@ -36,9 +36,9 @@ def record(near, n, rows, i, constants, out):
         return
     begin = used[chunk]
     used[chunk] = begin + n
-    if begin + n > room:
+    if begin + n > size:
         return
-    begin += chunk * room
+    begin += chunk * size
     first[s] = begin
     last[s] = begin + n
     for k in range(n):
@@ -143,7 +143,7 @@ class NeighbourList:
         chunks = -(-n // traversal.CHUNK)
         used = np.zeros(chunks, np.uint64)
 
-        def room(capacity: int) -> tuple[object, ...]:
+        def outputs(capacity: int) -> tuple[object, ...]:
             return self.listed, self.order, self.first, self.last, used, np.uint64(self._room)
 
         while True:
@@ -151,7 +151,7 @@ class NeighbourList:
                 self.listed = np.zeros(chunks * self._room, np.uint32)
             self._capacity = traversal.complete_sweep(
                 self._sweep, self._sorted, self._columns, self.order, (n, n), self._grid, self.reach, NO_COEFFICIENTS,
-                self._capacity, room)  # fmt: skip
+                self._capacity, outputs)  # fmt: skip
             needed = int(used.max())
             if needed <= self._room:
                 return

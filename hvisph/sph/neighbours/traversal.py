@@ -63,7 +63,7 @@ def enclose(columns, i, end, inverse_edge, box):
 
 
 def gather(columns, place, grid, box, h, half_reach, capacity, copies):
-    """Copy what may meet a particle in the box into `copies`; return how many, and the room that was lacking or 0.
+    """Copy what may meet a particle in the box into `copies`; return how many, and the size that was lacking or 0.
 
     With OWN_REACH that is also whatever the longest kernel of the cell, `h`, reaches by itself.
     """
@@ -124,11 +124,11 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     constants
         Coefficients of the law.
     capacity
-        Room for the candidates of a cell [uint64].
+        Number of candidates of a cell that fit [uint64].
     out
         Result rows; the law writes row i alone.
     overflow
-        (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
+        (chunks,) receives the size that a chunk would have needed, 0 where it sufficed.
     """
     mode, half_reach = flush_tiny(), 0.5 * RIM * reach
     zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
@@ -213,17 +213,17 @@ def complete_sweep(
     reach: float,
     constants: np.ndarray,
     capacity: int,
-    room: Callable[[int], object],
+    outputs: Callable[[int], object],
 ) -> int:
-    """Run a compiled `sweep`, and again with more room while a list of neighbours overflows.
+    """Run a compiled `sweep`, and again with a larger capacity while a list of neighbours overflows.
 
     Parameters
     ----------
     sweep ... constants
         The loop and what it takes, see the template.
     capacity
-        Room for the candidates of a cell to begin with.
-    room
+        Number of candidates of a cell that fit to begin with.
+    outputs
         Returns `out` for a capacity.
 
     Returns
@@ -240,7 +240,7 @@ def complete_sweep(
     cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes, grid.undisturbed)
     while True:
         sweep(count, rows, columns, order, np.uint64(owned), cell_table, reach, constants, np.uint64(capacity),
-              room(capacity), overflow)  # fmt: skip
+              outputs(capacity), overflow)  # fmt: skip
         needed = int(overflow.max(initial=0))
         if needed == 0:
             return capacity

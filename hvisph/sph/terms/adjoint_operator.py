@@ -86,7 +86,7 @@ def extrapolated_stress(stress, change, time, zn, zt, volume, mass):
     stress
         That of the rates of the evaluation before [Pa].
     change
-        Change of the velocity gradient since then [1/s].
+        Change of the velocity gradient since that evaluation [1/s].
     time
         Twice the time of the stage [s], negative during plastic flow.
     zn, zt, volume, mass
