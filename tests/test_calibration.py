@@ -87,22 +87,6 @@ def test_constants_are_found_from_a_start_30_percent_off(tmp_path, monkeypatch):
     assert "made up" in document["sources"][0]["text"]
 
 
-def test_noise_of_one_quantity_leaves_constants_as_they_are(tmp_path, monkeypatch):
-    """Feet of particles jump by several times their scatter from run to run; lengths alone determine three constants."""
-
-    def noisy(a, b, n, speed, exact=made_up):
-        noise = np.random.default_rng(abs(hash((a, b, n, speed)))).normal() if (a, b, n) != (A, B, N) else 0.0
-        one = exact(a, b, n, speed)
-        return one | {"foot_diameter": one["foot_diameter"] + 5e-5 * noise}
-
-    monkeypatch.setitem(globals(), "made_up", noisy)
-    fit, _ = solved(a_plan(tmp_path), monkeypatch)
-    for path, true in zip(PARAMETERS, (A, B, N), strict=True):
-        one = fit["parameters"][path]
-        assert one["interval"][0] < true < one["interval"][1]
-    assert fit["parameters"]["material.strength.a"]["value"] == pytest.approx(A, rel=0.03)
-
-
 def test_the_posterior_of_a_surface_holds_the_constants(tmp_path, monkeypatch):
     only_a = {"material.strength.a": PARAMETERS["material.strength.a"]}
     fit, rows = solved(a_plan(tmp_path, method="surrogate", count=20, parameters=only_a), monkeypatch)

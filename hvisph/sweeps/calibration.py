@@ -2,11 +2,8 @@
 
 The sum of squares of (computed - measured)/scatter is minimised by a trust-region method (Branch, Coleman & Li 1999,
 `scipy.optimize.least_squares`) in parameters scaled to 0..1 between their bounds. The Jacobian is made of central
-differences. What a linear interpolation between both sides of a difference misses at its middle, by curvature or by
-noise of the particles, is the error of the computed value: its square is added to that of the scatter, first as found
-at the start, then as found at the result of a first search. The runs of a point and of its differences are independent
-cases of the sweep. The iteration is repeated from its start with the runs that are done until it asks for a point that
-is not computed: the folder holds its state.
+differences. The runs of a point and of its differences are independent cases of the sweep. The iteration is repeated
+from its start with the runs that are done until it asks for a point that is not computed: the folder holds its state.
 
 The covariance is (J^T J / s^2 + 12 I)^-1 with s^2 = max(1, chi^2/(m - n)); 12 is the inverse variance of a parameter
 known to lie between its bounds only. Intervals are Student's, of 95 %.
@@ -229,29 +226,20 @@ class Calibration:
         keys = [self._parameters(u) for u in points]
         return np.array([[one.value_in(self.folders[self._key(one.shot, key)]) for one in self.data] for key in keys])
 
-    def _residuals(self, computed: np.ndarray, error: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return (computed - measured)/scatter, with the error of the computed values added to the scatter."""
+    def _residuals(self, computed: np.ndarray) -> np.ndarray:
+        """Return (computed - measured)/scatter."""
         measured, scatter = np.array([[one.value, one.scatter] for one in self.data]).T
-        return np.asarray((computed - measured) / np.hypot(scatter, error))
-
-    def _error(self, u: np.ndarray) -> np.ndarray:
-        """Return the largest difference of the values at `u` from those between both sides of each difference."""
-        points, n = self._stencil(u), len(u)
-        computed = self._evaluate(points)
-        ahead, behind = (points[1 : n + 1] - u).diagonal(), (u - points[n + 1 :]).diagonal()
-        share = (behind / (ahead + behind))[:, None]
-        between = share * computed[1 : n + 1] + (1.0 - share) * computed[n + 1 :]
-        return np.asarray(np.abs(between - computed[0]).max(axis=0))
+        return np.asarray((computed - measured) / scatter)
 
     def _stencil(self, u: np.ndarray) -> np.ndarray:
         """Return a point, and its neighbours on both sides in each parameter, within the bounds."""
         steps = self.fit.step * np.eye(len(u))
         return np.clip(np.vstack([u, u + steps, u - steps]), 0.0, 1.0)
 
-    def _linearize(self, u: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _linearize(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted residuals and their derivatives with respect to the scaled parameters."""
         points = self._stencil(u)
-        found, n = self._residuals(self._evaluate(points), error), len(u)
+        found, n = self._residuals(self._evaluate(points)), len(u)
         steps = (points[1 : n + 1] - points[n + 1 :]).sum(axis=1)
         return found[0], ((found[1 : n + 1] - found[n + 1 :]) / steps[:, None]).T
 
@@ -259,20 +247,16 @@ class Calibration:
         from scipy.optimize import least_squares
         from scipy.stats import t
 
-        at, iterations = self.start, 0
-        for _ in range(2):
-            error = self._error(at)
-            found = least_squares(lambda u, e=error: self._linearize(u, e)[0], at,
-                                  jac=lambda u, e=error: self._linearize(u, e)[1], bounds=(0.0, 1.0), xtol=TOLERANCE,
-                                  ftol=TOLERANCE, max_nfev=self.fit.iterations)  # fmt: skip
-            at, iterations = found.x, iterations + found.nfev
-        residuals, jacobian = self._linearize(found.x, error)
+        found = least_squares(lambda u: self._linearize(u)[0], self.start, jac=lambda u: self._linearize(u)[1],
+                              bounds=(0.0, 1.0), xtol=TOLERANCE, ftol=TOLERANCE,
+                              max_nfev=self.fit.iterations)  # fmt: skip
+        residuals, jacobian = self._linearize(found.x)
         freedom = max(len(residuals) - len(found.x), 1)
         spread = max(1.0, float(residuals @ residuals) / freedom)
         covariance = np.linalg.inv(jacobian.T @ jacobian / spread + PRIOR * np.eye(len(found.x)))
         half = float(t.ppf(0.975, freedom)) * np.sqrt(np.diag(covariance))
         bounds = np.clip([found.x - half, found.x + half], 0.0, 1.0)
-        text = f"least squares, {iterations} iterations"
+        text = f"least squares, {found.nfev} iterations"
         if found.status == 0:
             text += ", not converged: give more `iterations` or another start"
         return self._result(found.x, covariance, bounds, self._evaluate(found.x[None])[0],
