@@ -26,18 +26,10 @@ class StrictModel(BaseModel):
 
 
 class Problem(NamedTuple):
-    """Error that involves several fields.
+    """Error that involves several fields."""
 
-    Parameters
-    ----------
-    path
-        Keys from the checked model down to the field to blame.
-    message
-        What is wrong, what is allowed, what to do.
-    """
-
-    path: Path
-    message: str
+    path: Path  # keys from the checked model down to the field to blame
+    message: str  # what is wrong, what is allowed, what to do
 
 
 def refuse(problems: Sequence[Problem]) -> None:
@@ -49,21 +41,11 @@ def refuse(problems: Sequence[Problem]) -> None:
 
 @dataclass(frozen=True)
 class Shorthand:
-    """Annotation of a short form of a value, expanded before validation.
+    """Annotation of a short form of a value, expanded before validation."""
 
-    Parameters
-    ----------
-    expand
-        Returns the long form of a short one, and anything else unchanged.
-    forms
-        Kinds of JSON values of the short forms.
-    schemas
-        JSON schemas of further forms.
-    """
-
-    expand: Callable[[Any, ValidationInfo], object]
-    forms: tuple[str, ...] = ("number", "string")
-    schemas: tuple[JsonSchemaValue, ...] = ()
+    expand: Callable[[Any, ValidationInfo], object]  # returns the long form of a short one, and anything else unchanged
+    forms: tuple[str, ...] = ("number", "string")  # kinds of JSON values of the short forms
+    schemas: tuple[JsonSchemaValue, ...] = ()  # JSON schemas of further forms
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_before_validator_function(self.expand, handler(source))

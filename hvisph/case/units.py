@@ -22,23 +22,12 @@ from hvisph.core.errors import suggest_nearest
 
 @dataclass(frozen=True)
 class Dimension:
-    """A kind of quantity.
+    """A kind of quantity."""
 
-    Parameters
-    ----------
-    name
-        Its name in messages, with its article: ``a length``.
-    unit
-        Unit of plain numbers, as pint reads it; empty for pure numbers.
-    example
-        What a user would write.
-    units
-        Usual units and their decimal factors, read without pint, whose import takes 0.3 s; `_` is a blank.
-    """
-
-    name: str
-    unit: str
-    example: str
+    name: str  # its name in messages, with its article: ``a length``
+    unit: str  # unit of plain numbers, as pint reads it; empty for pure numbers
+    example: str  # what a user would write
+    # usual units and their decimal factors, read without pint, whose import takes 0.3 s; `_` is a blank
     units: str = ""
 
 
@@ -175,21 +164,13 @@ LARGEST = 1e30
 
 @dataclass(frozen=True)
 class Quantity:
-    """Annotation of a float field: dimension and range.
+    """Annotation of a float field: dimension and range."""
 
-    Parameters
-    ----------
-    dimension
-        Kind of quantity; its unit is that of plain numbers and of the stored value.
-    above, below
-        Exclusive limits, in that unit.
-    minimum, maximum
-        Inclusive limits, in that unit.
-    """
-
-    dimension: Dimension
+    dimension: Dimension  # kind of quantity; its unit is that of plain numbers and of the stored value
+    # exclusive limits, in that unit
     above: float | None = None
     below: float | None = None
+    # inclusive limits, in that unit
     minimum: float | None = None
     maximum: float | None = None
 

@@ -46,18 +46,10 @@ class Place(NamedTuple):
 
 @dataclass
 class Document:
-    """A parsed text.
+    """A parsed text."""
 
-    Parameters
-    ----------
-    value
-        Plain values: dict, list, str, int, float, bool, None.
-    places
-        Place of every path of keys in `value`.
-    """
-
-    value: Any
-    places: dict[Path, Place] = field(default_factory=dict)
+    value: Any  # plain values: dict, list, str, int, float, bool, None
+    places: dict[Path, Place] = field(default_factory=dict)  # place of every path of keys in `value`
 
 
 def parse(text: str, name: str) -> Document:

@@ -20,40 +20,19 @@ from hvisph.case.units import Quantity
 
 @dataclass(frozen=True)
 class Spot:
-    """Allowed content at one path of the case file.
+    """Allowed content at one path of the case file."""
 
-    Parameters
-    ----------
-    models
-        The mappings that may stand there, by the value of their `type`; a single one that has
-        no `type` is under the empty string.
-    item
-        Annotation of the items, where it is a list or a mapping with free keys.
-    quantity
-        Dimension and range, where it is a number.
-    choices
-        Allowed words.
-    integer
-        Whether it is a whole number.
-    info
-        The field, with its description and default.
-    tagged
-        Whether `type` chooses among `models`.
-    short
-        Kinds of JSON values that may stand there as a shorthand.
-    named
-        Whether the items have names (a mapping) rather than places (a list).
-    """
-
+    # the mappings that may stand there, by the value of their `type`; a single one that has no `type` is under the
+    # empty string
     models: dict[str, type[BaseModel]]
-    item: object = None
-    quantity: Quantity | None = None
-    choices: tuple[str, ...] = ()
-    integer: bool = False
-    info: FieldInfo | None = None
-    tagged: bool = False
-    short: tuple[str, ...] = ()
-    named: bool = False
+    item: object = None  # annotation of the items, where it is a list or a mapping with free keys
+    quantity: Quantity | None = None  # dimension and range, where it is a number
+    choices: tuple[str, ...] = ()  # allowed words
+    integer: bool = False  # whether it is a whole number
+    info: FieldInfo | None = None  # the field, with its description and default
+    tagged: bool = False  # whether `type` chooses among `models`
+    short: tuple[str, ...] = ()  # kinds of JSON values that may stand there as a shorthand
+    named: bool = False  # whether the items have names (a mapping) rather than places (a list)
 
 
 def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:

@@ -7,30 +7,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Number of dimensions and assumptions for the others.
+    """Number of dimensions and assumptions for the others."""
 
-    Parameters
-    ----------
-    name
-        Name in case files.
-    dim
-        Number of dimensions that are computed.
-    words
-        What people call it.
-    thins
-        Whether matter is free to thin and to thicken across the plane, so that no stress acts there.
-    revolved
-        Whether the plane is the half-plane (x, r) of solids of revolution about x, and a particle a whole ring.
-    fields
-        State fields that it needs beside those of every run.
-    """
-
-    name: str
-    dim: int
-    words: str
-    thins: bool = False
+    name: str  # name in case files
+    dim: int  # number of dimensions that are computed
+    words: str  # what people call it
+    thins: bool = False  # whether matter is free to thin and to thicken across the plane, so that no stress acts there
+    # whether the plane is the half-plane (x, r) of solids of revolution about x, and a particle a whole ring
     revolved: bool = False
-    fields: tuple[str, ...] = ()
+    fields: tuple[str, ...] = ()  # state fields that it needs beside those of every run
 
     @property
     def drawing_dimensions(self) -> int:
@@ -81,21 +66,11 @@ SHAPES: dict[int, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Particle arrangement in a shape; its function is in `hvisph.geometry.filling`.
+    """Particle arrangement in a shape; its function is in `hvisph.geometry.filling`."""
 
-    Parameters
-    ----------
-    name
-        Name in case files.
-    dims
-        Numbers of dimensions in which it has a meaning.
-    shapes
-        Shapes that it is for; empty where it is for all that have to be filled.
-    """
-
-    name: str
-    dims: tuple[int, ...]
-    shapes: tuple[str, ...] = ()
+    name: str  # name in case files
+    dims: tuple[int, ...]  # numbers of dimensions in which it has a meaning
+    shapes: tuple[str, ...] = ()  # shapes that it is for; empty where it is for all that have to be filled
 
 
 # The first that suits a shape is its default.

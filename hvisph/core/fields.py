@@ -17,27 +17,13 @@ AXIAL_LENGTH = {1: 0, 2: 1, 3: 3}
 
 @dataclass(frozen=True)
 class Field:
-    """State field of the particles.
+    """State field of the particles."""
 
-    Parameters
-    ----------
-    name
-        Name at every interface: Python, files, history.
-    rank
-        ``scalar``, ``vector``, ``axial``, ``symmetric``, ``gradient`` or ``quaternion``.
-    unit
-        SI unit, as pint reads it.
-    meaning
-        One line for the manual and for the attributes of files.
-    start
-        What it begins with in every particle, unless the case says something else.
-    """
-
-    name: str
-    rank: str
-    unit: str
-    meaning: str
-    start: float = 0.0
+    name: str  # name at every interface: Python, files, history
+    rank: str  # ``scalar``, ``vector``, ``axial``, ``symmetric``, ``gradient`` or ``quaternion``
+    unit: str  # SI unit, as pint reads it
+    meaning: str  # one line for the manual and for the attributes of files
+    start: float = 0.0  # what it begins with in every particle, unless the case says something else
 
     def components(self, dim: int) -> int:
         """Return how many numbers a particle stores for this field in `dim` dimensions."""

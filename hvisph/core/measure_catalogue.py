@@ -35,22 +35,13 @@ _SHORT = 0.1  # and below which the end of an axis has
 
 @dataclass(frozen=True)
 class NumberFormat:
-    """Format of a number in tables.
+    """Format of a number in tables."""
 
-    Parameters
-    ----------
-    label, short
-        Its name in words, and a short one for narrow columns: the symbol of the papers, if there is one.
-    unit
-        Unit of tables.
-    decimals
-        Digits after the point; -1 for significant figures.
-    """
-
+    # its name in words, and a short one for narrow columns: the symbol of the papers, if there is one
     label: str
     short: str
-    unit: str
-    decimals: int
+    unit: str  # unit of tables
+    decimals: int  # digits after the point; -1 for significant figures
 
     @property
     def factor(self) -> float:
@@ -70,32 +61,15 @@ class NumberFormat:
 
 @dataclass(frozen=True)
 class Measure:
-    """A measured quantity: one row of the catalogue.
+    """A measured quantity: one row of the catalogue."""
 
-    Parameters
-    ----------
-    section
-        Part of a summary that holds it: ``run``, ``layer`` (each layer), ``projectile`` or ``cloud``.
-    name
-        Name at every interface: case file, summary, Python.
-    unit
-        SI unit in three dimensions; empty for plain numbers.
-    dims
-        Numbers of dimensions in which it has a meaning.
-    meaning
-        One line for the manual.
-    display
-        Format in tables.
-    variants
-        Further definitions of the same quantity by name, with their meanings; the first one is its value.
-    """
-
-    section: str
-    name: str
-    unit: str
-    dims: tuple[int, ...]
-    meaning: str
-    display: NumberFormat
+    section: str  # part of a summary that holds it: ``run``, ``layer`` (each layer), ``projectile`` or ``cloud``
+    name: str  # name at every interface: case file, summary, Python
+    unit: str  # SI unit in three dimensions; empty for plain numbers
+    dims: tuple[int, ...]  # numbers of dimensions in which it has a meaning
+    meaning: str  # one line for the manual
+    display: NumberFormat  # format in tables
+    # further definitions of the same quantity by name, with their meanings; the first one is its value
     variants: Mapping[str, str]
 
     def unit_in(self, space: int) -> str:

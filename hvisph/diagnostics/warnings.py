@@ -19,21 +19,13 @@ LEFT = 1e-3  # share of a body's mass
 
 @dataclass(frozen=True)
 class Holds:
-    """Where the models of a body's material hold.
+    """Where the models of a body's material hold."""
 
-    Parameters
-    ----------
-    outside
-        Whether states lie outside, of density [kg/m^3], energy [J/kg], and temperature [K], pressure [Pa] and damage or
-        None, each (n,).
-    words
-        The range, in words.
-    tension
-        What such a material bears at most [Pa]; None where its model of damage knows tension, and decides.
-    """
-
+    # whether states lie outside, of density [kg/m^3], energy [J/kg], and temperature [K], pressure [Pa] and damage or
+    # None, each (n,)
     outside: Callable[..., np.ndarray]
-    words: str
+    words: str  # the range, in words
+    # what such a material bears at most [Pa]; None where its model of damage knows tension, and decides
     tension: float | None = None
 
 

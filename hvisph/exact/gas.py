@@ -27,21 +27,13 @@ class GasState:
 
 @dataclass(frozen=True)
 class RiemannSolution:
-    """What comes of two states of one gas that meet at x = 0.
+    """What comes of two states of one gas that meet at x = 0."""
 
-    Parameters
-    ----------
-    left, right
-        The states.
-    gamma
-        Ratio of specific heats.
-    pressure, velocity
-        Between the two waves.
-    """
-
+    # the states
     left: GasState
     right: GasState
-    gamma: float
+    gamma: float  # ratio of specific heats
+    # between the two waves
     pressure: float
     velocity: float
 
@@ -113,18 +105,10 @@ def riemann(left: GasState, right: GasState, gamma: float) -> RiemannSolution:
 
 @dataclass(frozen=True)
 class Noh:
-    """Cold gas of unit density that runs at unit speed towards a plane, an axis or a point.
+    """Cold gas of unit density that runs at unit speed towards a plane, an axis or a point."""
 
-    Parameters
-    ----------
-    gamma
-        Ratio of specific heats.
-    dimensions
-        1 planar, 2 cylindrical, 3 spherical.
-    """
-
-    gamma: float
-    dimensions: int
+    gamma: float  # ratio of specific heats
+    dimensions: int  # 1 planar, 2 cylindrical, 3 spherical
 
     @property
     def front(self) -> float:

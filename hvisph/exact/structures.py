@@ -32,20 +32,11 @@ from .wave_curves import bracketed_root
 
 @dataclass(frozen=True)
 class Ball:
-    """A free elastic ball.
+    """A free elastic ball."""
 
-    Parameters
-    ----------
-    radius
-        Its radius [m].
-    density
-        Its density [kg/m^3].
-    youngs_modulus, poisson_ratio
-        E [Pa] and nu [-].
-    """
-
-    radius: float
-    density: float
+    radius: float  # its radius [m]
+    density: float  # its density [kg/m^3]
+    # E [Pa] and nu [-]
     youngs_modulus: float
     poisson_ratio: float
 
@@ -98,18 +89,12 @@ KAPPA = 5.0 / 6.0
 
 @dataclass(frozen=True)
 class Cantilever:
-    """A beam of rectangular section held at one end, bent in plane strain.
+    """A beam of rectangular section held at one end, bent in plane strain."""
 
-    Parameters
-    ----------
-    length, height
-        [m].
-    density, youngs_modulus, poisson_ratio
-        [kg/m^3], [Pa], [-].
-    """
-
+    # [m]
     length: float
     height: float
+    # [kg/m^3], [Pa], [-]
     density: float
     youngs_modulus: float
     poisson_ratio: float
@@ -152,28 +137,15 @@ class Cantilever:
 
 @dataclass(frozen=True)
 class Shell:
-    """A shell and how far it collapses.
+    """A shell and how far it collapses."""
 
-    Parameters
-    ----------
-    dimensions
-        2 for a cylinder, 3 for a sphere.
-    inner, outer
-        Radii of its faces at the start [m].
-    stop
-        Radius at which the inner face comes to rest [m].
-    density
-        [kg/m^3].
-    yield_stress
-        [Pa].
-    """
-
-    dimensions: int
+    dimensions: int  # 2 for a cylinder, 3 for a sphere
+    # radii of its faces at the start [m]
     inner: float
     outer: float
-    stop: float
-    density: float
-    yield_stress: float
+    stop: float  # radius at which the inner face comes to rest [m]
+    density: float  # [kg/m^3]
+    yield_stress: float  # [Pa]
 
     def radius(self, start: np.ndarray, face: float) -> np.ndarray:
         """Return where matter that began at `start` is when the inner face is at `face` [m]."""

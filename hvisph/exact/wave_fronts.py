@@ -53,27 +53,13 @@ class Front:
 
 @dataclass
 class Tracked:
-    """All fronts of a run, from which histories and profiles are read.
+    """All fronts of a run, from which histories and profiles are read."""
 
-    Parameters
-    ----------
-    layers
-        The layers at the start.
-    bounds
-        Mass coordinates of their faces, one more than there are layers [kg/m^2].
-    fronts
-        Every piece of every front.
-    end
-        Time reached [s].
-    weakest
-        Part of the strongest stress below which waves were left out, at most.
-    """
-
-    layers: Sequence[Layer]
-    bounds: np.ndarray
-    fronts: list[Front] = field(repr=False)
-    end: float = 0.0
-    weakest: float = 0.0
+    layers: Sequence[Layer]  # the layers at the start
+    bounds: np.ndarray  # mass coordinates of their faces, one more than there are layers [kg/m^2]
+    fronts: list[Front] = field(repr=False)  # every piece of every front
+    end: float = 0.0  # time reached [s]
+    weakest: float = 0.0  # part of the strongest stress below which waves were left out, at most
 
     def mass_of(self, position: float) -> float:
         """Return the mass coordinate of the matter that began at `position` [m]."""

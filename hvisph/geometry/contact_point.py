@@ -23,21 +23,11 @@ NEAREST = 0.9  # [mean spacings] of particles of touching bodies
 
 @dataclass(frozen=True)
 class Solid:
-    """A body as it stands: its surface and its particles, in the same coordinates.
+    """A body as it stands: its surface and its particles, in the same coordinates."""
 
-    Parameters
-    ----------
-    shape
-        Its surface.
-    positions
-        Particle centres in the same coordinates, (n, dim) [m].
-    spacing
-        Their spacing [m].
-    """
-
-    shape: Shape
-    positions: np.ndarray
-    spacing: float
+    shape: Shape  # its surface
+    positions: np.ndarray  # particle centres in the same coordinates, (n, dim) [m]
+    spacing: float  # their spacing [m]
 
 
 def touch(first: Solid, second: Solid) -> tuple[float, float] | None:

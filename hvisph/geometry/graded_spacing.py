@@ -22,24 +22,14 @@ STEEPEST = 1.1  # thickness of a layer over that of the layer before it
 
 @dataclass(frozen=True)
 class Grading:
-    """How the spacing grows.
+    """How the spacing grows."""
 
-    Parameters
-    ----------
-    fine
-        Full width of the fine part along each axis, about the box's middle or of rings about the axis, None where
-        the axis is not graded [m].
-    coarsest
-        Largest spacing [m].
-    ratio
-        Thickness of a layer over that of the layer before it, above 1 and at most 1.1.
-    face
-        Where along x the fine part lies: in the `middle`, at the `front` (the face at lower x) or at the `rear`.
-    """
-
+    # full width of the fine part along each axis, about the box's middle or of rings about the axis, None where the
+    # axis is not graded [m]
     fine: tuple[float | None, ...]
-    coarsest: float
-    ratio: float = STEEPEST
+    coarsest: float  # largest spacing [m]
+    ratio: float = STEEPEST  # thickness of a layer over that of the layer before it, above 1 and at most 1.1
+    # where along x the fine part lies: in the `middle`, at the `front` (the face at lower x) or at the `rear`
     face: str = "middle"
 
 

@@ -15,26 +15,14 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class Filling:
-    """The particles of one body, around the origin of its shape.
+    """The particles of one body, around the origin of its shape."""
 
-    Parameters
-    ----------
-    positions
-        Particle centres in the shape's coordinates, shape (n, dim) [m].
-    volumes
-        Volume of each particle, shape (n,) [m^dim].
-    size
-        Full size along each axis that the particles stand for [m].
-    spacing
-        Spacing of the particles, which their smoothing length follows: one for all, or shape (n,) [m].
-    note
-        What gave way: sizes in a nominal filling, spacing and masses in an exact one; empty if nothing did.
-    """
-
-    positions: np.ndarray
-    volumes: np.ndarray
-    size: tuple[float, ...]
+    positions: np.ndarray  # particle centres in the shape's coordinates, shape (n, dim) [m]
+    volumes: np.ndarray  # volume of each particle, shape (n,) [m^dim]
+    size: tuple[float, ...]  # full size along each axis that the particles stand for [m]
+    # spacing of the particles, which their smoothing length follows: one for all, or shape (n,) [m]
     spacing: float | np.ndarray
+    # what gave way: sizes in a nominal filling, spacing and masses in an exact one; empty if nothing did
     note: str = ""
 
     @property

@@ -22,21 +22,11 @@ MOST_COMPARED = 20_000
 
 @dataclass(frozen=True)
 class Mirror:
-    """A plane of symmetry.
+    """A plane of symmetry."""
 
-    Parameters
-    ----------
-    axis
-        0, 1 or 2: the plane is normal to x, y or z.
-    at
-        Its coordinate [m].
-    sign
-        1.0 where coordinates above it are kept, -1.0 below.
-    """
-
-    axis: int
-    at: float
-    sign: float = 1.0
+    axis: int  # 0, 1 or 2: the plane is normal to x, y or z
+    at: float  # its coordinate [m]
+    sign: float = 1.0  # 1.0 where coordinates above it are kept, -1.0 below
 
 
 def crosses(low: np.ndarray, high: np.ndarray, mirror: Mirror, spacing: float) -> bool:

@@ -39,24 +39,12 @@ FULLEST, ROUND, INSIDE = 1.12, 2.5, 0.25
 
 @dataclass(frozen=True)
 class Standing:
-    """A body at its place.
+    """A body at its place."""
 
-    Parameters
-    ----------
-    positions
-        Particle centres, shape (n, dim) [m].
-    breadth
-        Side of a square or cube of each particle's volume, shape (n,) [m].
-    spacing
-        Least and largest spacing of its particles [m].
-    surface
-        Its surface; None where there is none but the particles'.
-    """
-
-    positions: np.ndarray
-    breadth: np.ndarray
-    spacing: tuple[float, float]
-    surface: Shape | None = None
+    positions: np.ndarray  # particle centres, shape (n, dim) [m]
+    breadth: np.ndarray  # side of a square or cube of each particle's volume, shape (n,) [m]
+    spacing: tuple[float, float]  # least and largest spacing of its particles [m]
+    surface: Shape | None = None  # its surface; None where there is none but the particles'
 
     @property
     def uniform(self) -> bool:
@@ -79,20 +67,11 @@ class Standing:
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two bodies that stand in each other.
+    """Two bodies that stand in each other."""
 
-    Parameters
-    ----------
-    bodies
-        Indices of the two bodies.
-    place
-        Where, (dim,) [m].
-    depth
-        By how much at least [m]; 0 where particles of both stand in one place or matter fills its volume twice.
-    """
-
-    bodies: tuple[int, int]
-    place: np.ndarray
+    bodies: tuple[int, int]  # indices of the two bodies
+    place: np.ndarray  # where, (dim,) [m]
+    # by how much at least [m]; 0 where particles of both stand in one place or matter fills its volume twice
     depth: float
 
 

@@ -26,20 +26,11 @@ NONE, UNIFORM, SPHERE = 0, 1, 2
 
 @dataclass(frozen=True)
 class Gravity:
-    """Field of gravity.
+    """Field of gravity."""
 
-    Parameters
-    ----------
-    kind
-        UNIFORM or SPHERE.
-    vector
-        Acceleration [m/s^2] of a uniform field, or the centre of the sphere [m], (dim,).
-    strength, radius
-        G M [m^3/s^2] and radius [m] of the sphere.
-    """
-
-    kind: int
-    vector: tuple[float, ...]
+    kind: int  # UNIFORM or SPHERE
+    vector: tuple[float, ...]  # acceleration [m/s^2] of a uniform field, or the centre of the sphere [m], (dim,)
+    # G M [m^3/s^2] and radius [m] of the sphere
     strength: float = 0.0
     radius: float = 0.0
 

@@ -28,56 +28,38 @@ _COLD = 0.25  # homologous temperature up to which a Johnson-Cook metal is looke
 
 @dataclass(frozen=True)
 class Material:
-    """What a body is made of.
+    """What a body is made of."""
 
-    Parameters
-    ----------
-    name
-        Name for messages.
-    density
-        Reference density rho0 [kg/m^3].
-    eos, strength, damage, porosity
-        Parameter objects of the models.
-    heat_capacity, room_temperature
-        c_v [J/(kg K)] and temperature at rest [K]; those of a strength model that has them, unless given.
-    total_energy
-        Whether all energy counts as heat, see `isentrope`.
-    melting
-        Law of the melting point, where it is not the strength's own.
-    failed_friction
-        Friction of failed material [-], 0 where it flows.
-    rate_smoothing
-        Steps over which the strain rate is smoothed; 0 for that of the step.
-    spall_strength
-        Tension at which the material fails for good, whatever its damage [Pa]; infinite where none is known.
-    spall_exponent, spall_rate
-        How that tension grows with the rate of expansion, see `damage.rated_spall`: exponent m [-], 0 where it is the
-        same at all rates, and the rate at which it is `spall_strength` [1/s].
-    heat_capacities
-        Points (T [K], c_p [J/(kg K)]) without pressure, in place of a constant c_v; none unless given.
-    heat_of_melting
-        Melting point [K] and heat of melting [J/kg], beside them.
-    fracture
-        Energy that failure takes, see `damage.fracture_energy`; None where it takes none.
-    """
-
-    name: str
+    name: str  # name for messages
+    # reference density rho0 [kg/m^3]
     density: float  # [kg/m^3]
+    # parameter objects of the models
     eos: EquationOfState
     strength: Model = field(default_factory=NoStrength)
     damage: Model = field(default_factory=NoDamage)
     porosity: Porosity | None = None
+    # c_v [J/(kg K)] and temperature at rest [K]; those of a strength model that has them, unless given
     heat_capacity: float = 0.0  # c_v [J/(kg K)]; that of the strength unless given
     room_temperature: float = 0.0  # [K]; likewise
+    # whether all energy counts as heat, see `isentrope`
     total_energy: bool = False  # temperature from the whole energy, see `isentrope`
+    # law of the melting point, where it is not the strength's own
     melting: Lindemann | Simon | None = None  # law of the melting point; constant or the strength's own unless given
+    # friction of failed material [-], 0 where it flows
     failed_friction: float = 0.0  # of failed material [-]; `slots.KEEPS_STRESS` where failing takes nothing
+    # steps over which the strain rate is smoothed; 0 for that of the step
     rate_smoothing: int = 0  # steps over which the strain rate is smoothed
+    # tension at which the material fails for good, whatever its damage [Pa]; infinite where none is known
     spall_strength: float = inf  # [Pa]
+    # how that tension grows with the rate of expansion, see `damage.rated_spall`: exponent m [-], 0 where it is the
+    # same at all rates, and the rate at which it is `spall_strength` [1/s]
     spall_exponent: float = 0.0  # m of `damage.rated_spall` [-]; 0 for one strength at all rates
     spall_rate: float = 1e5  # of expansion, at which it has its strength [1/s]
+    # points (T [K], c_p [J/(kg K)]) without pressure, in place of a constant c_v; none unless given
     heat_capacities: tuple[tuple[float, float], ...] = ()  # T [K], c_p [J/(kg K)]
+    # melting point [K] and heat of melting [J/kg], beside them
     heat_of_melting: tuple[float, float] | None = None  # T [K], [J/kg]
+    # energy that failure takes, see `damage.fracture_energy`; None where it takes none
     fracture: FractureEnergy | None = None
 
     def __post_init__(self) -> None:

@@ -34,25 +34,14 @@ STRONGEST, WITHOUT_YIELD = 0.1, 0.03  # tension over K
 
 @dataclass(frozen=True)
 class Range:
-    """Where a material's models hold.
+    """Where a material's models hold."""
 
-    Parameters
-    ----------
-    least_density, greatest_density
-        [kg/m^3]; the least is that of cold material.
-    vapour_energy
-        Energy above which there is no least density [J/kg].
-    knows_heat
-        Whether it has a temperature, which has to be above 1 K.
-    tension
-        What a material of these numbers bears at most [Pa].
-    """
-
+    # [kg/m^3]; the least is that of cold material
     least_density: float
     greatest_density: float
-    vapour_energy: float
-    knows_heat: bool
-    tension: float
+    vapour_energy: float  # energy above which there is no least density [J/kg]
+    knows_heat: bool  # whether it has a temperature, which has to be above 1 K
+    tension: float  # what a material of these numbers bears at most [Pa]
 
     @property
     def words(self) -> str:

@@ -105,28 +105,15 @@ class Wall:
 
 @dataclass(frozen=True)
 class Impact:
-    """A sphere on plates.
+    """A sphere on plates."""
 
-    Parameters
-    ----------
-    diameter, density
-        Of the sphere [m], [kg/m^3].
-    speed
-        Of the impact [m/s].
-    obliquity
-        Angle to the plates' normal [rad].
-    walls
-        The plates in the order along the shot line.
-    gravity
-        Magnitude of a uniform field [m/s^2]; 0 without one.
-    """
-
+    # of the sphere [m], [kg/m^3]
     diameter: float
     density: float
-    speed: float
-    obliquity: float
-    walls: tuple[Wall, ...]
-    gravity: float = 0.0
+    speed: float  # of the impact [m/s]
+    obliquity: float  # angle to the plates' normal [rad]
+    walls: tuple[Wall, ...]  # the plates in the order along the shot line
+    gravity: float = 0.0  # magnitude of a uniform field [m/s^2]; 0 without one
 
     @property
     def mass(self) -> float:
@@ -141,25 +128,16 @@ class Impact:
 
 @dataclass(frozen=True)
 class Correlation:
-    """One number of a correlation, in SI, or what it says in words.
+    """One number of a correlation, in SI, or what it says in words."""
 
-    Parameters
-    ----------
-    name, quantity
-        Whose it is, and of what.
-    value, unit
-        Number in SI.
-    text
-        What it means for this shot; empty where the number says it.
-    range, source
-        Where it holds, and where it is from.
-    """
-
+    # whose it is, and of what
     name: str
     quantity: str
+    # number in SI
     value: float
     unit: str
-    text: str
+    text: str  # what it means for this shot; empty where the number says it
+    # where it holds, and where it is from
     range: str
     source: str
 
@@ -223,22 +201,15 @@ def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float)
 
 @dataclass(frozen=True)
 class ClothShield:
-    """Coefficients of a shield with cloth before an aluminium wall, lengths in cm, masses per area in g/cm^2.
+    """Coefficients of a shield with cloth before an aluminium wall, lengths in cm, masses per area in g/cm^2."""
 
-    Parameters
-    ----------
-    low, high
-        Coefficients below and above both speeds; between them the diameter is interpolated.
-    slow, fast
-        These speeds at normal impact [km/s].
-    slow_power, fast_power, high_power
-        Powers of 1/cos of the angle in both speeds, and in the diameter above.
-    """
-
+    # coefficients below and above both speeds; between them the diameter is interpolated
     low: float
     high: float
+    # these speeds at normal impact [km/s]
     slow: float
     fast: float
+    # powers of 1/cos of the angle in both speeds, and in the diameter above
     slow_power: float
     fast_power: float
     high_power: float
@@ -282,20 +253,13 @@ def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
 
 @dataclass(frozen=True)
 class LambertJonas:
-    """The curve of residual velocities.
+    """The curve of residual velocities."""
 
-    Parameters
-    ----------
-    a, p, limit
-        v_r = a (v^p - limit^p)^(1/p), velocities in m/s.
-    deviation
-        Root mean square of what is left of the residual velocities [m/s].
-    """
-
+    # v_r = a (v^p - limit^p)^(1/p), velocities in m/s
     a: float
     p: float
     limit: float
-    deviation: float
+    deviation: float  # root mean square of what is left of the residual velocities [m/s]
 
     def residual(self, velocity: np.ndarray | float) -> np.ndarray:
         """Return the residual velocity [m/s]; 0 below the limit."""

@@ -142,21 +142,11 @@ WHOLE = 0.97  # of the highest mean stress of any moment: what is below has been
 
 @dataclass(frozen=True)
 class Plateau:
-    """Means over the plateau.
+    """Means over the plateau."""
 
-    Parameters
-    ----------
-    stress
-        Longitudinal stress -sigma_xx, positive in compression [Pa]; uncertainty: its standard deviation.
-    velocity
-        Velocity of the material, and so of the interface [m/s]; uncertainty likewise.
-    count
-        Number of particles in the means.
-    """
-
-    stress: Result
-    velocity: Result
-    count: int
+    stress: Result  # longitudinal stress -sigma_xx, positive in compression [Pa]; uncertainty: its standard deviation
+    velocity: Result  # velocity of the material, and so of the interface [m/s]; uncertainty likewise
+    count: int  # number of particles in the means
 
 
 @measures("run", "plateau_stress", "interface_velocity", needs=("layer",))

@@ -32,34 +32,20 @@ _PIECE = 8_192  # rows
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A run between two steps.
+    """A run between two steps."""
 
-    Parameters
-    ----------
-    step
-        Number of steps done.
-    header
-        Numbers and text by name, as JSON knows them.
-    arrays
-        Arrays by name, those to be written also `Ordered` or else fetched by slices; names may be paths, as
-        ``history/rows``.
-    """
-
-    step: int
-    header: Plain
+    step: int  # number of steps done
+    header: Plain  # numbers and text by name, as JSON knows them
+    # arrays by name, those to be written also `Ordered` or else fetched by slices; names may be paths, as
+    # ``history/rows``
     arrays: PlainMapping
 
 
 @dataclass(frozen=True)
 class Ordered:
-    """An array of which rows are taken in another order when they are asked for.
+    """An array of which rows are taken in another order when they are asked for."""
 
-    Parameters
-    ----------
-    values, order
-        The rows, and which row of them each is.
-    """
-
+    # the rows, and which row of them each is
     values: np.ndarray
     order: np.ndarray
 

@@ -56,17 +56,11 @@ def bare(name: str) -> str:
 
 @dataclass(frozen=True)
 class Convention:
-    """Names and units of another code's files.
+    """Names and units of another code's files."""
 
-    Parameters
-    ----------
-    names
-        The file's own name of a quantity, used in place of the usual ones: ``{"density": "rho_0"}``.
-    units
-        Units of length, mass and time in SI; all others follow. SI, if None.
-    """
-
+    # the file's own name of a quantity, used in place of the usual ones: ``{"density": "rho_0"}``
     names: Mapping[str, str] = field(default_factory=dict)
+    # units of length, mass and time in SI; all others follow. SI, if None
     units: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:

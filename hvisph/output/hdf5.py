@@ -40,17 +40,10 @@ _SMALL = 30_000  # particles of a snapshot that is read at once
 
 @dataclass(frozen=True)
 class Form:
-    """How a snapshot is stored.
+    """How a snapshot is stored."""
 
-    Parameters
-    ----------
-    compress
-        Whether arrays are compressed by gzip.
-    constants_in
-        Name of the snapshot beside it that holds `CONSTANTS` of the same particles; None where it has its own.
-    """
-
-    compress: bool = False
+    compress: bool = False  # whether arrays are compressed by gzip
+    # name of the snapshot beside it that holds `CONSTANTS` of the same particles; None where it has its own
     constants_in: str | None = None
 
 

@@ -49,24 +49,12 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class ExactGauge:
-    """Piecewise constant history of a gauge in the exact solution.
+    """Piecewise constant history of a gauge in the exact solution."""
 
-    Parameters
-    ----------
-    name
-        Its name in the case.
-    columns
-        Those of its columns that the exact solution knows.
-    times
-        Times from which on the states hold [s], the first 0.
-    states
-        One state a time.
-    """
-
-    name: str
-    columns: tuple[str, ...]
-    times: np.ndarray
-    states: list[State]
+    name: str  # its name in the case
+    columns: tuple[str, ...]  # those of its columns that the exact solution knows
+    times: np.ndarray  # times from which on the states hold [s], the first 0
+    states: list[State]  # one state a time
 
     def values(self, column: str) -> np.ndarray:
         """Return a column's value from each of `times` on."""
@@ -79,21 +67,11 @@ class ExactGauge:
 
 @dataclass(frozen=True)
 class ExactSolution:
-    """Waves and gauge histories of the exact solution.
+    """Waves and gauge histories of the exact solution."""
 
-    Parameters
-    ----------
-    tracked
-        The waves.
-    gauges
-        Gauges that ride with the material or watch a surface, in the case's order.
-    barotropic
-        Whether pressure follows density alone.
-    """
-
-    tracked: Tracked
-    gauges: tuple[ExactGauge, ...]
-    barotropic: bool
+    tracked: Tracked  # the waves
+    gauges: tuple[ExactGauge, ...]  # gauges that ride with the material or watch a surface, in the case's order
+    barotropic: bool  # whether pressure follows density alone
 
     def histories(self, times: np.ndarray) -> dict[str, np.ndarray]:
         """Return ``gauge.<name>.<field>`` at `times` [s]: what the columns of history.csv should be."""
@@ -248,24 +226,14 @@ class Difference:
 
 @dataclass
 class Overlay:
-    """Gauges of several runs.
+    """Gauges of several runs."""
 
-    Parameters
-    ----------
-    panels
-        Curves by field, for `hvisph.visualization.curves.curves_picture`.
-    differences
-        By run, then by column of its history: ``gauge.<name>.<field>``.
-    without
-        Runs without an exact solution, and why.
-    unitless
-        Whether a case is non-dimensional.
-    """
-
+    # curves by field, for `hvisph.visualization.curves.curves_picture`
     panels: dict[str, list[Curve]] = field(default_factory=dict)
+    # by run, then by column of its history: ``gauge.<name>.<field>``
     differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
-    without: dict[str, str] = field(default_factory=dict)
-    unitless: bool = False
+    without: dict[str, str] = field(default_factory=dict)  # runs without an exact solution, and why
+    unitless: bool = False  # whether a case is non-dimensional
 
 
 def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:

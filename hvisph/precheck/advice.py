@@ -147,24 +147,13 @@ Found = bool | Values | Iterable[Values]
 
 @dataclass(frozen=True)
 class Rule:
-    """A piece of advice.
+    """A piece of advice."""
 
-    Parameters
-    ----------
-    condition
-        Whether it applies; or the values of the sentence, or several of them where it applies several times.
-    sentence
-        Key of the case and what to consider, with the values in braces.
-    page
-        Page of the documentation with the evidence.
-    setting
-        Settings that follow the recommendation, one a line, with the values in braces; empty where the user has to
-        decide.
-    """
-
+    # whether it applies; or the values of the sentence, or several of them where it applies several times
     condition: Callable[[Facts], Found]
-    sentence: str
-    page: str = ""
+    sentence: str  # key of the case and what to consider, with the values in braces
+    page: str = ""  # page of the documentation with the evidence
+    # settings that follow the recommendation, one a line, with the values in braces; empty where the user has to decide
     setting: str = ""
 
     def texts(self, facts: Facts) -> list[str]:

@@ -61,71 +61,34 @@ VTU_GROWTH = 4 / 3  # numbers as text in base 64
 
 @dataclass(frozen=True)
 class BodyEstimate:
-    """One body, as particles.
+    """One body, as particles."""
 
-    Parameters
-    ----------
-    name
-        Name in the case.
-    particles
-        Number of particles.
-    across
-        Particles across the shot line, of what reaches the axis of rings on both sides of it; in 1D along the body.
-    mass
-        Mass [kg], per metre of depth in 2D and per square metre in 1D.
-    volume
-        Volume of the shape, of its part that symmetry planes keep [m^dim].
-    exactness
-        Mass of the particles over that of the shape [-].
-    note
-        What gave way to make sizes and mass exact, or which size differs in a nominal filling.
-    along
-        Where it begins and ends along x [m]; empty where particles were not made.
-    carried
-        Whether it starts from another run.
-    """
-
-    name: str
-    particles: int
+    name: str  # name in the case
+    particles: int  # number of particles
+    # particles across the shot line, of what reaches the axis of rings on both sides of it; in 1D along the body
     across: int
-    mass: float
-    volume: float = 0.0
-    exactness: float = 1.0
-    note: str = ""
+    mass: float  # mass [kg], per metre of depth in 2D and per square metre in 1D
+    volume: float = 0.0  # volume of the shape, of its part that symmetry planes keep [m^dim]
+    exactness: float = 1.0  # mass of the particles over that of the shape [-]
+    note: str = ""  # what gave way to make sizes and mass exact, or which size differs in a nominal filling
+    # where it begins and ends along x [m]; empty where particles were not made
     along: tuple[float, float] | tuple[()] = ()
-    carried: bool = False
+    carried: bool = False  # whether it starts from another run
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated cost of a case.
+    """Estimated cost of a case."""
 
-    Parameters
-    ----------
-    bodies
-        Its bodies.
-    counted
-        Whether particles were made and counted; otherwise their number follows from volumes.
-    steps
-        Number of steps.
-    seconds
-        Wall time on `threads` threads without compilation [s].
-    threads
-        Number of threads.
-    memory, disk
-        Memory of the process and size of the run's folder [bytes].
-    snapshots
-        Number of snapshots.
-    """
-
-    bodies: tuple[BodyEstimate, ...]
-    counted: bool
-    steps: int
-    seconds: float
-    threads: int
+    bodies: tuple[BodyEstimate, ...]  # its bodies
+    counted: bool  # whether particles were made and counted; otherwise their number follows from volumes
+    steps: int  # number of steps
+    seconds: float  # wall time on `threads` threads without compilation [s]
+    threads: int  # number of threads
+    # memory of the process and size of the run's folder [bytes]
     memory: float
     disk: float
-    snapshots: int
+    snapshots: int  # number of snapshots
 
     @property
     def particles(self) -> int:

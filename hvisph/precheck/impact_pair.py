@@ -27,19 +27,12 @@ TOUCHING = 1e-6  # of the larger box: what rounding leaves between faces that to
 
 @dataclass(frozen=True)
 class Meeting:
-    """Impact pair.
+    """Impact pair."""
 
-    Parameters
-    ----------
-    first, second
-        Their names: the one that moves faster, and the other; in the order of the file where both are as fast.
-    velocity
-        How fast they close across the faces that meet, above 0 [m/s].
-    """
-
+    # their names: the one that moves faster, and the other; in the order of the file where both are as fast
     first: str
     second: str
-    velocity: float
+    velocity: float  # how fast they close across the faces that meet, above 0 [m/s]
 
 
 def meeting(case: Case) -> Meeting | None:

@@ -26,24 +26,14 @@ ELASTIC, SHOCK = 1.0, 10.0
 
 @dataclass(frozen=True)
 class Regime:
-    """Impact regime of the first two bodies in contact, and validation record of runs of the same kind.
+    """Impact regime of the first two bodies in contact, and validation record of runs of the same kind."""
 
-    Parameters
-    ----------
-    velocity
-        Closing velocity of the first two bodies to meet, or of one and its image [m/s]; 0 where nothing closes.
-    pressure
-        Impact pressure, acoustic: a shock's is higher [Pa].
-    strength
-        Least yield stress of the bodies that have one [Pa]; None without one, infinite where all are elastic.
-    liquids
-        Those of the two that have none.
-    """
-
+    # closing velocity of the first two bodies to meet, or of one and its image [m/s]; 0 where nothing closes
     velocity: float
-    pressure: float
+    pressure: float  # impact pressure, acoustic: a shock's is higher [Pa]
+    # least yield stress of the bodies that have one [Pa]; None without one, infinite where all are elastic
     strength: float | None
-    liquids: tuple[str, ...] = ()
+    liquids: tuple[str, ...] = ()  # those of the two that have none
 
     @property
     def words(self) -> str:
@@ -121,30 +111,15 @@ ENOUGH = 0.75  # of the particles across of the page: with fewer its figures do 
 
 @dataclass(frozen=True)
 class Experience:
-    """Differences of runs from one set of experiments.
+    """Differences of runs from one set of experiments."""
 
-    Parameters
-    ----------
-    what
-        The shots.
-    figures
-        Mean size of the differences by quantity, as shares; of verdicts the share that is right.
-    across
-        Particles across the projectile, the bar or the bumper in the runs.
-    velocities
-        Of the slowest and the fastest shot [m/s].
-    over
-        What the particles are counted across, for people.
-    verdicts
-        Whether the figures are of verdicts.
-    """
-
-    what: str
+    what: str  # the shots
+    # mean size of the differences by quantity, as shares; of verdicts the share that is right
     figures: Mapping[str, float]
-    across: float
-    velocities: tuple[float, float]
-    over: str = ""
-    verdicts: bool = False
+    across: float  # particles across the projectile, the bar or the bumper in the runs
+    velocities: tuple[float, float]  # of the slowest and the fastest shot [m/s]
+    over: str = ""  # what the particles are counted across, for people
+    verdicts: bool = False  # whether the figures are of verdicts
 
 
 # By set of `cases/validation`.

@@ -22,24 +22,12 @@ from .writer import SnapshotWriter
 
 @dataclass
 class Outcome:
-    """How a run ended.
+    """How a run ended."""
 
-    Parameters
-    ----------
-    folder
-        The run's folder.
-    summary
-        The content of its ``summary.json``.
-    exit_code
-        0 done and as expected, 1 missed an expectation, 3 failed, 130 interrupted, 143 terminated.
-    signal
-        Name of the signal that stopped it, empty if none did.
-    """
-
-    folder: Path
-    summary: dict[str, Any]
-    exit_code: int
-    signal: str = ""
+    folder: Path  # the run's folder
+    summary: dict[str, Any]  # the content of its ``summary.json``
+    exit_code: int  # 0 done and as expected, 1 missed an expectation, 3 failed, 130 interrupted, 143 terminated
+    signal: str = ""  # name of the signal that stopped it, empty if none did
 
 
 def exit_code_of(status: str, summary: dict[str, Any], signal: int) -> int:

@@ -38,21 +38,11 @@ MOST_STARTS = 5  # of a case whose worker ends without a word and without a new 
 
 @dataclass(frozen=True)
 class Standing:
-    """State of a case.
+    """State of a case."""
 
-    Parameters
-    ----------
-    status
-        waiting, running, interrupted, done, failed (the run), error (it cannot be run) or killed.
-    message
-        What went wrong, empty where nothing did.
-    summary
-        What a sweep needs of the run's summary; empty where it has none.
-    """
-
-    status: str
-    message: str = ""
-    summary: Plain = field(default_factory=dict)
+    status: str  # waiting, running, interrupted, done, failed (the run), error (it cannot be run) or killed
+    message: str = ""  # what went wrong, empty where nothing did
+    summary: Plain = field(default_factory=dict)  # what a sweep needs of the run's summary; empty where it has none
 
 
 class SweepFolder:
@@ -281,17 +271,10 @@ AGAIN = ("failed", "error", "killed", "interrupted")
 
 @dataclass(frozen=True)
 class Selection:
-    """Cases to take.
+    """Cases to take."""
 
-    Parameters
-    ----------
-    statuses
-        What ended like this is begun again or gone on with first.
-    first, last
-        Only these numbers.
-    """
-
-    statuses: tuple[str, ...] = ()
+    statuses: tuple[str, ...] = ()  # what ended like this is begun again or gone on with first
+    # only these numbers
     first: int = 0
     last: int = 10**9
 

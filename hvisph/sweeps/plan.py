@@ -31,24 +31,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Member:
-    """One case of a sweep.
+    """One case of a sweep."""
 
-    Parameters
-    ----------
-    number
-        Its place in the table, from 0.
-    digest
-        Hash of its effective case, eight digits.
-    values
-        Its settings by path, and columns carried along.
-    cost
-        What it will take, in particle-steps: a rough count.
-    """
-
-    number: int
-    digest: str
-    values: Values
-    cost: float = 0.0
+    number: int  # its place in the table, from 0
+    digest: str  # hash of its effective case, eight digits
+    values: Values  # its settings by path, and columns carried along
+    cost: float = 0.0  # what it will take, in particle-steps: a rough count
 
     @property
     def name(self) -> str:

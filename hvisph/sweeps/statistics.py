@@ -42,28 +42,15 @@ LOWEST, HIGHEST = 1e-3, 20.0  # orders that are looked for
 
 @dataclass(frozen=True)
 class Convergence:
-    """What several resolutions say of a result.
+    """What several resolutions say of a result."""
 
-    Parameters
-    ----------
-    verdict
-        ``converging``, ``not converging``, ``not resolved`` (differences within the uncertainties),
-        ``exact`` (no differences) or ``too few``.
-    order
-        Observed order p; None unless converging.
-    extrapolated
-        Value at infinite resolution; None unless converging.
-    index
-        Grid convergence index of the finest, relative; None unless converging.
-    difference
-        Between the two finest.
-    """
-
+    # ``converging``, ``not converging``, ``not resolved`` (differences within the uncertainties), ``exact`` (no
+    # differences) or ``too few``
     verdict: str
-    order: float | None = None
-    extrapolated: float | None = None
-    index: float | None = None
-    difference: float | None = None
+    order: float | None = None  # observed order p; None unless converging
+    extrapolated: float | None = None  # value at infinite resolution; None unless converging
+    index: float | None = None  # grid convergence index of the finest, relative; None unless converging
+    difference: float | None = None  # between the two finest
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
@@ -132,18 +119,12 @@ def spread(results: Sequence[float]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Bracket:
-    """Where a limit lies.
+    """Where a limit lies."""
 
-    Parameters
-    ----------
-    below, above
-        The last value where it did not happen and the first where it did; None where none was seen.
-    mixed
-        Whether it did not happen beyond a value where it did: the limit is then a zone, between `above` and `below`.
-    """
-
+    # the last value where it did not happen and the first where it did; None where none was seen
     below: float | None
     above: float | None
+    # whether it did not happen beyond a value where it did: the limit is then a zone, between `above` and `below`
     mixed: bool
 
     @property

@@ -24,34 +24,18 @@ from hvisph.visualization.curves import Curve
 
 @dataclass(frozen=True)
 class Figure:
-    """Computed and exact value of one quantity.
+    """Computed and exact value of one quantity."""
 
-    Parameters
-    ----------
-    name
-        What it is.
-    found, exact
-        Computed and exact value, in `unit`.
-    tolerance
-        Largest difference that passes: a share of `scale`, or in `unit` where `scale` is zero.
-    unit
-        SI unit; empty for plain numbers.
-    scale
-        What the difference is measured by, positive; the size of the exact value unless given, 0 for none.
-    why
-        Why the tolerance is what it is.
-    at_most
-        Whether `found` only must not exceed `exact` by more than the tolerance.
-    """
-
-    name: str
+    name: str  # what it is
+    # computed and exact value, in `unit`
     found: float
     exact: float
-    tolerance: float
-    unit: str = ""
+    tolerance: float  # largest difference that passes: a share of `scale`, or in `unit` where `scale` is zero
+    unit: str = ""  # SI unit; empty for plain numbers
+    # what the difference is measured by, positive; the size of the exact value unless given, 0 for none
     scale: float | None = None
-    why: str = ""
-    at_most: bool = False
+    why: str = ""  # why the tolerance is what it is
+    at_most: bool = False  # whether `found` only must not exceed `exact` by more than the tolerance
 
     @property
     def off(self) -> float:
@@ -152,21 +136,11 @@ ALL = (*SOLIDS, "projection")
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a problem.
+    """Options of a problem."""
 
-    Parameters
-    ----------
-    quick
-        The coarse form: seconds.
-    spacing
-        Particle spacing in place of the problem's own, in the units of its cases.
-    seeds
-        Number of random starts, where there are such.
-    """
-
-    quick: bool = False
-    spacing: float | None = None
-    seeds: int | None = None
+    quick: bool = False  # the coarse form: seconds
+    spacing: float | None = None  # particle spacing in place of the problem's own, in the units of its cases
+    seeds: int | None = None  # number of random starts, where there are such
 
     def dx(self, full: float, quick: float) -> float:
         """Return the spacing to take."""
@@ -175,80 +149,41 @@ class Options:
 
 @dataclass(frozen=True)
 class Start:
-    """One run: a case without its formulation, and what a case file cannot say of the start.
+    """One run: a case without its formulation, and what a case file cannot say of the start."""
 
-    Parameters
-    ----------
-    case
-        A mapping with the keys of a case file; of the formulation, only options that the problem is about.
-    place
-        Changes the bodies' particles before anything is built.
-    state
-        Changes the state once it is built: all but positions and masses.
-    """
-
-    case: Plain
+    case: Plain  # a mapping with the keys of a case file; of the formulation, only options that the problem is about
+    # changes the bodies' particles before anything is built
     place: Callable[[list[PlacedBody]], list[PlacedBody]] | None = None
-    state: Callable[[Particles], None] | None = None
+    state: Callable[[Particles], None] | None = None  # changes the state once it is built: all but positions and masses
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Variant of a problem: its runs and figures.
+    """Variant of a problem: its runs and figures."""
 
-    Parameters
-    ----------
-    name
-        What sets it apart from the problem's other trials.
-    starts
-        The runs.
-    figures
-        Draws the figures from the runs.
-    curves
-        Draws what there is to see, by panel; exact curves are marked as such.
-    across
-        What runs along the axis of `curves`: ``x`` or ``time``.
-    units
-        SI units of panels that are not named after a field; empty for plain numbers.
-    may_stop
-        Whether figures are drawn from runs that have stopped themselves, too.
-    """
-
-    name: str
-    starts: Sequence[Start]
-    figures: Callable[[Sequence[Ran]], Iterable[Figure]]
+    name: str  # what sets it apart from the problem's other trials
+    starts: Sequence[Start]  # the runs
+    figures: Callable[[Sequence[Ran]], Iterable[Figure]]  # draws the figures from the runs
+    # draws what there is to see, by panel; exact curves are marked as such
     curves: Callable[[Sequence[Ran]], dict[str, list[Curve]]] | None = None
-    across: str = "x"
+    across: str = "x"  # what runs along the axis of `curves`: ``x`` or ``time``
+    # SI units of panels that are not named after a field; empty for plain numbers
     units: Mapping[str, str] = field(default_factory=dict)
-    may_stop: bool = False
+    may_stop: bool = False  # whether figures are drawn from runs that have stopped themselves, too
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem with an exact solution.
+    """A problem with an exact solution."""
 
-    Parameters
-    ----------
-    name, title
-        Its name, and what it shows in one line.
-    trials
-        Makes the trials.
-    formulations
-        Those that can run it, by `type`.
-    why_not
-        Why the others cannot.
-    slow
-        Whether the full form takes more than a minute or two a formulation.
-    agree
-        Name of the figure in which formulations are to agree with one another, and the share by which they may differ.
-    """
-
+    # its name, and what it shows in one line
     name: str
     title: str
-    trials: Callable[[Options], Iterable[Trial]]
-    formulations: tuple[str, ...] = SOLIDS
-    why_not: str = "projection has no equation of state"
-    slow: bool = False
+    trials: Callable[[Options], Iterable[Trial]]  # makes the trials
+    formulations: tuple[str, ...] = SOLIDS  # those that can run it, by `type`
+    why_not: str = "projection has no equation of state"  # why the others cannot
+    slow: bool = False  # whether the full form takes more than a minute or two a formulation
+    # name of the figure in which formulations are to agree with one another, and the share by which they may differ
     agree: tuple[str, float] | None = None
 
 

@@ -32,31 +32,17 @@ LIMITS = {"energy_drift": None, "speed_over_initial": None}
 
 @dataclass
 class Verdict:
-    """Result of a formulation in a trial.
+    """Result of a formulation in a trial."""
 
-    Parameters
-    ----------
-    problem, trial, formulation
-        Names.
-    status
-        ``done``, ``failed`` (the run stopped), or ``refused`` (the case cannot be run by it).
-    figures
-        What was found; empty unless done.
-    message
-        Why it failed or was refused.
-    seconds
-        Wall time of its runs.
-    curves, across, units, unitless
-        What there is to see (see `Trial`), and whether its case has no units.
-    """
-
+    # names
     problem: str
     trial: str
     formulation: str
-    status: str
-    figures: list[Figure] = field(default_factory=list)
-    message: str = ""
-    seconds: float = 0.0
+    status: str  # ``done``, ``failed`` (the run stopped), or ``refused`` (the case cannot be run by it)
+    figures: list[Figure] = field(default_factory=list)  # what was found; empty unless done
+    message: str = ""  # why it failed or was refused
+    seconds: float = 0.0  # wall time of its runs
+    # what there is to see (see `Trial`), and whether its case has no units
     curves: dict[str, list[Curve]] = field(default_factory=dict)
     across: str = "x"
     units: Mapping[str, str] = field(default_factory=dict)

@@ -23,21 +23,11 @@ STANDS, FLAT, OBLIQUE = 0.1, 0.7, np.cos(np.radians(5.0))
 
 @dataclass(frozen=True)
 class Picture:
-    """Visible particles of a picture.
+    """Visible particles of a picture."""
 
-    Parameters
-    ----------
-    index
-        Particle at each pixel, -1 for none, shape (height, width).
-    shade
-        Brightness of each pixel, 0 to 1.
-    extent
-        Left, right, bottom, top in the plane of the picture [m].
-    """
-
-    index: np.ndarray
-    shade: np.ndarray
-    extent: tuple[float, float, float, float]
+    index: np.ndarray  # particle at each pixel, -1 for none, shape (height, width)
+    shade: np.ndarray  # brightness of each pixel, 0 to 1
+    extent: tuple[float, float, float, float]  # left, right, bottom, top in the plane of the picture [m]
 
 
 def rotate_view(position: np.ndarray, yaw: float, pitch: float) -> np.ndarray:

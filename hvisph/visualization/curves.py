@@ -34,25 +34,14 @@ EXACT = "#111111"
 
 @dataclass(frozen=True)
 class Curve:
-    """One line of a picture.
+    """One line of a picture."""
 
-    Parameters
-    ----------
-    label
-        For the legend; empty for none.
-    x, y
-        Points, in SI.
-    exact
-        Whether it is the exact solution, drawn thin and black.
-    marked
-        Whether its points are marked: where they are few, or stand alone between gaps (NaN).
-    """
-
-    label: str
+    label: str  # for the legend; empty for none
+    # points, in SI
     x: np.ndarray
     y: np.ndarray
-    exact: bool = False
-    marked: bool = False
+    exact: bool = False  # whether it is the exact solution, drawn thin and black
+    marked: bool = False  # whether its points are marked: where they are few, or stand alone between gaps (NaN)
 
 
 def curves_picture(
@@ -210,22 +199,13 @@ PER_ROW = 2
 
 @dataclass
 class Panel:
-    """Curves over one axis.
+    """Curves over one axis."""
 
-    Parameters
-    ----------
-    across, up
-        Labels of the axes, with units.
-    curves
-        Label, x and y of each.
-    points
-        Measured points (n, 2).
-    """
-
+    # labels of the axes, with units
     across: str
     up: str
-    curves: list[tuple[str, np.ndarray, np.ndarray]] = field(default_factory=list)
-    points: np.ndarray | None = None
+    curves: list[tuple[str, np.ndarray, np.ndarray]] = field(default_factory=list)  # label, x and y of each
+    points: np.ndarray | None = None  # measured points (n, 2)
 
 
 def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title: str = "") -> Path:

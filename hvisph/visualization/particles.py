@@ -40,49 +40,25 @@ LEAST = 0.96  # of the extent of all that is nevertheless shown
 
 @dataclass(frozen=True)
 class Look:
-    """How particles are shown.
+    """How particles are shown."""
 
-    Parameters
-    ----------
-    field
-        ``speed``, ``body``, ``material``, a field, or a component such as ``velocity_x``.
-    ends
-        Ends of the colour scale in the snapshot's unit; all moments' range less its outermost 0.5 % unless given.
-    log
-        Whether colours follow the logarithm.
-    view
-        ``side``, ``front`` or ``3d``, or yaw and pitch [degrees].
-    mirrored
-        Whether the images at symmetry planes are shown.
-    zoom
-        Left, right, bottom, top [m]; or how many times larger than all; None for all.
-    """
-
-    field: str = "speed"
+    field: str = "speed"  # ``speed``, ``body``, ``material``, a field, or a component such as ``velocity_x``
+    # ends of the colour scale in the snapshot's unit; all moments' range less its outermost 0.5 % unless given
     ends: tuple[float, float] | None = None
-    log: bool = False
-    view: str | tuple[float, float] = "side"
-    mirrored: bool = True
+    log: bool = False  # whether colours follow the logarithm
+    view: str | tuple[float, float] = "side"  # ``side``, ``front`` or ``3d``, or yaw and pitch [degrees]
+    mirrored: bool = True  # whether the images at symmetry planes are shown
+    # left, right, bottom, top [m]; or how many times larger than all; None for all
     zoom: tuple[float, float, float, float] | float | None = None
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A snapshot to show.
+    """A snapshot to show."""
 
-    Parameters
-    ----------
-    snapshot
-        The state.
-    planes
-        Axes whose coordinate plane is a mirror of the model.
-    name
-        Text above the panel.
-    """
-
-    snapshot: Snapshot
-    planes: tuple[int, ...] = ()
-    name: str = ""
+    snapshot: Snapshot  # the state
+    planes: tuple[int, ...] = ()  # axes whose coordinate plane is a mirror of the model
+    name: str = ""  # text above the panel
 
 
 def usual_view(moment: Moment) -> str | tuple[float, float]:

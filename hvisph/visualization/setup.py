@@ -27,57 +27,29 @@ TURN, RAISE = np.radians(-35.0), np.radians(22.0)  # from where a view is seen
 
 @dataclass(frozen=True)
 class DrawnBody:
-    """A body of a set-up.
+    """A body of a set-up."""
 
-    Parameters
-    ----------
-    name, label
-        Its name, and what stands beside it: material, size.
-    positions, spacing
-        Particles (n, dim) and how wide each is drawn (n,) [m].
-    velocity
-        Mean velocity (dim,) [m/s].
-    held
-        Which particles are clamped (n,).
-    """
-
+    # its name, and what stands beside it: material, size
     name: str
     label: str
+    # particles (n, dim) and how wide each is drawn (n,) [m]
     positions: np.ndarray
     spacing: np.ndarray
-    velocity: np.ndarray
-    held: np.ndarray
+    velocity: np.ndarray  # mean velocity (dim,) [m/s]
+    held: np.ndarray  # which particles are clamped (n,)
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What a picture of a set-up shows.
+    """What a picture of a set-up shows."""
 
-    Parameters
-    ----------
-    title
-        Title of the case.
-    bodies
-        Its bodies.
-    planes
-        Symmetry planes: axis and coordinate [m].
-    gauges
-        Places of gauges by name [m].
-    notes
-        Lines below the picture.
-    si
-        Whether lengths are in metres.
-    revolved
-        Whether particles are axisymmetric about x: the bodies are solids of revolution.
-    """
-
-    title: str
-    bodies: Sequence[DrawnBody]
-    planes: Sequence[tuple[int, float]] = ()
-    gauges: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    notes: Sequence[str] = ()
-    si: bool = True
-    revolved: bool = False
+    title: str  # title of the case
+    bodies: Sequence[DrawnBody]  # its bodies
+    planes: Sequence[tuple[int, float]] = ()  # symmetry planes: axis and coordinate [m]
+    gauges: Mapping[str, Sequence[float]] = field(default_factory=dict)  # places of gauges by name [m]
+    notes: Sequence[str] = ()  # lines below the picture
+    si: bool = True  # whether lengths are in metres
+    revolved: bool = False  # whether particles are axisymmetric about x: the bodies are solids of revolution
 
     @property
     def solid(self) -> bool:

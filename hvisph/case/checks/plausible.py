@@ -18,19 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Range:
-    """Usual range of a number.
+    """Usual range of a number."""
 
-    Parameters
-    ----------
-    low, high
-        Ends of the range, in SI.
-    unit
-        Its unit, for the words.
-    """
-
+    # ends of the range, in SI
     low: float
     high: float
-    unit: str = ""
+    unit: str = ""  # its unit, for the words
 
 
 DENSITY = Range(20.0, 25_000.0, "kg/m^3")

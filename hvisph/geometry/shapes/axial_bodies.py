@@ -57,14 +57,9 @@ class Profile(ABC):
 
 @dataclass(frozen=True)
 class Frustum(Profile):
-    """A truncated cone, or with one end of diameter 0 a cone.
+    """A truncated cone, or with one end of diameter 0 a cone."""
 
-    Parameters
-    ----------
-    back_diameter, front_diameter, length
-        Diameters at the ends towards -x and +x, and length [m].
-    """
-
+    # diameters at the ends towards -x and +x, and length [m]
     back_diameter: float
     front_diameter: float
     length: float = field(default=0.0)
@@ -101,13 +96,9 @@ class Ogive(Profile):
 
     The arc has the radius (R^2 + L^2) / (2 R) for a nose of length L on a radius R and meets the
     cylinder without a kink; a calibre radius head q is L = R sqrt(4 q - 1).
-
-    Parameters
-    ----------
-    diameter, nose_length, shank_length
-        Diameter at the base, length of the nose (at least the radius) and of the cylinder behind [m].
     """
 
+    # diameter at the base, length of the nose (at least the radius) and of the cylinder behind [m]
     diameter: float
     nose_length: float
     shank_length: float = 0.0
@@ -156,14 +147,9 @@ class Ogive(Profile):
 
 @dataclass(frozen=True)
 class Dome(Profile):
-    """A cap of a ball on a flat base: a hemisphere where its height is the radius.
+    """A cap of a ball on a flat base: a hemisphere where its height is the radius."""
 
-    Parameters
-    ----------
-    diameter, height
-        Diameter of the base, and height, at most the radius [m].
-    """
-
+    # diameter of the base, and height, at most the radius [m]
     diameter: float
     height: float
 
@@ -205,22 +191,13 @@ class Dome(Profile):
 
 @dataclass(frozen=True)
 class RoundedCylinder(Profile):
-    """A cylinder with rounded edges; with an edge radius of half its diameter, hemispheres for ends.
+    """A cylinder with rounded edges; with an edge radius of half its diameter, hemispheres for ends."""
 
-    Parameters
-    ----------
-    diameter, length
-        Diameter and full length [m].
-    edge_radius
-        Radius of the edges, at most half the diameter [m].
-    ends
-        ``both`` or ``front``: which edges are rounded.
-    """
-
+    # diameter and full length [m]
     diameter: float
     length: float = field(default=0.0)
-    edge_radius: float = 0.0
-    ends: str = "both"
+    edge_radius: float = 0.0  # radius of the edges, at most half the diameter [m]
+    ends: str = "both"  # ``both`` or ``front``: which edges are rounded
 
     def __post_init__(self) -> None:
         require_sizes("rounded cylinder", diameter=self.diameter, length=self.length, edge_radius=self.edge_radius)
@@ -258,21 +235,11 @@ class RoundedCylinder(Profile):
 
 @dataclass(frozen=True)
 class Nosed(Centred):
-    """A profile turned about its axis (3D), or its section through the axis (2D).
+    """A profile turned about its axis (3D), or its section through the axis (2D)."""
 
-    Parameters
-    ----------
-    profile
-        What is turned.
-    dim
-        2 or 3.
-    axis
-        ``x``, ``y`` or ``z``: where the nose points.
-    """
-
-    profile: Profile
-    dim: int = field(default=3)
-    axis: str = "x"
+    profile: Profile  # what is turned
+    dim: int = field(default=3)  # 2 or 3
+    axis: str = "x"  # ``x``, ``y`` or ``z``: where the nose points
 
     def __post_init__(self) -> None:
         if self.axis not in AXES[: self.dim]:

@@ -56,15 +56,9 @@ class Rectangular(Centred):
 
 @dataclass(frozen=True)
 class Interval(Rectangular):
-    """Interval of the x axis (1D).
+    """Interval of the x axis (1D)."""
 
-    Parameters
-    ----------
-    length
-        Full length [m].
-    """
-
-    length: float
+    length: float  # full length [m]
 
     def __post_init__(self) -> None:
         require_sizes("interval", length=self.length)
@@ -83,15 +77,9 @@ class Interval(Rectangular):
 
 @dataclass(frozen=True)
 class Disc(Ball):
-    """A disc (2D): the cross-section of an infinite cylinder across the plane.
+    """A disc (2D): the cross-section of an infinite cylinder across the plane."""
 
-    Parameters
-    ----------
-    diameter
-        Diameter [m].
-    """
-
-    diameter: float
+    diameter: float  # diameter [m]
 
     dim = 2
 
@@ -107,15 +95,9 @@ class Disc(Ball):
 
 @dataclass(frozen=True)
 class Sphere(Ball):
-    """A ball (3D).
+    """A ball (3D)."""
 
-    Parameters
-    ----------
-    diameter
-        Diameter [m].
-    """
-
-    diameter: float
+    diameter: float  # diameter [m]
 
     dim = 3
 
@@ -127,15 +109,9 @@ class Sphere(Ball):
 
 @dataclass(frozen=True)
 class Box(Rectangular):
-    """A rectangle (2D) or a cuboid (3D) with its edges along the axes.
+    """A rectangle (2D) or a cuboid (3D) with its edges along the axes."""
 
-    Parameters
-    ----------
-    size
-        Full size along x, y and, in 3D, z [m].
-    """
-
-    size: Sequence[float]
+    size: Sequence[float]  # full size along x, y and, in 3D, z [m]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", tuple(float(side) for side in self.size))
@@ -164,19 +140,12 @@ class Box(Rectangular):
 
 @dataclass(frozen=True)
 class Cylinder(Axial, Centred):
-    """A circular cylinder of finite length (3D).
+    """A circular cylinder of finite length (3D)."""
 
-    Parameters
-    ----------
-    diameter, length
-        Diameter and full length [m].
-    axis
-        ``x``, ``y`` or ``z``: where the length lies.
-    """
-
+    # diameter and full length [m]
     diameter: float
     length: float
-    axis: str = "x"
+    axis: str = "x"  # ``x``, ``y`` or ``z``: where the length lies
 
     def __post_init__(self) -> None:
         require_sizes("cylinder", diameter=self.diameter, length=self.length)
@@ -239,14 +208,9 @@ class HollowBall(Centred):
 
 @dataclass(frozen=True)
 class Annulus(HollowBall):
-    """A disc with a concentric hole (2D): the cross-section of a long tube.
+    """A disc with a concentric hole (2D): the cross-section of a long tube."""
 
-    Parameters
-    ----------
-    outer_diameter, inner_diameter
-        Diameters [m].
-    """
-
+    # diameters [m]
     outer_diameter: float
     inner_diameter: float
 
@@ -264,14 +228,9 @@ class Annulus(HollowBall):
 
 @dataclass(frozen=True)
 class HollowSphere(HollowBall):
-    """A ball with a concentric cavity (3D).
+    """A ball with a concentric cavity (3D)."""
 
-    Parameters
-    ----------
-    outer_diameter, inner_diameter
-        Diameters [m].
-    """
-
+    # diameters [m]
     outer_diameter: float
     inner_diameter: float
 
@@ -286,20 +245,13 @@ class HollowSphere(HollowBall):
 
 @dataclass(frozen=True)
 class Tube(Axial, Centred):
-    """A circular tube of finite length (3D).
+    """A circular tube of finite length (3D)."""
 
-    Parameters
-    ----------
-    outer_diameter, inner_diameter, length
-        Diameters and full length [m].
-    axis
-        ``x``, ``y`` or ``z``: where the length lies.
-    """
-
+    # diameters and full length [m]
     outer_diameter: float
     inner_diameter: float
     length: float
-    axis: str = "x"
+    axis: str = "x"  # ``x``, ``y`` or ``z``: where the length lies
 
     def __post_init__(self) -> None:
         require_sizes("tube", length=self.length)

@@ -21,21 +21,11 @@ ROUNDS = 4  # over the vectors, for points beyond the lattice: with 60 degrees b
 
 @dataclass(frozen=True)
 class Placed(Shape):
-    """A shape that has been turned about its origin and then moved.
+    """A shape that has been turned about its origin and then moved."""
 
-    Parameters
-    ----------
-    shape
-        The shape in its own coordinates.
-    position
-        Where its origin goes, (dim,) [m].
-    matrix
-        Rotation (dim, dim); None for none.
-    """
-
-    shape: Shape
-    position: np.ndarray
-    matrix: np.ndarray | None = None
+    shape: Shape  # the shape in its own coordinates
+    position: np.ndarray  # where its origin goes, (dim,) [m]
+    matrix: np.ndarray | None = None  # rotation (dim, dim); None for none
 
     @property
     def dim(self) -> int:
@@ -123,15 +113,9 @@ class OfParts(Measured):
 
 @dataclass(frozen=True)
 class Union(OfParts):
-    """All that lies in one of the parts.
+    """All that lies in one of the parts."""
 
-    Parameters
-    ----------
-    parts
-        Shapes of the same number of dimensions.
-    """
-
-    parts: Sequence[Shape]
+    parts: Sequence[Shape]  # shapes of the same number of dimensions
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
@@ -145,15 +129,9 @@ class Union(OfParts):
 
 @dataclass(frozen=True)
 class Intersection(OfParts):
-    """All that lies in every part.
+    """All that lies in every part."""
 
-    Parameters
-    ----------
-    parts
-        Shapes of the same number of dimensions.
-    """
-
-    parts: Sequence[Shape]
+    parts: Sequence[Shape]  # shapes of the same number of dimensions
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -205,21 +183,11 @@ class Difference(Measured):
 
 @dataclass(frozen=True)
 class Repeat(Measured):
-    """Copies of a shape in a row or on a lattice, centred about the origin.
+    """Copies of a shape in a row or on a lattice, centred about the origin."""
 
-    Parameters
-    ----------
-    shape
-        What is repeated.
-    vectors
-        One to three steps from copy to copy, (k, dim) [m].
-    counts
-        Number of copies along each.
-    """
-
-    shape: Shape
-    vectors: Sequence[Sequence[float]]
-    counts: Sequence[int]
+    shape: Shape  # what is repeated
+    vectors: Sequence[Sequence[float]]  # one to three steps from copy to copy, (k, dim) [m]
+    counts: Sequence[int]  # number of copies along each
     _inverse: np.ndarray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -308,20 +276,11 @@ class Honeycomb(Shape):
     """A box of regular hexagonal cells along x, walls normal to y of two foils, one cell centred at the origin.
 
     Ribbons are bonded at every third wall: per area of the section 8/3 wall/cell is filled where walls are thin.
-
-    Parameters
-    ----------
-    cell
-        Width of a cell between opposite walls [m].
-    wall
-        Thickness of a wall of one foil [m], below half of the cell.
-    size
-        Sizes along x, y and z [m].
     """
 
-    cell: float
-    wall: float
-    size: Sequence[float]
+    cell: float  # width of a cell between opposite walls [m]
+    wall: float  # thickness of a wall of one foil [m], below half of the cell
+    size: Sequence[float]  # sizes along x, y and z [m]
 
     dim = 3
 

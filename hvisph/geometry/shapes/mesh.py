@@ -31,21 +31,11 @@ SLACK = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Mesh(Shape):
-    """A solid within a closed surface of triangles (3D), in the coordinates of its file.
+    """A solid within a closed surface of triangles (3D), in the coordinates of its file."""
 
-    Parameters
-    ----------
-    corners
-        Corners of the triangles, (n, 3, 3) [m].
-    volume_within
-        Enclosed volume [m^3].
-    name
-        What messages call it.
-    """
-
-    corners: np.ndarray
-    volume_within: float
-    name: str = "mesh"
+    corners: np.ndarray  # corners of the triangles, (n, 3, 3) [m]
+    volume_within: float  # enclosed volume [m^3]
+    name: str = "mesh"  # what messages call it
 
     dim = 3
 

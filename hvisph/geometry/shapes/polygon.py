@@ -19,15 +19,9 @@ AT_ONCE = 16_000
 
 @dataclass(frozen=True)
 class Polygon(Shape):
-    """A region of the plane with straight edges (2D), in the coordinates of its points.
+    """A region of the plane with straight edges (2D), in the coordinates of its points."""
 
-    Parameters
-    ----------
-    points
-        Corners in order, either way round; the last joins the first [m].
-    """
-
-    points: Sequence[Sequence[float]]
+    points: Sequence[Sequence[float]]  # corners in order, either way round; the last joins the first [m]
 
     def __post_init__(self) -> None:
         corners = np.asarray(self.points, dtype=float)
@@ -115,21 +109,11 @@ def _crossing(corners: np.ndarray) -> tuple[int, int] | None:
 
 @dataclass(frozen=True)
 class Prism(Axial):
-    """A plane shape drawn out along an axis (3D), from -length/2 to length/2.
+    """A plane shape drawn out along an axis (3D), from -length/2 to length/2."""
 
-    Parameters
-    ----------
-    section
-        A shape in 2D, in the two other coordinates in the order x, y, z.
-    length
-        Full length [m].
-    axis
-        ``x``, ``y`` or ``z``: where the length lies.
-    """
-
-    section: Shape
-    length: float
-    axis: str = "x"
+    section: Shape  # a shape in 2D, in the two other coordinates in the order x, y, z
+    length: float  # full length [m]
+    axis: str = "x"  # ``x``, ``y`` or ``z``: where the length lies
 
     def __post_init__(self) -> None:
         require_sizes("prism", length=self.length)
@@ -158,21 +142,11 @@ class Prism(Axial):
 
 @dataclass(frozen=True)
 class Ring(Axial):
-    """A plane shape swept round an axis (3D): a torus from a disc, a washer from a box.
+    """A plane shape swept round an axis (3D): a torus from a disc, a washer from a box."""
 
-    Parameters
-    ----------
-    section
-        A shape in 2D, its first coordinate along the axis, its second outwards.
-    radius
-        Distance of the section's origin from the axis [m]; 0 for a section drawn with its radius.
-    axis
-        ``x``, ``y`` or ``z``: what it goes round.
-    """
-
-    section: Shape
-    radius: float
-    axis: str = "x"
+    section: Shape  # a shape in 2D, its first coordinate along the axis, its second outwards
+    radius: float  # distance of the section's origin from the axis [m]; 0 for a section drawn with its radius
+    axis: str = "x"  # ``x``, ``y`` or ``z``: what it goes round
     _volume: list[float] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -20,20 +20,12 @@ _WORDS = 5  # numbers a line
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Pressure and energy over a grid of density and temperature.
+    """Pressure and energy over a grid of density and temperature."""
 
-    Parameters
-    ----------
-    density
-        Rising, of shape (n,) [kg/m^3].
-    temperature
-        Rising, of shape (m,), or (n, m) where the second axis of the table is entropy or energy [K].
-    pressure, energy
-        Of shape (n, m) [Pa], [J/kg]; the energy rises with the temperature.
-    """
-
-    density: np.ndarray
+    density: np.ndarray  # rising, of shape (n,) [kg/m^3]
+    # rising, of shape (m,), or (n, m) where the second axis of the table is entropy or energy [K]
     temperature: np.ndarray
+    # of shape (n, m) [Pa], [J/kg]; the energy rises with the temperature
     pressure: np.ndarray
     energy: np.ndarray
 

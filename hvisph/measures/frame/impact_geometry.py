@@ -98,35 +98,18 @@ def _is_behind(start: Snapshot, body: int, shot: np.ndarray, along: np.ndarray) 
 
 @dataclass(frozen=True)
 class Shot:
-    """What is known of a shot from its start.
+    """What is known of a shot from its start."""
 
-    Parameters
-    ----------
-    roles
-        Of every body: ``projectile``, ``layer`` or ``other``.
-    whole
-        How the whole follows from what was computed.
-    frame
-        Orthonormal rows (dim, dim): the shot direction and directions across it, in the case's axes.
-    plates
-        The initial geometry of the layers, in the order along the shot line.
-    speed
-        Of the impact: the projectile's against the first layer's [m/s]; None where it is not known.
-    masses
-        Mass of every body at the start, of the whole [kg; kg/m in 2D, kg/m^2 in 1D].
-    energy
-        Kinetic energy of the whole at the start, relative to the layers [J; per metre in 2D].
-    drift
-        Velocity of the layers at the start (dim,), in the case's axes [m/s]; empty where they rest, or one flies apart.
-    """
-
-    roles: tuple[str, ...]
-    whole: Whole = field(default_factory=Whole)
+    roles: tuple[str, ...]  # of every body: ``projectile``, ``layer`` or ``other``
+    whole: Whole = field(default_factory=Whole)  # how the whole follows from what was computed
+    # orthonormal rows (dim, dim): the shot direction and directions across it, in the case's axes
     frame: tuple[tuple[float, ...], ...] = ()
-    plates: tuple[Plate, ...] = ()
+    plates: tuple[Plate, ...] = ()  # the initial geometry of the layers, in the order along the shot line
+    # of the impact: the projectile's against the first layer's [m/s]; None where it is not known
     speed: float | None = None
-    masses: tuple[float, ...] = ()
-    energy: float | None = None
+    masses: tuple[float, ...] = ()  # mass of every body at the start, of the whole [kg; kg/m in 2D, kg/m^2 in 1D]
+    energy: float | None = None  # kinetic energy of the whole at the start, relative to the layers [J; per metre in 2D]
+    # velocity of the layers at the start (dim,), in the case's axes [m/s]; empty where they rest, or one flies apart
     drift: tuple[float, ...] = ()
 
     @property

@@ -90,21 +90,12 @@ class InitialReference:
 
 @dataclass(frozen=True)
 class Perforation:
-    """State of a layer: perforated or not, and which of its particles are attached.
+    """State of a layer: perforated or not, and which of its particles are attached."""
 
-    Parameters
-    ----------
-    state
-        ``yes``, ``no`` or ``not yet``; empty where a perforation is undefined.
-    reason
-        Why it is not perforated; empty where it is.
-    attached
-        Indices of the particles of the layer that are attached to its rim, without loose rubble, and what that alone
-        holds, where the layer would be closed by it; None where they are not known.
-    """
-
-    state: str
-    reason: str
+    state: str  # ``yes``, ``no`` or ``not yet``; empty where a perforation is undefined
+    reason: str  # why it is not perforated; empty where it is
+    # indices of the particles of the layer that are attached to its rim, without loose rubble, and what that alone
+    # holds, where the layer would be closed by it; None where they are not known
     attached: np.ndarray | None = None
 
     @property
@@ -140,35 +131,20 @@ def memoize(function: F) -> F:
 
 @dataclass
 class Scene:
-    """One moment of a run in the axes of its shot.
+    """One moment of a run in the axes of its shot."""
 
-    Parameters
-    ----------
-    now
-        The moment to measure: the whole model in the axes of the shot.
-    start
-        The run's first snapshot, where there is one, likewise.
-    shot
-        What is known of the shot.
-    initial
-        What is known of the start, the same for all moments of a run.
-    history
-        Columns of ``history.csv`` by name, where there are any.
-    timeline
-        The snapshots up to this one, where they are known.
-    profile
-        Outline of a bar, if there is one; filled by its measures.
-    memo
-        Results of functions that are computed once for each scene, by their name and arguments.
-    """
-
-    now: Snapshot
-    start: Snapshot | None = None
-    shot: Shot = field(default_factory=lambda: Shot(()))
+    now: Snapshot  # the moment to measure: the whole model in the axes of the shot
+    start: Snapshot | None = None  # the run's first snapshot, where there is one, likewise
+    shot: Shot = field(default_factory=lambda: Shot(()))  # what is known of the shot
+    # what is known of the start, the same for all moments of a run
     initial: InitialReference | None = field(default=None, repr=False)
+    # columns of ``history.csv`` by name, where there are any
     history: Mapping[str, np.ndarray] | None = field(default=None, repr=False)
+    # the snapshots up to this one, where they are known
     timeline: Any = field(default=None, repr=False)  # a `Timeline`, whose moments have scenes themselves
+    # outline of a bar, if there is one; filled by its measures
     profile: dict[str, list[float]] = field(default_factory=dict, init=False, repr=False)
+    # results of functions that are computed once for each scene, by their name and arguments
     memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:

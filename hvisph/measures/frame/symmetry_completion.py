@@ -44,17 +44,10 @@ class Mirror:
 
 @dataclass(frozen=True)
 class Whole:
-    """How the whole follows from the part that was computed.
+    """How the whole follows from the part that was computed."""
 
-    Parameters
-    ----------
-    mirrors
-        The planes of symmetry; of a solid of revolution its axis, as the plane r = 0.
-    revolution
-        Whether the part is the section of a solid of revolution: particles have the mass of the whole circumference.
-    """
-
-    mirrors: tuple[Mirror, ...] = ()
+    mirrors: tuple[Mirror, ...] = ()  # the planes of symmetry; of a solid of revolution its axis, as the plane r = 0
+    # whether the part is the section of a solid of revolution: particles have the mass of the whole circumference
     revolution: bool = False
 
     @property

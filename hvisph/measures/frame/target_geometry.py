@@ -27,44 +27,25 @@ DIRECTIONS = np.round([[np.cos(a), np.sin(a)] for a in np.linspace(0.0, 2.0 * np
 
 @dataclass(frozen=True)
 class Plate:
-    """A layer before it was struck, in the axes of the shot: x along the shot line.
+    """A layer before it was struck, in the axes of the shot: x along the shot line."""
 
-    Parameters
-    ----------
-    body
-        Index of the body.
-    basis
-        Orthonormal rows (dim, dim): the normal, on the side that the shot flies to, and directions in the plane.
-    front
-        Coordinate along the normal of the struck face, half a spacing before its particles [m].
-    thickness
-        Along the normal, at the shot line [m].
-    entry
-        Intersection of the shot line with the struck face, coordinates in the plane (dim - 1) [m].
-    low, high
-        Outermost particles from there, in the plane, (dim - 1) [m].
-    edges
-        In 3D: how far its particles reach from the entry in each of `DIRECTIONS` in the plane [m], which a disc or a
-        turned box fills less than the box of `low` and `high`; empty in 1D and 2D.
-    open
-        Whether a way led through it before it was struck: a mesh, a honeycomb, a plate with holes or of several parts.
-    clear
-        Whether none of it was in the projectile's way along the shot line.
-    pieces
-        Of how many connected groups it was.
-    """
-
-    body: int
+    body: int  # index of the body
+    # orthonormal rows (dim, dim): the normal, on the side that the shot flies to, and directions in the plane
     basis: tuple[tuple[float, ...], ...]
-    front: float
-    thickness: float
+    front: float  # coordinate along the normal of the struck face, half a spacing before its particles [m]
+    thickness: float  # along the normal, at the shot line [m]
+    # intersection of the shot line with the struck face, coordinates in the plane (dim - 1) [m]
     entry: tuple[float, ...]
+    # outermost particles from there, in the plane, (dim - 1) [m]
     low: tuple[float, ...]
     high: tuple[float, ...]
+    # in 3D: how far its particles reach from the entry in each of `DIRECTIONS` in the plane [m], which a disc or a
+    # turned box fills less than the box of `low` and `high`; empty in 1D and 2D
     edges: tuple[float, ...] = ()
+    # whether a way led through it before it was struck: a mesh, a honeycomb, a plate with holes or of several parts
     open: bool = False
-    clear: bool = False
-    pieces: int = 1
+    clear: bool = False  # whether none of it was in the projectile's way along the shot line
+    pieces: int = 1  # of how many connected groups it was
 
     @property
     def obliquity(self) -> float:
@@ -191,27 +172,13 @@ LINED_UP = 0.75  # [dx] across the shot line: nearer is in the way, and what fit
 
 @dataclass(frozen=True)
 class Grid:
-    """Cells about a layer.
+    """Cells about a layer."""
 
-    Parameters
-    ----------
-    plate
-        The layer.
-    low
-        Lowest corner, depth and coordinates in the plane (dim) [m].
-    cell
-        Edge of a cell [m].
-    shape
-        Number of cells, with `pad` more on either side.
-    pad
-        Cells beyond the particles along the normal, where there is space, and beyond the edges across it.
-    """
-
-    plate: Plate
-    low: np.ndarray
-    cell: float
-    shape: tuple[int, ...]
-    pad: int
+    plate: Plate  # the layer
+    low: np.ndarray  # lowest corner, depth and coordinates in the plane (dim) [m]
+    cell: float  # edge of a cell [m]
+    shape: tuple[int, ...]  # number of cells, with `pad` more on either side
+    pad: int  # cells beyond the particles along the normal, where there is space, and beyond the edges across it
 
     @classmethod
     def about(cls, plate: Plate, spacing: float, places: Sequence[np.ndarray], radius: float = RADIUS) -> Grid:

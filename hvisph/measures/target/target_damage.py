@@ -31,18 +31,11 @@ BORDER = 1e-7  # sectors; a particle so near to the border of two is in both
 
 @dataclass(frozen=True)
 class Opening:
-    """An opening at one depth.
+    """An opening at one depth."""
 
-    Parameters
-    ----------
-    radii
-        From its centre to its edge, one a sector, the first opposite to the one half-way on, shape (k,) [m].
-    centre
-        Of the opening in the plane, shape (dim - 1,) [m].
-    """
-
+    # from its centre to its edge, one a sector, the first opposite to the one half-way on, shape (k,) [m]
     radii: np.ndarray
-    centre: np.ndarray
+    centre: np.ndarray  # of the opening in the plane, shape (dim - 1,) [m]
 
     @property
     def diameters(self) -> np.ndarray:

@@ -203,24 +203,12 @@ class Moment:
 
 @dataclass
 class Timeline:
-    """The snapshots of a run up to a moment, each loaded when it is needed.
+    """The snapshots of a run up to a moment, each loaded when it is needed."""
 
-    Parameters
-    ----------
-    load
-        Returns the scene of a snapshot by its number.
-    count
-        Number of snapshots up to the moment.
-    known
-        Those that have been loaded.
-    series
-        Whether all moments of the run are measured.
-    """
-
-    load: Callable[[int], Scene]
-    count: int
-    known: dict[int, Moment] = field(default_factory=dict)
-    series: bool = False
+    load: Callable[[int], Scene]  # returns the scene of a snapshot by its number
+    count: int  # number of snapshots up to the moment
+    known: dict[int, Moment] = field(default_factory=dict)  # those that have been loaded
+    series: bool = False  # whether all moments of the run are measured
 
     def moment(self, number: int) -> Moment:
         """Return a moment by its number."""

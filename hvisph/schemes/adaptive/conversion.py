@@ -33,28 +33,17 @@ class Neighbours(Protocol):
 
 @dataclass(frozen=True)
 class Conversion:
-    """Parameters of the conversion to Eulerian particles.
+    """Parameters of the conversion to Eulerian particles."""
 
-    Parameters
-    ----------
-    strain, damage
-        Limit of the equivalent strain, None for none, 0 for Eulerian from the start; whether failed particles convert.
-    neighbours
-        Whether reference neighbours of a converted particle convert, too.
-    bodies
-        Indices of the bodies that convert; None for all.
-    fallback, fallback_strain
-        Whether the fallback is active, and above which strain; None for 1.5 in 1D and 2D and 1.0 in 3D.
-    fallback_damage
-        Whether it acts on the neighbours of failed Eulerian particles, where failed particles convert.
-    """
-
+    # limit of the equivalent strain, None for none, 0 for Eulerian from the start; whether failed particles convert
     strain: float | None = None
     damage: bool = False
-    neighbours: bool = True
-    bodies: tuple[int, ...] | None = None
+    neighbours: bool = True  # whether reference neighbours of a converted particle convert, too
+    bodies: tuple[int, ...] | None = None  # indices of the bodies that convert; None for all
+    # whether the fallback is active, and above which strain; None for 1.5 in 1D and 2D and 1.0 in 3D
     fallback: bool = True
     fallback_strain: float | None = None
+    # whether it acts on the neighbours of failed Eulerian particles, where failed particles convert
     fallback_damage: bool = True
     smallest: float = 0.2
     largest: float = 5.0

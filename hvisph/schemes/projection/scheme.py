@@ -25,30 +25,18 @@ _POINTS = 2000
 
 @dataclass(frozen=True)
 class Projection:
-    """SPH-projection.
+    """SPH-projection."""
 
-    Parameters
-    ----------
-    kernel, h_over_dx, smoothing
-        Kernel, smoothing length over spacing, and how it varies.
-    original_gradient
-        Whether the pressure gradient is eq. 31 P_a/rho_a^2 + P_b/rho_b^2, in place of
-        the conjugate of the divergence, (P_a + P_b)/(rho_a rho_b).
-    min_support
-        A particle whose neighbourhood is less full than this has no pressure; see `fullness`.
-    body_force
-        Acceleration of all particles [m/s^2], as many components as dimensions.
-    pressure_average
-        Time over which recorded pressures are averaged [s].
-    """
-
+    # kernel, smoothing length over spacing, and how it varies
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.5
     smoothing: Smoothing = field(default_factory=Smoothing)
+    # whether the pressure gradient is eq. 31 P_a/rho_a^2 + P_b/rho_b^2, in place of the conjugate of the divergence,
+    # (P_a + P_b)/(rho_a rho_b)
     original_gradient: bool = False
-    min_support: float = 0.3
-    body_force: tuple[float, ...] = ()
-    pressure_average: float = 2e-7
+    min_support: float = 0.3  # a particle whose neighbourhood is less full than this has no pressure; see `fullness`
+    body_force: tuple[float, ...] = ()  # acceleration of all particles [m/s^2], as many components as dimensions
+    pressure_average: float = 2e-7  # time over which recorded pressures are averaged [s]
 
     name = "projection"
     corrects = slips = repels = False

@@ -10,14 +10,9 @@ from hvisph.integrators.particle_steps import BALSARA, MORRIS_MONAGHAN, WHOLE
 
 @dataclass(frozen=True)
 class MonaghanViscosity:
-    """Monaghan's viscosity, of which every particle takes all; SAV1 is 1 and 2.
+    """Monaghan's viscosity, of which every particle takes all; SAV1 is 1 and 2."""
 
-    Parameters
-    ----------
-    alpha, beta
-        Linear and quadratic coefficients.
-    """
-
+    # linear and quadratic coefficients
     alpha: float = 1.0
     beta: float = 2.0
 
@@ -53,14 +48,9 @@ class BalsaraViscosity(MonaghanViscosity):
 
 @dataclass(frozen=True)
 class MorrisMonaghanViscosity(MonaghanViscosity):
-    """MON: every particle its own share, raised by compression and relaxing (Morris & Monaghan 1997).
+    """MON: every particle its own share, raised by compression and relaxing (Morris & Monaghan 1997)."""
 
-    Parameters
-    ----------
-    share_minimum, share_decay
-        s_min, which the share relaxes to, and C1: it does so in the time h/(C1 c).
-    """
-
+    # s_min, which the share relaxes to, and C1: it does so in the time h/(C1 c)
     share_minimum: float = 0.1
     share_decay: float = 0.2
 
@@ -75,18 +65,10 @@ class MorrisMonaghanViscosity(MonaghanViscosity):
 
 @dataclass(frozen=True)
 class GrayArtificialStress:
-    """Repulsion in tension against clumping (Gray, Monaghan & Swift 2001).
+    """Repulsion in tension against clumping (Gray, Monaghan & Swift 2001)."""
 
-    Parameters
-    ----------
-    eps
-        Its strength.
-    exponent
-        n of W/W(dx).
-    """
-
-    eps: float = 0.3
-    exponent: int = 4
+    eps: float = 0.3  # its strength
+    exponent: int = 4  # n of W/W(dx)
 
     @property
     def acts(self) -> bool:
@@ -103,15 +85,9 @@ class NoArtificialStress(GrayArtificialStress):
 
 @dataclass(frozen=True)
 class DensityDissipation:
-    """Diffusion of density by pressure differences (Zisis 2013 eqs. 22-24).
+    """Diffusion of density by pressure differences (Zisis 2013 eqs. 22-24)."""
 
-    Parameters
-    ----------
-    alpha
-        Coefficient alpha_rho.
-    """
-
-    alpha: float = 0.3
+    alpha: float = 0.3  # coefficient alpha_rho
 
     @property
     def acts(self) -> bool:
@@ -128,23 +104,15 @@ class NoDensityDissipation(DensityDissipation):
 
 @dataclass(frozen=True)
 class KernelCorrection:
-    """A correction of the kernel and its gradient in the current configuration (Young 2021 eqs. 3-5).
+    """A correction of the kernel and its gradient in the current configuration (Young 2021 eqs. 3-5)."""
 
-    Parameters
-    ----------
-    shepard, gradient
-        Whether the kernel is divided by its own sum, and whether its gradient is exact for linear fields.
-    factor
-        C_f, above 1: a pair whose corrected gradient is more than this many times as long as the plain one, or
-        has less than its inverse of it along the pair, takes the plain gradient; infinity for no limit.
-    by_component
-        Whether each component is tested instead, as printed: that depends on the frame.
-    """
-
+    # whether the kernel is divided by its own sum, and whether its gradient is exact for linear fields
     shepard: bool = True
     gradient: bool = True
+    # C_f, above 1: a pair whose corrected gradient is more than this many times as long as the plain one, or has less
+    # than its inverse of it along the pair, takes the plain gradient; infinity for no limit
     factor: float = 7.5
-    by_component: bool = False
+    by_component: bool = False  # whether each component is tested instead, as printed: that depends on the frame
 
     @property
     def acts(self) -> bool:

@@ -44,47 +44,28 @@ from .options import (
 
 @dataclass(frozen=True)
 class Eulerian:
-    """Standard SPH of solids.
+    """Standard SPH of solids."""
 
-    Parameters
-    ----------
-    kernel, h_over_dx, smoothing
-        Kernel, smoothing length over spacing, and how it varies.
-    viscosity, artificial_stress, dissipation, correction
-        What `hvisph.schemes.standard.options` offers.
-    product
-        Whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b), as a correction always has it.
-    mass_form
-        Whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W.
-    parted, friction
-        Whether bodies separate and slide, or are welded, and Coulomb's coefficient between them.
-    fragment_contact
-        Whether pieces that have come apart from a body are parted, too.
-    revolved
-        Whether particles are rings about the axis x.
-    unlike
-        Whether bodies that are parted differ in spacing.
-    shears
-        Whether particles in shear flow take a share of the linear viscosity.
-    spins
-        Whether pairs take back the angular momentum that they make; not of rings, with a correction, nor in 1D.
-    """
-
+    # kernel, smoothing length over spacing, and how it varies
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
     smoothing: Smoothing = field(default_factory=Smoothing)
+    # what `hvisph.schemes.standard.options` offers
     viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)
     artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
     dissipation: DensityDissipation = field(default_factory=NoDensityDissipation)
     correction: KernelCorrection = field(default_factory=NoCorrection)
-    product: bool = False
+    product: bool = False  # whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b), as a correction always has it
+    # whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W
     mass_form: bool = False
+    # whether bodies separate and slide, or are welded, and Coulomb's coefficient between them
     parted: bool = False
     friction: float = 0.0
-    fragment_contact: bool = False
-    revolved: bool = False
-    unlike: bool = False
-    shears: bool = False
+    fragment_contact: bool = False  # whether pieces that have come apart from a body are parted, too
+    revolved: bool = False  # whether particles are rings about the axis x
+    unlike: bool = False  # whether bodies that are parted differ in spacing
+    shears: bool = False  # whether particles in shear flow take a share of the linear viscosity
+    # whether pairs take back the angular momentum that they make; not of rings, with a correction, nor in 1D
     spins: bool = False
 
     name = "eulerian"

@@ -39,66 +39,37 @@ from . import law as reference
 
 @dataclass(frozen=True)
 class TotalLagrangian:
-    """Total Lagrangian SPH, with Eulerian particles beside it.
+    """Total Lagrangian SPH, with Eulerian particles beside it."""
 
-    Parameters
-    ----------
-    kernel, h_over_dx
-        Kernel, and smoothing length over spacing; the smoothing length stays.
-    viscosity
-        Monaghan's, or none.
-    artificial_stress
-        That of the Eulerian particles.
-    stress_at_interface
-        Whether it acts between Eulerian and Total Lagrangian particles, on both sides; otherwise on neither.
-    product
-        Whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b).
-    correction
-        That of the reference kernel: none, of the gradient, or of both.
-    spatial_correction
-        That of the kernel in the current configuration.
-    printed_viscosity
-        Whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients.
-    hourglass
-        Coefficient of the hourglass control, 0 for none.
-    secant
-        Whether its stiffness falls with plastic strain and damage.
-    shears
-        Whether a particle in plastic flow takes a share of the linear viscosity alone.
-    failed_leave, keeps_volume
-        Whether a failed Total Lagrangian particle that does not turn leaves its neighbours' lists, and whether
-        these keep their volume then.
-    renew_strain
-        Equivalent strain since the last renewal at which all take their present places as the reference; None
-        for never.
-    contact
-        Contact between bodies, and of faces of one body; `Welded` where they meet through the spatial sums.
-    conversion
-        When Total Lagrangian particles turn Eulerian.
-    revolved
-        Whether particles are rings about the axis x.
-    courant
-        Courant number of the run: the share of a spacing to which particles may be squeezed before they set the step.
-    """
-
+    # kernel, and smoothing length over spacing; the smoothing length stays
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
-    viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)
+    viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)  # Monaghan's, or none
+    # that of the Eulerian particles
     artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
+    # whether it acts between Eulerian and Total Lagrangian particles, on both sides; otherwise on neither
     stress_at_interface: bool = True
-    product: bool = True
+    product: bool = True  # whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b)
+    # that of the reference kernel: none, of the gradient, or of both
     correction: KernelCorrection = field(default_factory=KernelCorrection)
+    # that of the kernel in the current configuration
     spatial_correction: KernelCorrection = field(default_factory=NoCorrection)
+    # whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients
     printed_viscosity: bool = False
-    hourglass: float = 0.0
-    secant: bool = False
-    shears: bool = False
+    hourglass: float = 0.0  # coefficient of the hourglass control, 0 for none
+    secant: bool = False  # whether its stiffness falls with plastic strain and damage
+    shears: bool = False  # whether a particle in plastic flow takes a share of the linear viscosity alone
+    # whether a failed Total Lagrangian particle that does not turn leaves its neighbours' lists, and whether these keep
+    # their volume then
     failed_leave: bool = True
     keeps_volume: bool = True
+    # equivalent strain since the last renewal at which all take their present places as the reference; None for never
     renew_strain: float | None = None
+    # contact between bodies, and of faces of one body; `Welded` where they meet through the spatial sums
     contact: Pressing | Contact | Welded = field(default_factory=Pressing)
-    conversion: Conversion = field(default_factory=Conversion)
-    revolved: bool = False
+    conversion: Conversion = field(default_factory=Conversion)  # when Total Lagrangian particles turn Eulerian
+    revolved: bool = False  # whether particles are rings about the axis x
+    # Courant number of the run: the share of a spacing to which particles may be squeezed before they set the step
     courant: float = 0.3
 
     name = "total_lagrangian"

@@ -26,32 +26,18 @@ READ = (0.35, 0.8)  # shares of the shock's radius between which the state is re
 
 @dataclass(frozen=True)
 class Implosion:
-    """A gas that implodes.
+    """A gas that implodes."""
 
-    Parameters
-    ----------
-    name, dim
-        What it is called, and towards what it runs: 1 a plane, 2 an axis, 3 a point.
-    kinematics, shape
-        What the case file calls it.
-    spacing
-        Particle spacing, in full and quick.
-    tolerance
-        Relative, of density and pressure.
-    planes
-        Axes of its planes of symmetry.
-    drift
-        Of energy, relative.
-    """
-
+    # what it is called, and towards what it runs: 1 a plane, 2 an axis, 3 a point
     name: str
     dim: int
+    # what the case file calls it
     kinematics: str
     shape: Plain
-    spacing: tuple[float, float]
-    tolerance: float
-    planes: str
-    drift: float = 1e-4
+    spacing: tuple[float, float]  # particle spacing, in full and quick
+    tolerance: float  # relative, of density and pressure
+    planes: str  # axes of its planes of symmetry
+    drift: float = 1e-4  # of energy, relative
 
 
 DISC, SPHERE = {"type": "disc", "diameter": 2.0}, {"type": "sphere", "diameter": 2.0}

@@ -34,18 +34,10 @@ MARGIN = 0.15  # beyond them, of what lies between
 
 @dataclass(frozen=True)
 class Frames:
-    """Frames of a run.
+    """Frames of a run."""
 
-    Parameters
-    ----------
-    content
-        Plain values for JSON: header and packed arrays.
-    remarks
-        What was left out, in words.
-    """
-
-    content: Plain
-    remarks: tuple[str, ...]
+    content: Plain  # plain values for JSON: header and packed arrays
+    remarks: tuple[str, ...]  # what was left out, in words
 
 
 def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
