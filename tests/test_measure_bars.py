@@ -108,7 +108,11 @@ def test_a_bar_that_still_moves_is_not_final():
     found = measure_snapshot(now, start)["length_ratio"]
     assert not found.settled
     assert "68 % of its impact velocity" in found.note  # 0.8 of the bar at 0.85
-    assert measure_snapshot(start, start)["length_ratio"].settled
+    now.fields["velocity"][:, 0] = 20.0  # it rebounds
+    assert measure_snapshot(now, start)["length_ratio"].settled
+    not_struck = measure_snapshot(start, start)["length_ratio"]  # a case that ends before the impact
+    assert not not_struck.settled
+    assert "has not struck" in not_struck.note
 
 
 def test_a_sphere_on_a_plate_is_no_bar():

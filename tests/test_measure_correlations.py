@@ -275,3 +275,25 @@ def test_foil_keeps_its_mass_and_is_resolved(pores, times, words, tmp_path):
     path.write_text(PANEL % (pores, times))
     with pytest.raises(CaseError, match=words):
         load_case(path)
+
+
+@pytest.mark.parametrize("stated", [("rear",), ("bumper", "rear"), ("shot",)])
+def test_the_gap_before_a_wall_does_not_depend_on_how_it_is_placed(stated, tmp_path):
+    """A wall with a `position` behind one without had no gap: the limit of the shield was left out silently."""
+    text = """
+kinematics: three_d
+resolution: 0.5 mm
+bodies:
+  shot: {material: aluminium-2024-t351, shape: {type: sphere, diameter: 6 mm}, velocity: [6 km/s, 0, 0]}
+  bumper: {material: aluminium-6061-t6, shape: {type: box, size: [2 mm, 40 mm, 40 mm]}}
+  rear: {material: aluminium-6061-t6, shape: {type: box, size: [4 mm, 60 mm, 60 mm]}}
+time: {end: 1 us}
+"""
+    (tmp_path / "case.yaml").write_text(text)
+    centres = {"shot": -3.0, "bumper": 1.0, "rear": 104.0}  # [mm]
+    settings = [f"bodies.{name}.position=[{centres[name]} mm, 0, 0]" for name in stated]
+    if stated == ("shot",):  # the second wall in the row begins at x = 0
+        settings += ["bodies.rear.gap=100 mm"]
+    impact, _ = impact_of(load_case(tmp_path / "case.yaml", settings))
+    assert [one.gap for one in impact.walls] == pytest.approx([0.0, 0.1])
+    assert "Christiansen, Whipple" in {one.name for one in correlations(impact)}

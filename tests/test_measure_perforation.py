@@ -14,7 +14,7 @@ from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import add_swing, measure_scene, measure_snapshot, recent_moments
 from hvisph.measures.result import Result, entries, undefined_result
 from hvisph.measures.target.target_damage import _front_surface
-from hvisph.measures.target.targets import Moment, Timeline, layer_measures
+from hvisph.measures.target.targets import Moment, Timeline, layer_measures, verdict
 from hvisph.simulation.writer import _roles
 
 DX = 0.5 * MM
@@ -410,6 +410,9 @@ def test_spall_is_what_comes_off_the_rear():
     assert found["spall_thickness"].value == pytest.approx(1 * MM)
     assert found["spall_mass"].value == pytest.approx(flake.sum() * 2785.0 * DX**3)
     assert found["mass_loss"].value == pytest.approx(found["spall_mass"].value)
+    # a wall that is not perforated yet has failed by its spall all the same: the verdict names it
+    (layer, *_) = layer_measures(Scene(now, start))
+    assert verdict([layer]).endswith(f"not perforated, {1e3 * found['spall_mass'].value:.2g} g of spall behind it")
 
 
 @pytest.mark.parametrize("blister", [False, True])

@@ -1,6 +1,7 @@
 """Sweeps: the cases that they make, workers that die, and what their results say."""
 
 import csv
+import io
 import json
 import os
 import re
@@ -352,6 +353,22 @@ def test_a_case_that_cannot_run_is_a_row_and_not_the_end(tmp_path):
     assert "overlap" in rows[1]["message"]
     assert json.loads((folder.path / "results.json").read_text())["failures"][0]["number"] == 1
     assert not list_snapshots(rows[0]["folder"])
+
+
+def test_the_table_of_a_sweep_follows_a_resumed_case(tmp_path):
+    """`hvisph resume` of a case up to a later end left the measures of the first end in the table."""
+    from typer.testing import CliRunner
+
+    from hvisph.cli.main import app
+
+    made = {"case": "al_al_coarse", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}
+    (row,) = sweep(begin(made | {"record": ["penetration"]}, tmp_path / "sweep").path, workers=1)
+    before = (tmp_path / "sweep" / "table.csv").read_text()
+    done = CliRunner().invoke(app, ["resume", row["folder"], "--end", "0.5us", "--quiet"])
+    assert done.exit_code == 0
+    (now,) = csv.DictReader(io.StringIO((tmp_path / "sweep" / "table.csv").read_text()))
+    (then,) = csv.DictReader(io.StringIO(before))
+    assert float(now["penetration [m]"]) > 1.2 * float(then["penetration [m]"])  # 0.5 us for 0.3
 
 
 def test_a_sweep_of_other_cases_is_not_overwritten(tmp_path):

@@ -12,7 +12,7 @@ from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
 from hvisph.measures.correlations import GROUNDS, Impact, Wall, alloy_of
 
-from .impact_pair import meeting
+from .impact_pair import body_boxes, meeting
 
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body
@@ -113,12 +113,17 @@ def _plate(body: Body) -> tuple[np.ndarray, float]:
 
 def _gaps(case: Case, names: list[str]) -> list[float]:
     """Return the distance of each plate from the one before it [m]; 0 for the first."""
-    gaps = [0.0]
+    gaps, shifts = [0.0], dict(zip(case.bodies, body_boxes(case)[1], strict=True))
+
+    def centre(name: str) -> np.ndarray:
+        row = [shifts[name], *np.zeros(case.dim - 1)]
+        return np.array(row if case.bodies[name].position is None else case.bodies[name].position)
+
     for before, name in pairwise(names):
         one, other = case.bodies[before], case.bodies[name]
-        if one.position is None or other.position is None:
+        if one.position is None and other.position is None:
             gaps.append(float(other.gap))
         else:
-            apart = abs(float((np.array(other.position) - np.array(one.position)) @ _plate(other)[0]))
+            apart = abs(float((centre(name) - centre(before)) @ _plate(other)[0]))
             gaps.append(apart - 0.5 * (_plate(one)[1] + _plate(other)[1]))
     return gaps

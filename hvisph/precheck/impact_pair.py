@@ -43,7 +43,7 @@ def meeting(case: Case) -> Meeting | None:
     """
     if case.start is not None:
         return None
-    names, bodies, (boxes, shifts) = list(case.bodies), list(case.bodies.values()), _boxes(case)
+    names, bodies, (boxes, shifts) = list(case.bodies), list(case.bodies.values()), body_boxes(case)
     velocities = [_velocity(body, box) for body, box in zip(bodies, boxes, strict=True)]
     impedance = [_impedance(body) for body in bodies]
     turns = [None if case.drawing_dimensions != case.dim else _turn(body, case) for body in bodies]
@@ -106,7 +106,7 @@ def _impedance(body: Body) -> float:
     return material.density_at_rest * material.bulk_sound_speed
 
 
-def _boxes(case: Case) -> tuple[list[Box], list[float]]:
+def body_boxes(case: Case) -> tuple[list[Box], list[float]]:
     """Return the bounding box of each placed body, and the shifts of the bodies placed in a row.
 
     These are how far a body stands along x from where it would be about the origin [m]; 0 of those with a place.

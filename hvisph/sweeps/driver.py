@@ -305,6 +305,15 @@ def existing(path: str | os.PathLike[str]) -> SweepFolder:
     return folder
 
 
+def update_sweep_of(run: Path) -> Path | None:
+    """Write the table and the results of the sweep that has the case `run`, and return its folder; None without one."""
+    folder = SweepFolder(run.resolve().parent.parent)
+    if not folder.exists:
+        return None
+    driver(folder, None, None, Selection(), None).conclude()
+    return folder.path
+
+
 def driver(folder: SweepFolder, workers: int | None, threads: int | None, selection: Selection, only: str | None,
            crew: Callable[[SweepFolder, int, tuple[str, ...]], Crew] | None = None) -> Driver:  # fmt: skip
     """Return what drives the sweep in `folder`; a crew other than this machine's workers is made by `crew`."""

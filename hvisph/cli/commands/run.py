@@ -85,6 +85,10 @@ def resume(
             outcome = resume_run(folder, case, threads=threads, listener=listener)
     finally:
         listener.close()
+    if is_first():
+        from hvisph.sweeps.driver import update_sweep_of
+
+        update_sweep_of(folder)
     conclude(outcome, case.units == "none", quiet, as_json, report or case.output.report, everything)
 
 

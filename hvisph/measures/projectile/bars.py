@@ -26,6 +26,7 @@ WIDER = 1.5  # times the bar's width; a wider target is a plate
 SWOLLEN = 1.01  # times the initial diameter; a wider section has been deformed
 FOOT = 0.75  # [dx]; thickness of the layer of particles at the foot
 FEWEST = 2  # particles of a slice
+FLYING = 0.99  # of the impact velocity: that of the foot from which on nothing has slowed it
 AT_REST = 0.1  # of the impact velocity: mean velocity relative to the foot below which a bar is no longer deforming
 
 
@@ -109,14 +110,19 @@ def _require_bar(scene: Scene) -> None:
 
 
 def _motion_note(scene: Scene) -> str:
-    """Return at which share of the impact velocity the bar still moves towards its foot; empty where it is at rest."""
+    """Return at which share of the impact velocity the bar still moves towards its foot; empty where it is at rest.
+
+    A foot that keeps the impact velocity has not struck.
+    """
     if "velocity" not in scene.now.fields or not scene.shot.speed:
         return ""
     main = scene.projectile
     x, axial, mass = scene.position[main, 0], scene.now.fields["velocity"][main, 0], scene.now.fields["mass"][main]
     foot = x > x.max() - FOOT * scene.spacing
-    mean = np.average(axial, weights=mass) - np.average(axial[foot], weights=mass[foot])
-    share = float(mean) / scene.shot.speed
+    front = float(np.average(axial[foot], weights=mass[foot])) / scene.shot.speed
+    if front > FLYING:
+        return f"the bar has not struck: its foot moves at {100.0 * front:.3g} % of its impact velocity"
+    share = float(np.average(axial, weights=mass)) / scene.shot.speed - front
     return f"the bar still moves at {100.0 * share:.2g} % of its impact velocity" if share > AT_REST else ""
 
 

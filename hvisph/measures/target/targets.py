@@ -99,13 +99,22 @@ def _layer_verdict(layer: LayerMeasures, unitless: bool) -> str:
     if layer.opening:
         return f"{layer.body}: open from the start, without a new path through it"
     if layer.state != YES:
-        return f"{layer.body}: not perforated{' yet' if layer.state == NOT_YET else ''}"
+        return f"{layer.body}: not perforated{' yet' if layer.state == NOT_YET else ''}{_spall(layer, unitless)}"
     time = layer.results["perforation_time"]
     if time.value is None:
         return f"{layer.body}: perforated"
     display = format_of("perforation_time", "s", unitless)
     value, spread = (f"{display.factor * figure:.3g}" for figure in (time.value, time.uncertainty or 0.0))
     return f"{layer.body}: perforated at {value} ± {spread} {display.unit}".rstrip()
+
+
+def _spall(layer: LayerMeasures, unitless: bool) -> str:
+    """Return the words for the spall behind a layer, by which a wall fails as by a hole; empty without any."""
+    mass = layer.results.get("spall_mass")
+    if mass is None or not mass.value:
+        return ""
+    display = format_of("spall_mass", mass.unit, unitless)
+    return f", {display.factor * mass.value:.2g} {display.unit}".rstrip() + " of spall behind it"
 
 
 NEAR = 2.0  # [dx] before the struck face
