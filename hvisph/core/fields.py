@@ -51,6 +51,7 @@ CATALOGUE: dict[str, Field] = {
         Field("temperature", "scalar", "K", "temperature"),
         Field("displacement", "vector", "m", "displacement since the start"),
         Field("peak_pressure", "scalar", "Pa", "highest pressure of the particle so far"),
+        Field("entropy", "scalar", "J/kg/K", "specific entropy, of materials with `melting.entropies`"),
         Field("failed", "scalar", "", "1 where damage has reached 1, else 0"),
         Field("previous_velocity", "vector", "m/s", "velocity at the last evaluation of the forces"),
         Field("previous_acceleration", "vector", "m/s^2", "acceleration at the last evaluation"),
@@ -89,7 +90,7 @@ CATALOGUE: dict[str, Field] = {
 
 _AXES = "xyz"
 # Fields that no gauge records: they belong to a particle, not to a point in space.
-_NOT_OF_GAUGES = ("displacement", "peak_pressure", "failed", "torque_residual")
+_NOT_OF_GAUGES = ("displacement", "peak_pressure", "entropy", "failed", "torque_residual")
 
 
 def component_names(name: str, dim: int) -> list[str]:
@@ -131,4 +132,4 @@ OF_STATE = ("position", "velocity", "mass", "density", "internal_energy", "smoot
             "plastic_strain", "damage", "kernel_type", "thickness", *MEMORY, *CRACK, *AXES, "density_correction",
             "torque_residual", "viscosity_factor")  # fmt: skip
 WRITTEN = (*OF_STATE, "pressure", "sound_speed", "von_mises_stress", "temperature", "displacement", "peak_pressure",
-           "failed")  # fmt: skip
+           "entropy", "failed")  # fmt: skip

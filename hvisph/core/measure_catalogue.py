@@ -79,6 +79,7 @@ class Measure:
 
 PER_DEPTH = {1: "/m^2", 2: "/m", 3: ""}
 _ANY, _SOLID, _PLANE, _LINE = (1, 2, 3), (2, 3), (2,), (1,)
+_OF = {"all": "of projectile and layers", "projectile": "of the projectile", "target": "of all layers"}
 
 
 def _section(section: str, *rows: tuple[Any, ...]) -> dict[str, Measure]:
@@ -148,6 +149,8 @@ SECTIONS: dict[str, dict[str, Measure]] = {
         ("target_temperature", "K", _ANY, "Mean temperature of all layers", "temperature of the layers", "K", 0),
         ("temperature_max", "K", _ANY, "Temperature that 99.9 % of the mass of both do not exceed",
          "maximum temperature", "K", 0),
+        ("melt", "kg", _ANY, "Mass that is molten after release, vapour included, by its entropy", "melt", "g", 3, _OF),
+        ("vapour", "kg", _ANY, "Mass of vapour after release, by its entropy", "vapour", "g", 3, _OF),
         ("penetration_ratio", "", _SOLID, "Crater depth over the initial length of the projectile, P/L",
          "penetration P/L", "", 3, "P/L"),
         ("final_length", "m", _SOLID, "Length of a bar after the impact on a rigid wall or an equal bar",

@@ -75,7 +75,9 @@ def temperature(rho, e, row):
     return max(at_rest + heat * inverse, _LEAST)
 
 
-def tabulate_isentrope(pressure: Callable[[float, float], float], rho0: float, e0: float, ambient: float) -> np.ndarray:
+def tabulate_isentrope(
+    pressure: Callable[[float, float], float], rho0: float, e0: float, ambient: float, held: bool = True
+) -> np.ndarray:
     """Return e_s [J/kg], T_s [K] and ambient/T_s of the isentrope through (rho0, e0, ambient), shape (POINTS, WIDTH).
 
     Parameters
@@ -84,6 +86,8 @@ def tabulate_isentrope(pressure: Callable[[float, float], float], rho0: float, e
         p(rho, e) [Pa].
     rho0, e0, ambient
         Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
+    held
+        Whether T_s is that at rest below rho0.
     """
     points = np.empty((POINTS, WIDTH))
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
@@ -96,7 +100,7 @@ def tabulate_isentrope(pressure: Callable[[float, float], float], rho0: float, e
                 for _ in range(_STEPS if h else 0):
                     e, t = _step(pressure, rho, h, e, t)
                     rho += h
-                points[k, :2] = e, t if densities[k] > rho0 else ambient
+                points[k, :2] = e, ambient if held and densities[k] <= rho0 else t
     points[:, 2] = ambient / points[:, 1]
     return points
 
@@ -164,7 +168,7 @@ def heat_table(
     if melting is not None:
         heat[np.searchsorted(t, melting[0], side="right") - 1 :] += melting[1]
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
-    taken = _without_pressure(pressure, rho0, e0 + heat)
+    taken = densities_without_pressure(pressure, rho0, e0 + heat)
     known = np.isfinite(taken)
     theta = np.interp(taken[known], densities, curve[:, 1]) / ambient
     of = (e0 + heat[known] - np.interp(taken[known], densities, curve[:, 0])) / theta
@@ -172,7 +176,9 @@ def heat_table(
     return float(of[0]), (HEAT_POINTS - 1) / float(of[-1] - of[0]), np.interp(evenly, of, t[known] / theta) / ambient
 
 
-def _without_pressure(pressure: Callable[[float, float], float], rho0: float, energies: np.ndarray) -> np.ndarray:
+def densities_without_pressure(
+    pressure: Callable[[float, float], float], rho0: float, energies: np.ndarray
+) -> np.ndarray:
     """Return the densities [kg/m^3] without pressure at rising energies, by secants; not a number where none is."""
     found = np.full(len(energies), np.nan)
     near = rho0

@@ -61,6 +61,8 @@ class Material:
     heat_of_melting: tuple[float, float] | None = None  # T [K], [J/kg]
     # energy that failure takes, see `damage.fracture_energy`; None where it takes none
     fracture: FractureEnergy | None = None
+    # at rest, and of incipient and complete melting and vaporisation at 1 bar [J/(kg K)]; none where unknown
+    entropies: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")

@@ -34,7 +34,7 @@ class Setup:
     `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
     which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `watched` as of
     `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
-    `driven` whether a clamp moves, `origin` as of `Beginning`.
+    `driven` whether a clamp moves, `substances` the models of `materials`, `origin` as of `Beginning`.
     """
 
     stepper: AnyStepper
@@ -49,6 +49,7 @@ class Setup:
     watched: dict[str, np.ndarray] | None = None
     bears_any_tension: tuple[bool, ...] = ()
     driven: bool = False
+    substances: tuple[Material, ...] = ()
     origin: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -89,7 +90,7 @@ def set_up(case: Case, start: Beginning) -> Setup:
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
-                 bool(motions), start.origin)  # fmt: skip
+                 bool(motions), tuple(start.materials), start.origin)  # fmt: skip
 
 
 def _largest_density(material: Material) -> float:

@@ -44,6 +44,9 @@ KEYS: Mapping[type, Mapping[str, str]] = {
 }  # fmt: skip
 
 
+MELTING = {"lindemann": Lindemann, "simon": Simon}
+
+
 def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
     """Return the material of a case's `model`; `internal_energy` [J/kg] defines an ideal gas at rest."""
     heat, law = model.temperature, model.melting
@@ -63,13 +66,17 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         heat_capacity=heat.heat_capacity or 0.0,
         room_temperature=heat.room_temperature or 0.0,
         total_energy=heat.type == "total_energy",
-        melting=None if law is None else parameters(Lindemann if law.type == "lindemann" else Simon, law),
+        melting=None if law is None or law.type not in MELTING else parameters(MELTING[law.type], law),
+        entropies=(law and law.entropies) or (),
         failed_friction=_failed_friction(model.damage),
         rate_smoothing=getattr(model.strength, "rate_smoothing", 0),
         **_spall(model.damage),
         heat_capacities=getattr(heat, "heat_capacities", ()),
         heat_of_melting=heat_of_melting,
     )  # fmt: skip
+    if material.entropies and model.eos.type == "table" and of_state.grid.entropy is None:
+        raise CaseError("the table has no entropy and no free energy: leave out `melting: {entropies: ...}`",
+                        file=str(model.eos.file))  # fmt: skip
     if not getattr(model.damage, "breaks", False):
         return material
     return replace(material, fracture=_fracture(model.damage, model.fracture_toughness, material))

@@ -16,6 +16,7 @@ from hvisph.core.fields import OF_STATE
 from hvisph.core.lazy_arrays import Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.diagnostics.budgets import Followed, Peaks
+from hvisph.exact.entropy import entropy
 from hvisph.measures.frame.measurement_frame import reference
 from hvisph.output import file_names
 from hvisph.output.atomic_write import reason
@@ -50,6 +51,8 @@ class SnapshotWriter:
             "roles": _roles(case),
             "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],
         }
+        if any(material.entropies for material in setup.substances):
+            self.metadata["entropies"] = [material.entropies or None for material in setup.substances]
         if case.witness is not None:
             self.metadata["witness"] = case.witness.x
         self.series: list[tuple[float, str]] = []
@@ -100,15 +103,29 @@ class SnapshotWriter:
                     return np.asarray(particles["position"][order] - begun[order])
                 case "peak_pressure":
                     return np.maximum(highest, derive("pressure"))[order]
+                case "entropy":
+                    return self._entropy(particles, np.maximum(highest, derive("pressure")))[order]
                 case "failed":
                     return (particles["damage"][order] >= 1.0).astype(np.uint8)
             return np.asarray((particles[name] if name in own else derive(name))[order])
 
         shown = list(diagnose(particles, stepper.table, stepper.models))
-        names_ = (*own, *shown, "displacement", "peak_pressure", "failed")
+        more = ["entropy"] * ("entropies" in self.metadata)
+        names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
         return Snapshot(time, step, particles.dim, Derived(names_, field), particles.body[order].astype(np.int64),
                         particles.material[order].astype(np.int64), particles.id[order].astype(np.int64),
                         self.setup.bodies, self.setup.materials, dict(self.metadata))  # fmt: skip
+
+    def _entropy(self, particles: Particles, peak: np.ndarray) -> np.ndarray:
+        """Return specific entropies (n,) [J/(kg K)], not a number where the material has none."""
+        found = np.full(particles.count, np.nan)
+        for number, material in enumerate(self.setup.substances):
+            rows = np.flatnonzero(particles.material == number)
+            if material.entropies and len(rows):
+                distension = 1.0 if material.porosity is None else particles["history_variable"][rows]
+                rho, e = (particles[name][rows] for name in ("density", "internal_energy"))
+                found[rows] = entropy(material, rho, e, distension, peak[rows])
+        return found
 
     def permute(self, order: np.ndarray) -> None:
         """Reorder stored arrays with the particles."""

@@ -95,25 +95,52 @@ class TotalEnergyTemperature(_Temperature):
 Temperature = Annotated[IsentropeTemperature | TotalEnergyTemperature, Field(discriminator="type")]
 
 
-class LindemannMelting(StrictModel):
+class ConstantMelting(StrictModel):
+    """The melting point of the strength model, at any pressure; the type where `entropies` are given alone."""
+
+    type: Literal["constant"] = "constant"
+    entropies: tuple[PositiveHeatCapacity, ...] | None = Field(
+        default=None,
+        description="Entropies [S_rest, S_im, S_cm, S_iv, S_cv] at rest, and at 1 bar of incipient and complete "
+        "melting and vaporisation [J/(kg K)]; for the measures `melt` and `vapour`",
+        min_length=5,
+        max_length=5,
+    )
+
+    @model_validator(mode="after")
+    def _rising(self) -> ConstantMelting:
+        _, solid, liquid, boiling, gas = self.entropies or (0.0, 1.0, 2.0, 3.0, 4.0)
+        if not solid < liquid <= boiling < gas:
+            refuse([Problem(("entropies",), "S_im, S_cm, S_iv and S_cv must rise in this order")])
+        return self
+
+
+class LindemannMelting(ConstantMelting):
     """T_m = T_m0 exp(2 a (1 - 1/eta)) eta^(2 (Gamma0 - a - 1/3)), eta = rho/rho0."""
 
-    type: Literal["lindemann"] = "lindemann"
+    type: Literal["lindemann"] = "lindemann"  # type: ignore[assignment]
     temperature: PositiveTemperature = Field(description="T_m0, without pressure [K]")
     gamma: NonNegativeNumber = Field(description="Gamma0, Grueneisen coefficient at rest [-]")
     a: NonNegativeNumber = Field(description="a [-]")
 
 
-class SimonMelting(StrictModel):
+class SimonMelting(ConstantMelting):
     """T_m = T_m0 (1 + p/a)^(1/c)."""
 
-    type: Literal["simon"] = "simon"
+    type: Literal["simon"] = "simon"  # type: ignore[assignment]
     temperature: PositiveTemperature = Field(description="T_m0, without pressure [K]")
     a: PositivePressure = Field(description="a [Pa]")
     c: PositiveNumber = Field(description="c [-]")
 
 
-Melting = Annotated[LindemannMelting | SimonMelting, Field(discriminator="type")]
+def _entropies_alone(value: object, info: ValidationInfo) -> object:
+    return {"type": "constant"} | value if isinstance(value, dict) and set(value) == {"entropies"} else value
+
+
+Melting = Annotated[LindemannMelting | SimonMelting | ConstantMelting, Field(discriminator="type")]
+OptionalMelting = Annotated[
+    Melting | None, Shorthand(_entropies_alone, (), ({"type": "object", "required": ["entropies"]},))
+]
 
 
 class Porosity(StrictModel):
@@ -148,7 +175,7 @@ class Material(StrictModel):
     temperature: Temperature = Field(
         default=IsentropeTemperature(), description="How the temperature follows from density and energy"
     )
-    melting: Melting | None = Field(
+    melting: OptionalMelting = Field(
         default=None, description="Melting point under pressure; that of the strength model unless given"
     )
     porosity: Porosity | None = Field(default=None, description="Pores; none unless given")
@@ -187,7 +214,7 @@ class Material(StrictModel):
                     "johnson_cook damage grows with plastic strain, which "
                     f"`strength: {{type: {self.strength.type}}}` never has; use a plastic strength",
                 )
-            elif self.damage.d5 != 0.0 and jc is None and self.melting is None:
+            elif self.damage.d5 != 0.0 and jc is None and (self.melting is None or self.melting.type == "constant"):
                 yield Problem(
                     ("damage", "d5"), "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
                 )
@@ -195,6 +222,18 @@ class Material(StrictModel):
         yield from self._ceramic()
         yield from self._anisotropic()
         yield from self._thermal()
+
+        yield from self._entropies()
+
+    def _entropies(self) -> Iterator[Problem]:
+        """Yield the errors of entropies that nothing can be measured by."""
+        if self.melting is None or self.melting.entropies is None or self.eos.type == "table":
+            return
+        if self.eos.type in ("ideal_gas", "jwl", "elastic"):
+            yield Problem(("melting", "entropies"), f"a `{self.eos.type}` equation of state has no melt and no vapour")
+        elif not self.temperature.is_known and getattr(self.strength, "heat_capacity", None) is None:
+            yield Problem(("temperature", "heat_capacity"), "missing: entropies are measured by it; give c_v, such as "
+                          "885 J/(kg K)")  # fmt: skip
 
     def _cracks(self, has_shear: bool) -> Iterator[Problem]:
         """Yield the errors of a fracture energy."""

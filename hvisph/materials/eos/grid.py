@@ -28,6 +28,8 @@ class Grid:
     # of shape (n, m) [Pa], [J/kg]; the energy rises with the temperature
     pressure: np.ndarray
     energy: np.ndarray
+    # of shape (n, m) [J/(kg K)]; None where the table has none
+    entropy: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.density), self.temperature.shape[-1])
@@ -57,14 +59,15 @@ class Grid:
             axis = axis + 1e-9 * axis[-1] * np.linspace(0.0, 1.0, len(axis))  # rises also where a phase changes
         return float(monotone(axis, along, np.array([temperature]))[0][0])
 
-    def columns(self, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return cold energy (n,), range of energy (n,), and p (n, k) at `shares` (k,) of the range."""
+    def columns(self, shares: np.ndarray, field: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return cold energy (n,), range of energy (n,), and p, or a `field`, (n, k) at `shares` (k,) of the range."""
+        field = self.pressure if field is None else field
         energy = np.maximum.accumulate(self.energy, axis=1)
         # where the energy does not rise it is made to, by a millionth of its size
         energy += 1e-6 * (np.abs(energy).max(axis=1, keepdims=True) + 1.0) * np.linspace(0.0, 1e-3, energy.shape[1])
         cold, span = energy[:, 0], energy[:, -1] - energy[:, 0]
         wanted = cold[:, None] + shares * span[:, None]
-        rows = [monotone(e, p, w)[0] for e, p, w in zip(energy, self.pressure, wanted, strict=True)]
+        rows = [monotone(e, p, w)[0] for e, p, w in zip(energy, field, wanted, strict=True)]
         return cold, span, np.array(rows)
 
 
@@ -139,7 +142,17 @@ def _of_record(words: np.ndarray, name: str) -> Grid:
     body = words[2 + n + m :]
     p, e = (body[k * n * m : (k + 1) * n * m].reshape(m, n).T for k in (0, 1))
     keep = rho > 0.0
-    return Grid(rho[keep], t, p[keep] * 1e9, e[keep] * 1e6)
+    s = None
+    if len(body) >= 3 * n * m:
+        s = entropy_of(t, e[keep] * 1e6, body[2 * n * m : 3 * n * m].reshape(m, n).T[keep] * 1e6)
+    return Grid(rho[keep], t, p[keep] * 1e9, e[keep] * 1e6, s)
+
+
+def entropy_of(temperature: np.ndarray, energy: np.ndarray, free_energy: np.ndarray) -> np.ndarray | None:
+    """Return S = (e - A)/T (n, m) [J/(kg K)], 0 at no temperature; None for a table without free energy A [J/kg]."""
+    if not free_energy.any():
+        return None
+    return (energy - free_energy) / np.where(temperature > 0.0, temperature, np.inf)
 
 
 def read_csv(path: Path) -> Grid:

@@ -14,7 +14,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 
-from .grid import LARGEST, Grid, read_grid
+from .grid import LARGEST, Grid, entropy_of, read_grid
 
 AMBIENT = 300.0  # [K]
 STIFF = 10.0  # d ln p/d ln rho that no gas has: it is K/p just above the density of zero pressure
@@ -76,25 +76,25 @@ def _read_aneos(lines: list[str]) -> Grid:
     n, m = int(words[0]), int(words[1])
     if len(words) == 2 + n + m + 4 * n * m:
         raise CaseError("holds entropy and sound speed, not pressure; give the standard table (-STD) beside it")
-    rho, temperature, (p, e, _) = _take(words[2:], n, m, 3)
-    return _grid(rho * 1e3, temperature, p * 1e9, e * 1e6)
+    rho, temperature, (p, e, free) = _take(words[2:], n, m, 3)
+    return _grid(rho * 1e3, temperature, p * 1e9, e * 1e6, entropy_of(temperature, e * 1e6, free * 1e6))
 
 
 def _read_miluphcuda(lines: list[str]) -> Grid:
-    rows = np.array([line.split()[:4] for line in lines if line.strip() and not line.startswith("#")], dtype=float)
+    rows = np.array([line.split()[:6] for line in lines if line.strip() and not line.startswith("#")], dtype=float)
     rho = np.unique(rows[:, 0])
     if len(rows) % len(rho):
         raise CaseError(f"does not fit: {len(rows)} rows for {len(rho)} densities, each with the same energies")
-    at, e, p, temperature = (rows[:, k].reshape(len(rho), -1) for k in range(4))
+    at, e, p, temperature, *further = (rows[:, k].reshape(len(rho), -1) for k in range(rows.shape[1]))
     if (at != rho[:, None]).any() or (e != e[0]).any():
         raise CaseError("does not fit: density must rise from block to block, each with the same energies")
-    return _grid(rho, temperature, p, e)
+    return _grid(rho, temperature, p, e, further[1] if len(further) == 2 else None)
 
 
 def _read_gadget(lines: list[str]) -> Grid:
     words = np.array(" ".join(lines).split(), dtype=float)
-    rho, _, (p, temperature, e, _) = _take(words[2:], int(words[0]), int(words[1]), 4)
-    return _grid(rho * 1e3, temperature, p * 0.1, e * 1e-4)
+    rho, s, (p, temperature, e, _) = _take(words[2:], int(words[0]), int(words[1]), 4)
+    return _grid(rho * 1e3, temperature, p * 0.1, e * 1e-4, np.broadcast_to(s * 1e-4, p.shape))
 
 
 def _read_woma(lines: list[str]) -> Grid:
@@ -102,16 +102,17 @@ def _read_woma(lines: list[str]) -> Grid:
     n, m = int(words[1]), int(words[2])
     body = words[3 + n + m :]
     fields = body.reshape(-1, 4).T.ravel()
-    rho, temperature, (e, p, _, _) = _take(np.concatenate([words[3 : 3 + n + m], fields]), n, m, 4)
-    return _grid(rho, temperature, p, e)
+    rho, temperature, (e, p, _, s) = _take(np.concatenate([words[3 : 3 + n + m], fields]), n, m, 4)
+    return _grid(rho, temperature, p, e, s)
 
 
 READERS = {"aneos": _read_aneos, "miluphcuda": _read_miluphcuda, "gadget": _read_gadget, "woma": _read_woma}
 
 
-def _grid(rho: np.ndarray, temperature: np.ndarray, p: np.ndarray, e: np.ndarray) -> Grid:
+def _grid(rho: np.ndarray, temperature: np.ndarray, p: np.ndarray, e: np.ndarray, s: np.ndarray | None = None) -> Grid:
     keep = rho > 0.0
-    return Grid(rho[keep], temperature[keep] if temperature.ndim == 2 else temperature, p[keep], e[keep])
+    temperature = temperature[keep] if temperature.ndim == 2 else temperature
+    return Grid(rho[keep], temperature, p[keep], e[keep], None if s is None or not s.any() else s[keep])
 
 
 def check_units(grid: Grid, density: float, path: Path) -> None:
