@@ -66,7 +66,9 @@ def test_entropy_of_a_shock_is_kept_in_release(name, speed):
     behind = shock(material, speed)
     own = of_state(material, behind.density, behind.energy)
     assert own == pytest.approx(along_the_hugoniot(material, speed), rel=2e-3, abs=0.5)
-    assert of_state(material, *released(material, behind.density, behind.energy)) == pytest.approx(own, rel=2e-3, abs=0.5)
+    assert of_state(material, *released(material, behind.density, behind.energy)) == pytest.approx(
+        own, rel=2e-3, abs=0.5
+    )
 
 
 @pytest.mark.parametrize("porosity", [None, Porosity(1.3, 1e8, 2e9)])
