@@ -184,8 +184,8 @@ def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
         yield Problem(path, f"has {len(clamp.velocity)} components, needs {case.dim} in {case.dim}D")
     elif case.kinematics == "axisymmetric" and (any(clamp.velocity[1:]) or clamp.along != "x"):
         yield Problem(path, "axisymmetric clamps move along the axis x alone")
-    if kind not in ("riemann", "eulerian"):
-        yield Problem(path, f"{kind} has no moving clamps; use riemann or eulerian, or leave the velocity out")
+    if kind == "projection":
+        yield Problem(path, f"{kind} has no moving clamps; use another formulation, or leave the velocity out")
     if case.time.integrator == "predictor_corrector":
         yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
     if getattr(case, "gravity", None) is not None:

@@ -68,7 +68,7 @@ class CompositeState(ReferenceChanges, Stepper):
     def history(self) -> dict[str, np.ndarray]:
         """Return the global data that the next step needs, by name."""
         return (
-            self.totals.history()
+            super().history()
             | {"stage": np.array([self._stage])}
             | (self.contact.history() if self.contact is not None else {})
         )
@@ -120,4 +120,6 @@ class CompositeState(ReferenceChanges, Stepper):
             self.contact.restore(history)
         self._stage = float(history["stage"][0])
         self.totals.restore(history)
+        if self.motion is not None:
+            self.motion.restore(history)
         self._sum_up()
