@@ -31,9 +31,8 @@ from hvisph.sph.terms import (
     shape_matrix,
     tension_stabilization,
 )
-from hvisph.verification.catalogue import PROBLEMS
 from hvisph.verification.problem import Options
-from hvisph.verification.runner import verdicts
+from hvisph.verification.runner import PROBLEMS, verdicts
 
 # Constants by name: module and further verification problem, or the setting of a case and its default.
 CONSTANTS = {

@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from hvisph.verification.catalogue import checkout_module
+from hvisph.verification.runner import checkout_module
 
 checkout_module("problems")  # the folder `validation`, which tests import as `hvisph_validation`
 

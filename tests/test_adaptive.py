@@ -6,7 +6,7 @@ from composite_runs import advance
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.schemes.adaptive.conversion import Conversion
+from hvisph.schemes.adaptive.state import Conversion
 from hvisph.setup.build import build
 
 METAL = {"density": 2785.0, "eos": {"type": "stiffened_gas", "sound_speed": 5328.0, "gamma": 2.0},

@@ -23,9 +23,8 @@ from hvisph.cli import guard
 from hvisph.cli.guard import run_folder
 from hvisph.cli.main import app
 from hvisph.cli.text.formatting import duration, quantity, round_two_figures, size, table
-from hvisph.cli.text.progress_bar import Live
+from hvisph.cli.text.progress import Live, status_text, time_left
 from hvisph.cli.text.results_table import results_table
-from hvisph.cli.text.text_log import status_text, time_left
 from hvisph.precheck.estimate import estimate
 from hvisph.simulation.listener import Progress
 

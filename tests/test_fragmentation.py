@@ -12,7 +12,7 @@ import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.setup.build import build
-from hvisph.simulation.fragmentation import tell_pieces
+from hvisph.simulation.loop import tell_pieces
 from hvisph.simulation.run import run
 from hvisph.sph.neighbours.connected_components import connect_components, label_components
 

@@ -14,7 +14,7 @@ from hvisph.output import hdf5
 from hvisph.output.checkpoint_file import Ordered
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.schemes.stepper import Stepper
-from hvisph.simulation.interpolate_state import release_arrays
+from hvisph.simulation.clock import release_arrays
 from hvisph.simulation.run import run
 from hvisph.simulation.run_files import RunFiles
 from hvisph.sph.neighbours.cells import Grid

@@ -11,8 +11,7 @@ from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
 from hvisph.schemes.projection.rows import TrailingMean
-from hvisph.schemes.projection.scheme import Projection
-from hvisph.schemes.projection.stepper import ProjectionStepper
+from hvisph.schemes.projection.stepper import Projection, ProjectionStepper
 from hvisph.schemes.protocol import Smoothing
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.neighbours.ghost_rows import Plane

@@ -3,9 +3,8 @@
 import pytest
 from typer.testing import CliRunner
 
-from hvisph.casefile.loader import load_case
+from hvisph.casefile.loader import load_case, load_set, load_sweep
 from hvisph.casefile.renamed_keys import COMMANDS, FIELDS, KEYS, OPTIONS, VALUES
-from hvisph.casefile.study_files import load_set, load_sweep
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 

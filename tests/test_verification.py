@@ -14,9 +14,8 @@ from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 from hvisph.exact.gas import GasState, Noh, riemann
 from hvisph.exact.structures import Ball, Cantilever, Shell, ThinRing
-from hvisph.verification.catalogue import PROBLEMS
 from hvisph.verification.problem import ALL, Figure, Options, limit
-from hvisph.verification.runner import run_trial, verdicts, with_formulation
+from hvisph.verification.runner import PROBLEMS, run_trial, verdicts, with_formulation
 from hvisph.visualization.curves import label_and_scale
 
 SOD = GasState(1.0, 0.0, 1.0), GasState(0.125, 0.0, 0.1)

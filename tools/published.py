@@ -11,7 +11,7 @@ from hvisph import __version__
 from hvisph.measures.compare import Row, row
 from hvisph.postprocessing.comparison import complete, entries, is_run
 from hvisph.postprocessing.snapshot_selection import draw_last_states
-from hvisph.verification.catalogue import checkout_module
+from hvisph.verification.runner import checkout_module
 
 checkout_module("problems")  # the folder `validation`
 

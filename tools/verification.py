@@ -22,9 +22,8 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 
-from hvisph.verification.catalogue import PROBLEMS
 from hvisph.verification.problem import ALL, SOLIDS, Options
-from hvisph.verification.runner import Verdict, default_formulation, draw, file_name, verdicts
+from hvisph.verification.runner import PROBLEMS, Verdict, default_formulation, draw, file_name, verdicts
 from hvisph.visualization.curves import Curve, curves_picture
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -1,1 +1,1 @@
-"""Verification problems and experiments beyond those of the wheel: loaded by `hvisph.verification.catalogue`."""
+"""Verification problems and experiments beyond those of the wheel: loaded by `hvisph.verification.runner`."""

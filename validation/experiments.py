@@ -8,10 +8,9 @@ from functools import cached_property
 from typing import Any, Literal
 
 from hvisph.case.expectations import ExperimentSet
-from hvisph.casefile.loader import case_document
-from hvisph.casefile.study_files import bundled_sets, load_set, read_table
+from hvisph.casefile.loader import bundled_sets, case_document, load_set, read_table
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.sweeps.parameters import EXPERIMENT, Values, plain, split
+from hvisph.sweeps.plan import EXPERIMENT, Values, plain, split
 
 Form = Literal["full", "second", "coarse"]
 SHOT = f"{EXPERIMENT}shot"

@@ -1,26 +1,31 @@
-"""Loading of cases from files, bundled names and mappings, and their text."""
+"""Loading of cases from files, bundled names and mappings, of sweeps, and of sets of experiments.
+
+A set of experiments is a folder with `set.yaml`, `shots.csv` and `measured.csv`.
+"""
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import os
-import pathlib
 import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from pathlib import Path
 
 from pydantic import ValidationError
 
 from hvisph.case.case import Case
-from hvisph.case.model import Path
+from hvisph.case.expectations import ExperimentSet
+from hvisph.case.model import Path as Keys
+from hvisph.case.sweep import Sweep
+from hvisph.casefile.document import Document, Place, dump, plain_document, read_yaml
+from hvisph.casefile.errors import locate_error, raise_all, translate
+from hvisph.casefile.material_library import Library, library, library_of, load_material, material_names
+from hvisph.casefile.overrides import merge, overridden, with_bases
+from hvisph.casefile.paths import SET, bundled_cases, data_folder
+from hvisph.casefile.renamed_keys import renamed_key
 from hvisph.core.errors import CaseError, suggest_nearest
-
-from .document import Document, Place, dump, plain_document, read_yaml
-from .errors import raise_all, translate
-from .material_library import Library, library, library_of, load_material, material_names
-from .overrides import merge, overridden, with_bases
-from .paths import bundled_cases
-from .renamed_keys import renamed_key
 
 __all__ = ["bundled_cases", "case_hash", "dump_case", "library", "load_case", "load_material", "material_names"]
 
@@ -54,7 +59,7 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
     for override in overrides:
         document = overridden(document, override, materials_of(document).values)
     if resolution is not None:
-        places: dict[Path, Place] = {("resolution",): Place(f"--resolution {str(resolution)[:80]}")}
+        places: dict[Keys, Place] = {("resolution",): Place(f"--resolution {str(resolution)[:80]}")}
         document = merge(document, Document({"resolution": resolution}, places))
     return validate(document)
 
@@ -63,7 +68,7 @@ def validate(document: Document) -> Case:
     """Validate `document` and return its case; raises all errors."""
     units, known = document.value.get("units"), materials_of(document)
     document = with_bases(document, known.values)
-    folders = dict.fromkeys(str(pathlib.Path(place.file).parent) for place in document.places.values() if place.file)
+    folders = dict.fromkeys(str(Path(place.file).parent) for place in document.places.values() if place.file)
     context = {"units": units, "library": known.load, "folders": tuple(folders)}
     try:
         return Case.model_validate(document.value, context=context)
@@ -83,11 +88,11 @@ def materials_of(document: Document) -> Library:
     return library_of(tuple(libraries))
 
 
-def _resolve_near(name: str, place: Place, path: Path) -> pathlib.Path:
+def _resolve_near(name: str, place: Place, path: Keys) -> Path:
     """Resolve `name` relative to the case file, or else to the working folder."""
     try:
-        beside = pathlib.Path(place.file).parent / name if place.file else pathlib.Path(name)
-        for candidate in (beside, pathlib.Path(name)):
+        beside = Path(place.file).parent / name if place.file else Path(name)
+        for candidate in (beside, Path(name)):
             if candidate.exists():
                 return candidate.resolve()
     except (OSError, ValueError):
@@ -116,7 +121,7 @@ def _type_first(value: object) -> object:
     return front | {key: _type_first(item) for key, item in value.items()}
 
 
-def find_case(source: str | os.PathLike[str]) -> pathlib.Path:
+def find_case(source: str | os.PathLike[str]) -> Path:
     """Return the file that `source` means: a path, or the name of a bundled case.
 
     Raises
@@ -124,7 +129,7 @@ def find_case(source: str | os.PathLike[str]) -> pathlib.Path:
     CaseError
         If there is neither.
     """
-    path = pathlib.Path(source)
+    path = Path(source)
     try:
         exists = path.exists()
     except (OSError, ValueError):
@@ -143,14 +148,14 @@ def find_case(source: str | os.PathLike[str]) -> pathlib.Path:
 def case_document(source: Source) -> Document:
     """Return the document of a source merged with its bases, not validated."""
     if isinstance(source, Mapping):
-        return _on_base(plain_document(source), pathlib.Path(), ())
+        return _on_base(plain_document(source), Path(), ())
     if not isinstance(source, str | os.PathLike):
         raise CaseError("a case is a path, the name of a bundled case, or a mapping")
     path = find_case(source)
     return _on_base(read_yaml(path), path, ())
 
 
-def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, ...]) -> Document:
+def _on_base(document: Document, path: Path, seen: tuple[Path, ...]) -> Document:
     """Merge `document` with the file that its `base` names, if any."""
     if "base" not in document.value:
         return document
@@ -177,7 +182,7 @@ def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, .
     return merge(_on_base(_read_base(file), file, seen), changes)
 
 
-def _read_base(path: pathlib.Path) -> Document:
+def _read_base(path: Path) -> Document:
     """Return what the file that a case is based on holds; errors give nothing of a file away that is no case.
 
     A case may come from elsewhere, and name any file of the user's: what is said of it may be passed on.
@@ -195,3 +200,62 @@ def _read_base(path: pathlib.Path) -> Document:
             place = document.places.get((key,), Place(str(path)))
             raise CaseError(now or what, where=key if now else "", file=place.file, line=place.line)
     return document
+
+
+def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[Sweep, Document, Document, Path]:
+    """Return a sweep's model, its text, the case that it starts from, and the folder that its paths are relative to.
+
+    Parameters
+    ----------
+    source
+        Path of the file, or a mapping with its keys, whose paths are relative to the present folder.
+
+    Raises
+    ------
+    CaseError
+        For anything wrong with it or with the case that it names.
+    """
+    if isinstance(source, Mapping):
+        document, folder = plain_document(source), Path()
+    else:
+        document, folder = read_yaml(Path(source)), Path(source).parent
+    try:
+        sweep = Sweep.model_validate(document.value)
+    except ValidationError as error:
+        raise_all(translate(error, Sweep, document.value, document.places))
+        raise
+    near = folder / sweep.case
+    try:
+        base = case_document(near if near.is_file() else sweep.case)
+        validate(base)
+    except CaseError as error:
+        raise locate_error(("case",), str(error), document.places) from None
+    return sweep, document, base, folder
+
+
+def bundled_sets() -> dict[str, Path]:
+    """Return the folders of the bundled sets of experiments by name."""
+    return {path.parent.name: path.parent for path in sorted((data_folder("cases") / "validation").glob(f"*/{SET}"))}
+
+
+def load_set(folder: Path) -> ExperimentSet:
+    """Load a set of experiments; raises `CaseError` for invalid input."""
+    document = read_yaml(folder / SET)
+    try:
+        return ExperimentSet.model_validate(document.value)
+    except ValidationError as error:
+        raise_all(translate(error, ExperimentSet, document.value, document.places))
+        raise
+
+
+def read_table(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a CSV file by its heads; raises `CaseError` where it cannot be read."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise CaseError(f"{path} cannot be read: {error}") from None
+    for line, row in enumerate(rows, 2):
+        if None in row or None in row.values():
+            raise CaseError(f"{path}, line {line}: as many cells as heads are needed")
+    return rows

@@ -17,8 +17,8 @@ import numpy as np
 
 from hvisph.core.catalogues import arrangements_of
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.geometry.lattices import ROUND_OFF, Filling
 
-from .lattice_count import ROUND_OFF, Filling
 from .lattices import fill_hcp, fill_hexagonal, fill_lattice, fill_lattice_two_rings, fill_rings
 from .relaxation import fill_relaxed
 from .shapes import Shape

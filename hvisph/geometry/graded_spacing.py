@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.geometry.lattices import ROUND_OFF, Filling, count_across
 from hvisph.geometry.shapes.shape import Shape, grid
-
-from .lattice_count import ROUND_OFF, Filling, count_across
 
 STEEPEST = 1.1  # thickness of a layer over that of the layer before it
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.core.errors import CaseError
-
-from .lattice_count import Filling
+from hvisph.geometry.lattices import Filling
 
 # Of a particle's breadth: closer ones stand at one place. And how far distance and breadth may be apart: random places
 # have half, gaps a multiple of a lattice's 1.

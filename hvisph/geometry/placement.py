@@ -15,9 +15,9 @@ from itertools import pairwise
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.geometry.lattices import Filling
 
 from .contact_point import Solid, touch
-from .lattice_count import Filling
 from .shapes import Annulus, Cylinder, Disc, HollowSphere, Nosed, Ring, Shape, Sphere, Tube
 
 ALL_ROUND = (Disc, Annulus, Sphere, HollowSphere)

@@ -15,8 +15,8 @@ from contextlib import suppress
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.geometry.lattices import Filling, make_filling
 
-from .lattice_count import Filling, make_filling
 from .lattices import CLOSE_PACKED, TRIANGULAR, fill_hcp, fill_hexagonal
 from .shapes import Intersection, Shape
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS
 from hvisph.core.errors import CaseError
+from hvisph.geometry.lattices import Filling
 from hvisph.geometry.shapes.combinations import Measured
 
 from .filling import fill
 from .graded_spacing import Grading, fill_graded
-from .lattice_count import Filling
 from .shapes import Cylinder, Ring, Shape, Tube
 
 ROUND = 1e-6  # [size]: how much the distance to a solid of revolution may change round the axis

@@ -12,9 +12,17 @@ import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, bind_constants, python_twin
 from hvisph.core.errors import CaseError
+from hvisph.materials import isentrope, slots, tags
+from hvisph.materials.damage import (
+    GradyKipp,
+    GradySpall,
+    JohnsonCookDamage,
+    JohnsonHolmquistDamage,
+    NoDamage,
+    pressure_cutoff,
+)
+from hvisph.materials.eos import elastic
 
-from . import isentrope, moduli, slots, tags
-from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage, rated_spall
 from .damage.fracture_energy import FractureEnergy
 from .eos import MODULES, JonesWilkinsLee
 from .melting import Lindemann, Simon
@@ -51,9 +59,9 @@ class Material:
     rate_smoothing: int = 0  # steps over which the strain rate is smoothed
     # tension at which the material fails for good, whatever its damage [Pa]; infinite where none is known
     spall_strength: float = inf  # [Pa]
-    # how that tension grows with the rate of expansion, see `damage.rated_spall`: exponent m [-], 0 where it is the
+    # how that tension grows with the rate of expansion, see `damage.pressure_cutoff`: exponent m [-], 0 where it is the
     # same at all rates, and the rate at which it is `spall_strength` [1/s]
-    spall_exponent: float = 0.0  # m of `damage.rated_spall` [-]; 0 for one strength at all rates
+    spall_exponent: float = 0.0  # m of `damage.pressure_cutoff` [-]; 0 for one strength at all rates
     spall_rate: float = 1e5  # of expansion, at which it has its strength [1/s]
     # points (T [K], c_p [J/(kg K)]) without pressure, in place of a constant c_v; none unless given
     heat_capacities: tuple[tuple[float, float], ...] = ()  # T [K], c_p [J/(kg K)]
@@ -85,7 +93,7 @@ class Material:
     @property
     def young_modulus(self) -> float:
         """E [Pa] at rest, zero without strength."""
-        return moduli.young_modulus(self.density * self.bulk_sound_speed**2, self.shear_modulus)
+        return elastic.young_modulus(self.density * self.bulk_sound_speed**2, self.shear_modulus)
 
     @property
     def first_yield(self) -> float:
@@ -179,7 +187,7 @@ class Material:
             row[slots.PRESSURE_MINIMUM], row[slots.FAILS_IN_TENSION] = -self.spall_strength, 1.0
             if self.spall_exponent > 0.0:
                 bulk = self.density * self.bulk_sound_speed**2
-                rated_spall.pack(row, self.spall_strength, self.spall_exponent, self.spall_rate, bulk)
+                pressure_cutoff.pack_rated(row, self.spall_strength, self.spall_exponent, self.spall_rate, bulk)
         if self.fracture is not None:
             self.fracture.pack(row, self.density * self.longitudinal_sound_speed**2)
         if self.heat_capacity > 0.0:
@@ -311,7 +319,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def bind_models(function: CompiledFunction, table: np.ndarray, models: np.ndarray) -> CompiledFunction:
-    """Return a compiled function with the common models alone if the table has no others, see `model_flags`."""
+    """Return a compiled function with the common models alone if the table has no others, see `tags`."""
     common = np.array([tags.IDEAL_GAS, tags.JOHNSON_COOK, tags.JOHNSON_COOK_DAMAGE])
     further = (models > common).any() or (table[:, slots.DISTENSION] > 1.0).any()
     further |= (table[:, slots.FRACTURE_COMPLIANCE] > 0.0).any()

@@ -47,7 +47,7 @@ HEAT_PER = 20  # its points per J/kg; 0 where the heat capacity is constant
 SURE_ENERGY = 21  # energy below which a Johnson-Cook metal is cold enough, at any density, to bear [J/kg]
 SURE_STRESS = 22  # this, at any rate and strain [Pa]
 
-SPALL_INVERSE = 23  # see `damage.rated_spall`: 1 over the least tension that does harm [1/Pa]
+SPALL_INVERSE = 23  # see `damage.pressure_cutoff`: 1 over the least tension that does harm [1/Pa]
 SPALL_POWER = 24  # 1/m - 1
 SPALL_GROWTH = 25  # rate of damage at that tension [1/s]; 0 where one spall strength holds for all rates
 MOLTEN_ENERGY = 26  # energy from which what is drawn has melted, and fails [J/kg]; infinite where unknown

@@ -36,12 +36,12 @@ from hvisph.compiler.tensors import (
     no_symmetric,
 )
 from hvisph.compiler.tensors3d import curl, rotate, rotate_in_plane, rotation, symmetric_part
+from hvisph.materials.damage import fracture_energy, grady_kipp, johnson_holmquist, pressure_cutoff, tensile
+from hvisph.materials.tags import FURTHER
 
 from . import tags
-from .damage import fracture_energy, grady_kipp, johnson_holmquist, rated_spall, tensile
 from .damage import johnson_cook as damage_model
 from .damage.fracture_energy import ONSET, TENSION, WIDTH, YIELD
-from .model_flags import FURTHER
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
@@ -151,7 +151,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         softens, least = damage >= 1.0, max(least, -fracture_energy.largest_tension(softening, row))
         broken = fracture_energy.open_crack(broken, solid, divergence(l), dt, tension, softening, rho * c * c)
     if row[SPALL_GROWTH] > 0.0:
-        damage = rated_spall.grow_damage(damage, solid, dt, row)
+        damage = pressure_cutoff.grow_rated_damage(damage, solid, dt, row)
     if row[FAILS_IN_TENSION] > 0.0 and (solid < least or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
         damage = 1.0
     if breaks and row[FAILS_IN_TENSION] > 0.0 and solid < 0.0 and e > row[MOLTEN_ENERGY]:  # a melt takes no energy
@@ -268,7 +268,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
 def spall_damage(damage, solid, dt, e, row):
     """Return the damage after `dt` [s] of the pressure `solid` [Pa] before any limit: 1 below the cut-off."""
     if row[SPALL_GROWTH] > 0.0:
-        damage = rated_spall.grow_damage(damage, solid, dt, row)
+        damage = pressure_cutoff.grow_rated_damage(damage, solid, dt, row)
     if row[FAILS_IN_TENSION] > 0.0 and (solid < row[PRESSURE_MINIMUM] or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
         damage = 1.0
     return damage

@@ -1,4 +1,9 @@
-"""Integer tags of models in compiled loops; common models come first, as `material_table.bind_models` requires."""
+"""Integer tags of models in compiled loops; common models come first, as `material_table.bind_models` requires.
+
+Every loop contains the common equations of state, strengths and damage. If a material of a case has another model, its
+loops contain all models, by the flag `FURTHER`. A further material thus needs no further loop; results and speed are
+the same by both (`tests/test_materials_fitted.py`).
+"""
 
 # Equations of state
 LINEAR, ELASTIC, STIFFENED_GAS, MIE_GRUENEISEN, IDEAL_GAS = range(5)
@@ -13,3 +18,5 @@ ORTHOTROPIC, FABRIC = range(11, 13)  # anisotropic ones come last
 NO_DAMAGE, PRESSURE_CUTOFF, JOHNSON_COOK_DAMAGE = range(3)
 GRADY_KIPP, GRADY_SPALL, PRINCIPAL_STRESS, COCKCROFT_LATHAM, CRUSHING = range(3, 8)
 HASHIN, MAX_STRESS = range(8, 10)
+
+FURTHER = True  # models beyond the common ones, pores and fracture energies among them

@@ -10,12 +10,12 @@ from hvisph.materials.damage.pressure_cutoff import limited_pressure
 from hvisph.materials.eos.jwl import BURN_RATE
 from hvisph.materials.strength.fabric import packing
 from hvisph.materials.strength.johnson_holmquist import TENSION
+from hvisph.materials.tags import FURTHER
 
 from . import tags
 from .eos import pressure_and_sound_speed
 from .isentrope import temperature
 from .melting import melt_temperature
-from .model_flags import FURTHER
 from .porosity import load_pores
 from .slots import (
     DAMAGE_TAG,

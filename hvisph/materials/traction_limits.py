@@ -15,10 +15,10 @@ from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import add_identity, divergence, double_dot
 from hvisph.compiler.tensors3d import symmetric_part
 from hvisph.materials.damage.johnson_cook import SOFTENING
+from hvisph.materials.tags import FURTHER
 
 from . import tags
 from .damage.fracture_energy import ONSET, TENSION, YIELD
-from .model_flags import FURTHER
 from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, FRACTURE_COMPLIANCE, RHO0, STRENGTH_TAG, parameters
 from .thermodynamics import flow_stress, least_pressure
 

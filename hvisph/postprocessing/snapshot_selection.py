@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvisph.casefile.embedded_case import formulation, symmetry_axes
+from hvisph.casefile.document import formulation, symmetry_axes
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit, format_time
 from hvisph.output.reader import snapshots_at

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hvisph.setup.impact_pressure import impact_pressure
+from hvisph.setup.formulations import impact_pressure
 
 from .impact_pair import meeting
 

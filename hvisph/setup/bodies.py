@@ -13,7 +13,7 @@ from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.graded_spacing import Grading, fill_graded
-from hvisph.geometry.lattice_count import Filling
+from hvisph.geometry.lattices import Filling
 from hvisph.geometry.mirror import Mirror, crosses, cut
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles

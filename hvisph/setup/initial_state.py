@@ -18,6 +18,7 @@ from hvisph.materials.material_table import Material
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.setup.formulations import stiff_enough
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
 
@@ -25,7 +26,6 @@ from .axes import material_axes
 from .bodies import PlacedBody, placed_bodies
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
-from .impact_pressure import stiff_enough
 from .initial_fields import add_overburden, body_material, initial_history
 from .materials import start_of
 from .start import origin_of

@@ -28,19 +28,17 @@ from hvisph.parallel.parallel_output import Moment
 from hvisph.precheck.advice import advice
 from hvisph.precheck.contact_rules import contact_warnings
 from hvisph.precheck.estimate import of_cores
-from hvisph.schemes.stepper import PERMUTE_EVERY
+from hvisph.schemes.stepper import PERMUTE_EVERY, Stepper
 from hvisph.setup.build import Setup
-
-from .checkpoint import Keeper
-from .clock import Clock, TimeStep
-from .domain_box import Domain
-from .finalize import Outcome, exit_code_of, sum_up
-from .fragmentation import tell_pieces
-from .interpolate_state import interpolate_state, release_arrays
-from .listener import Listener, Reporter
-from .run_files import RunFiles
-from .signals import StopRequests
-from .writer import SnapshotWriter
+from hvisph.simulation.checkpoint import Keeper
+from hvisph.simulation.clock import Clock, TimeStep, interpolate_state, release_arrays
+from hvisph.simulation.domain_box import Domain
+from hvisph.simulation.finalize import Outcome, exit_code_of, sum_up
+from hvisph.simulation.listener import Listener, Reporter
+from hvisph.simulation.run_files import RunFiles
+from hvisph.simulation.signals import StopRequests
+from hvisph.simulation.writer import SnapshotWriter
+from hvisph.sph.neighbours.connected_components import label_components
 
 
 class Run:
@@ -273,3 +271,31 @@ class Run:
         self.listener.finish(summary)
         code = exit_code_of(self.status, summary, self.stop.number or 0)
         return Outcome(self.folder.path, summary, code, self.stop.name if self.status == "interrupted" else "")
+
+
+# Steps between two looks, a multiple of those between two sortings of the state.
+LOOK_EVERY = 64
+
+
+def tell_pieces(setup: Setup, steps: int) -> None:
+    """Find the connected components of bodies when due, on the first process, and renumber contact bodies."""
+    stepper, share, particles = setup.stepper, setup.subdomain, setup.particles
+    if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
+        return
+    if steps == 0:
+        stepper.pieces = particles.body.copy()  # as the particles stand now
+    pieces = stepper.pieces
+    tags = np.stack([particles.id, particles.body, pieces], axis=1)
+    tags, lengths = share.gather_rows(tags), share.gather_rows(particles["smoothing_length"])
+    position = share.gather_rows(particles["position"])
+    reach = stepper.formulation.kernel.reach
+    if share.world.size == 1:
+        told_apart = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+    else:
+        whole = None
+        if share.world.first:
+            whole = np.zeros(len(tags), np.uint32)
+            whole[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+        told_apart = share.dealt(whole)
+    if share.get_maxima(float((told_apart != pieces).any()))[0]:
+        stepper.split(told_apart)

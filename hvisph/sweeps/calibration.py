@@ -22,8 +22,8 @@ import numpy as np
 
 from hvisph.case.sweep import Fit
 from hvisph.case.units import COMMON_UNITS
+from hvisph.casefile.loader import read_table
 from hvisph.casefile.paths import data_folder
-from hvisph.casefile.study_files import read_table
 from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 from hvisph.core.measure_catalogue import CATALOGUE
 from hvisph.core.text import Plain, PlainMapping

@@ -14,9 +14,8 @@ from hvisph.case.case import Case
 from hvisph.case.sweep import Fit, Sweep
 from hvisph.casefile.document import Document, Place
 from hvisph.casefile.errors import locate_error
-from hvisph.casefile.loader import materials_of, validate
+from hvisph.casefile.loader import load_sweep, materials_of, validate
 from hvisph.casefile.overrides import overridden
-from hvisph.casefile.study_files import load_sweep
 from hvisph.core.errors import CaseError
 from hvisph.core.text import PlainMapping, format_value
 from hvisph.precheck.estimate import estimated_steps, rough_count

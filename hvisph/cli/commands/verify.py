@@ -56,7 +56,7 @@ def verify(
 
     Exit codes: 0 all passed, 1 some failed or nothing could run, 2 invalid input.
     """
-    from hvisph.verification.catalogue import PROBLEMS
+    from hvisph.verification.runner import PROBLEMS
 
     if not names and not every:
         _list(PROBLEMS, as_json)
@@ -100,7 +100,7 @@ def verify(
 
 
 def _require_known(name: str, known: list[str], what: str, where: str) -> None:
-    from hvisph.verification.catalogue import FOLDER
+    from hvisph.verification.runner import FOLDER
 
     if name not in known:
         more = (
@@ -169,7 +169,7 @@ def validate(
 
     Exit codes: 0 all as asked, 1 some not, 2 invalid input, 3 a shot failed, 130 interrupted.
     """
-    from hvisph.verification.catalogue import require_module
+    from hvisph.verification.runner import require_module
 
     require_module("experiments")
     if second and coarse:

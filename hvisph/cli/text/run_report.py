@@ -21,20 +21,16 @@ from .formatting import duration, echo_json, say, show
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-    from .text_log import Silence
+    from .progress import Silence
 
 
 def listener_for(case: Case, silent: bool) -> Silence:
     """Return the listener: a progress bar on a terminal, lines elsewhere."""
-    from .text_log import Lines, Silence
+    from .progress import Lines, Live, Silence
 
     if silent or not is_first():
         return Silence()
-    if not sys.stdout.isatty():
-        return Lines(case)
-    from .progress_bar import Live
-
-    return Live(case)
+    return Live(case) if sys.stdout.isatty() else Lines(case)
 
 
 def conclude(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from hvisph.materials.damage.pressure_cutoff import NoDamage
 from hvisph.materials.slots import Model
 
 from .grady_kipp import GradyKipp
 from .johnson_cook import JohnsonCookDamage
 from .johnson_holmquist import JohnsonHolmquistDamage
-from .no_damage import NoDamage
 from .orthotropic import Hashin, MaxStress
 from .pressure_cutoff import PressureCutoff
 from .tensile import CockcroftLatham, GradySpall, PrincipalStress

@@ -7,8 +7,8 @@ from math import sqrt
 
 from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
-from hvisph.materials.model_flags import FURTHER
 from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
+from hvisph.materials.tags import FURTHER
 
 from . import ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson, us_up_table
 from .elastic import Elastic

@@ -14,9 +14,19 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.materials import moduli, slots, tags
+from hvisph.materials import slots, tags
+from hvisph.materials.eos import linear
 
-from . import linear
+
+def bulk_modulus(young_modulus: float, poisson_ratio: float) -> float:
+    """Return K = E / (3 (1 - 2 nu)) [Pa]."""
+    return young_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
+
+
+def young_modulus(bulk_modulus: float, shear_modulus: float) -> float:
+    """Return E = 9 K G / (3 K + G) [Pa], 0 of a fluid."""
+    return 9.0 * bulk_modulus * shear_modulus / (3.0 * bulk_modulus + shear_modulus) if shear_modulus > 0.0 else 0.0
+
 
 # The same law as the linear one, in the same slot.
 pressure = linear.pressure
@@ -44,7 +54,7 @@ class Elastic:
     @property
     def bulk_modulus(self) -> float:
         """K [Pa]."""
-        return moduli.bulk_modulus(self.young_modulus, self.poisson_ratio)
+        return bulk_modulus(self.young_modulus, self.poisson_ratio)
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return sqrt(K/rho0) [m/s]."""

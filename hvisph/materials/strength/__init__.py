@@ -6,7 +6,6 @@ from math import inf
 
 from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
-from hvisph.materials.model_flags import FURTHER
 from hvisph.materials.slots import (
     INVERSE_HEAT_CAPACITY,
     INVERSE_MELT_RANGE,
@@ -16,6 +15,7 @@ from hvisph.materials.slots import (
     TOTAL_ENERGY,
     Model,
 )
+from hvisph.materials.tags import FURTHER
 
 from . import (
     cowper_symonds,
@@ -28,12 +28,11 @@ from . import (
     zerilli_armstrong,
 )
 from .cowper_symonds import CowperSymonds
-from .elastic import ElasticStrength
+from .elastic import ElasticStrength, NoStrength
 from .fabric import Fabric
 from .johnson_cook import JohnsonCook
 from .johnson_holmquist import JohnsonHolmquist
 from .linear_hardening import LinearHardening
-from .no_strength import NoStrength
 from .orthotropic import Orthotropic
 from .rock import Rock
 from .steinberg import SteinbergGuinan, SteinbergLund

@@ -1,4 +1,4 @@
-"""Elastic strength: Hooke's law for the deviator, without yield."""
+"""Elastic strength, Hooke's law for the deviator without yield; and fluids, which have no deviator."""
 
 from __future__ import annotations
 
@@ -26,3 +26,14 @@ class ElasticStrength:
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
         row[SHEAR_MODULUS] = self.shear_modulus
+
+
+@dataclass(frozen=True)
+class NoStrength:
+    """A fluid; it has no parameters."""
+
+    name: ClassVar[str] = "none"
+    tag: ClassVar[int] = tags.NO_STRENGTH
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Leave the shear modulus at zero."""

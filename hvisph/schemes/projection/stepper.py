@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,42 +14,14 @@ from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.materials import stress_update
 from hvisph.materials.material_table import Material, bind_models, pack
-from hvisph.schemes.protocol import AnyFormulation, Smoothing
+from hvisph.schemes.projection import law
+from hvisph.schemes.projection.rows import MARGIN, ProjectionRows, TrailingMean
+from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.stepper import fastest_sound
-from hvisph.sph.kernels import scale
+from hvisph.sph.kernels import CUBIC_SPLINE, Kernel, scale
 from hvisph.sph.neighbours import particle_layout
 from hvisph.sph.neighbours.ghost_rows import Halo, Plane
 from hvisph.sph.neighbours.particle_layout import RowLayout
-
-from . import law
-from .rows import MARGIN, ProjectionRows, TrailingMean
-
-
-class ProjectionNumbers(AnyFormulation, Protocol):
-    """Parameters of the scheme, see `hvisph.schemes.projection.scheme.Projection`."""
-
-    @property
-    def smoothing(self) -> Smoothing:
-        """Evolution of the smoothing length."""
-
-    @property
-    def original_gradient(self) -> bool:
-        """Whether the pressure gradient is that of eq. 31."""
-
-    @property
-    def min_support(self) -> float:
-        """Fullness below which a particle has no pressure."""
-
-    @property
-    def body_force(self) -> tuple[float, ...]:
-        """Acceleration of all particles [m/s^2]."""
-
-    @property
-    def pressure_average(self) -> float:
-        """Time over which recorded pressures are averaged [s]."""
-
-    def fullness(self, dim: int) -> float:
-        """Return the factor by which fullness is 1 inside a body."""
 
 
 class ProjectionStepper:
@@ -62,7 +34,7 @@ class ProjectionStepper:
     workspace = None
     stored_energy = contact_energy = 0.0
 
-    def __init__(self, particles: Particles, formulation: ProjectionNumbers, materials: list[Material], stage: float,
+    def __init__(self, particles: Particles, formulation: Projection, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
         dim, count = particles.dim, particles.count
         self.particles, self.formulation = particles, formulation
@@ -252,3 +224,42 @@ class ProjectionStepper:
         """List the neighbours of particles at `positions` (n, dim) [m]."""
         self._rows.make_list(positions, self.lengths, self.h_max, self.particles.id)
         self._crossed = 0.0
+
+
+# Points of the rule that integrates the kernel for the minimum support: its result is good to 1e-6.
+_POINTS = 2000
+
+
+@dataclass(frozen=True)
+class Projection:
+    """SPH-projection."""
+
+    # kernel, smoothing length over spacing, and how it varies
+    kernel: Kernel = CUBIC_SPLINE
+    h_over_dx: float = 1.5
+    smoothing: Smoothing = field(default_factory=Smoothing)
+    # whether the pressure gradient is eq. 31 P_a/rho_a^2 + P_b/rho_b^2, in place of the conjugate of the divergence,
+    # (P_a + P_b)/(rho_a rho_b)
+    original_gradient: bool = False
+    min_support: float = 0.3  # a particle whose neighbourhood is less full than this has no pressure; see `fullness`
+    body_force: tuple[float, ...] = ()  # acceleration of all particles [m/s^2], as many components as dimensions
+    pressure_average: float = 2e-7  # time over which recorded pressures are averaged [s]
+
+    name = "projection"
+    corrects = slips = repels = False
+    fields: tuple[str, ...] = ("pressure",)
+    viscous_factor = 0.0
+    stepper = ProjectionStepper
+
+    def fullness(self, dim: int) -> float:
+        """Return the factor that makes -A rho0 h^2 of `schemes.projection.law` 1 inside a body.
+
+        In the limit of many neighbours A = 2/rho0 int W'(r)/r dV, so a flat surface has 1/2.
+        For the cubic spline in 2D the factor is 0.175.
+        """
+        edges = np.linspace(0.0, self.kernel.reach, _POINTS + 1)
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        sphere = (2.0, 2.0 * np.pi, 4.0 * np.pi)[dim - 1]
+        slopes = np.array([self.kernel.derivative(q, 1.0, dim) for q in middles])
+        integral = sphere * (slopes * middles ** (dim - 2)).sum() * (edges[1] - edges[0])
+        return float(-1.0 / (2.0 * integral))

@@ -17,7 +17,7 @@ from hvisph.compiler.tensors import put
 from hvisph.compiler.tensors3d import plane_components
 from hvisph.integrators.particle_steps import WHOLE
 from hvisph.integrators.time_step import VISCOUS_SIGNAL
-from hvisph.schemes.adaptive.conversion import Conversion
+from hvisph.schemes.adaptive.state import Conversion
 from hvisph.schemes.adaptive.stepper import CompositeStepper
 from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.standard.options import (

@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from hvisph.casefile.embedded_case import symmetry_axes
+from hvisph.casefile.document import symmetry_axes
 from hvisph.core.measure_catalogue import format_share, format_time
 from hvisph.core.text import Plain
 from hvisph.measures.frame.measurement_frame import Scene

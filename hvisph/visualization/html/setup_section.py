@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.case.case import Case
-from hvisph.casefile.embedded_case import symmetry_axes
+from hvisph.casefile.document import symmetry_axes
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import axis_unit

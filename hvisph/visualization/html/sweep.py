@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvisph.casefile.document import read_yaml
-from hvisph.casefile.embedded_case import symmetry_axes
+from hvisph.casefile.document import read_yaml, symmetry_axes
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.atomic_write import write_text
