@@ -555,4 +555,4 @@ def test_the_struck_face_is_that_of_whole_cells():
     depth = np.array([0.0, 1.0, 0.0, 1.0, 0.7]) * MM
     across = np.array([[0.2], [0.2], [1.1], [1.1], [0.9]]) * MM
     inner = across[:, 0] < 1.0 * MM
-    assert _front_surface(depth, across, inner, 0.8 * MM).tolist() == [0.0, 0.0]
+    assert _front_surface(depth, across, inner, 0.8 * MM)[0].tolist() == [0.0, 0.0]

@@ -23,7 +23,7 @@ from .model import StrictModel, refuse
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
 from .start import Start
 from .time import RunLimits, Time, Witness, default_courant
-from .units import PositiveLength
+from .units import PositiveLength, PositiveVelocity
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
     KinematicsName = str
@@ -102,6 +102,11 @@ class Case(StrictModel):
         default=None,
         description="Witness plane behind the layers, in 2D and 3D: mass, momentum, energy and areal momentum of the "
         "debris cloud over the radius there go to summary.json (`cloud.witness`); none unless given",
+    )
+    escape: PositiveVelocity | None = Field(
+        default=None,
+        description="Least launch speed of ejecta that escape, for `beta.escaping` [m/s]; that of the `gravity` of a "
+        "sphere unless given, and 0 without gravity",
     )
     measures: tuple[MeasureName, ...] | None = Field(
         default=None, description="What to measure; unless given, all that has a meaning in these dimensions"

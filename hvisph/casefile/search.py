@@ -57,7 +57,7 @@ SUBJECTS = {
     "cluster": "docs/processes.md",
     "gpu": "docs/performance.md",
     "rod": "docs/measuring.md",
-    "beta": "measures.momentum_transfer",
+    "beta": "measures.beta",
     "rha": "docs/materials.md",
     "armour": "docs/materials.md",
     "unit": "docs/case-file/README.md",

@@ -74,11 +74,14 @@ class Measure:
 
     def unit_in(self, space: int) -> str:
         """Return the SI unit in `space` dimensions: extensive quantities are per depth in 2D and per area in 1D."""
+        if self.unit == "m^3":
+            return {2: "m^2", 3: "m^3"}.get(space, "m")
         return self.unit + PER_DEPTH[space] if self.unit in ("kg", "N s", "J") else self.unit
 
 
 PER_DEPTH = {1: "/m^2", 2: "/m", 3: ""}
 _ANY, _SOLID, _PLANE, _LINE = (1, 2, 3), (2, 3), (2,), (1,)
+_TRANSIENT = "at the face, at the moment of the greatest volume"
 _OF = {"all": "of projectile and layers", "projectile": "of the projectile", "target": "of all layers"}
 
 
@@ -127,7 +130,8 @@ SECTIONS: dict[str, dict[str, Measure]] = {
          "momentum transfer, target / projectile", "", 3, "p_t/p_p"),
         ("beta", "", _SOLID, "One plus the momentum of rising ejecta over the projectile's, along the normal",
          "momentum enhancement beta", "", 3, "beta",
-         {"all": "ejecta of target and projectile", "target": "ejecta of the target alone"}),
+         {"all": "ejecta of target and projectile", "target": "ejecta of the target alone",
+          "escaping": "ejecta of both faster than the `escape` speed"}),
         ("ejecta_mass", "kg", _SOLID, "Mass of the first layer above its struck face that rises",
          "mass of the ejecta", "g", 3),
         ("ejecta_momentum", "N s", _SOLID, "Momentum of that mass along the outward normal",
@@ -198,10 +202,18 @@ SECTIONS: dict[str, dict[str, Measure]] = {
           "clear": "clear width along the layer's normal",
           "mass_loss": "cylindrical hole of the mass lost"}),
         ("hole_area", "m^2", (3,), "Mean area of the hole over the layer's thickness", "hole area", "mm^2", 1),
-        ("crater_depth", "m", _SOLID, "Depth of the crater below the struck face", "crater depth", "mm", 2),
-        ("crater_outer_diameter", "m", _SOLID, "Mean diameter of the crater at the level of the struck face",
-         "crater diameter at the face", "mm", 2),
+        ("crater_depth", "m", _SOLID, "Depth of the crater", "crater depth", "mm", 2,
+         {"face": "below the struck face", "rim": "below the crest of the rim", "transient": _TRANSIENT}),
+        ("crater_outer_diameter", "m", _SOLID, "Mean diameter of the crater", "crater diameter at the face", "mm", 2,
+         {"face": "at the level of the struck face", "rim": "from crest to crest of the rim",
+          "transient": _TRANSIENT}),
+        ("crater_volume", "m^3", _SOLID, "Volume of the crater", "crater volume", "m^3", -1,
+         {"face": "below the struck face", "transient": _TRANSIENT}),
         ("bulge_height", "m", _SOLID, "Height of the bulge of the rear face", "bulge", "mm", 2),
+        ("ejecta_angle", "rad", _SOLID, "Mass-mean launch angle of its ejecta from the struck face",
+         "angle of the ejecta", "deg", 1),
+        ("ejecta_radius", "m", _SOLID, "Mass-mean launch radius of its ejecta about the shot line",
+         "launch radius of the ejecta", "mm", 2),
         ("spall_mass", "kg", _SOLID, "Mass detached from the rear face", "spall mass", "g", 3),
         ("spall_thickness", "m", _SOLID, "Thickness of the largest spall fragment", "spall thickness", "mm", 2),
         ("spall_velocity", "m/s", _SOLID, "Mean velocity of the spall along the normal", "spall velocity", "m/s", 1),

@@ -14,6 +14,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import CATALOGUE, reported_measures
 from hvisph.core.text import Plain
 from hvisph.measures.debris.cloud import Cloud, cloud
+from hvisph.measures.debris.ejecta import ejecta_over_speed
 from hvisph.measures.debris.fragments import FEWEST, BodyFragments, Fragments
 from hvisph.measures.frame.impact_geometry import PROJECTILE
 from hvisph.measures.frame.measurement_frame import InitialReference, Scene
@@ -81,6 +82,8 @@ class Measures:
     projectile: dict[str, Result] = field(default_factory=dict)
     cloud: Cloud = field(default_factory=lambda: Cloud({}))
     profile: dict[str, list[float]] = field(default_factory=dict)
+    # mass and momentum of the first layer's ejecta by launch speed, with angle and radius; empty where there are none
+    ejecta: dict[str, list[float]] = field(default_factory=dict)
     series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Result:
@@ -107,6 +110,8 @@ class Measures:
             "cloud": self.cloud.as_dict(),
             "whole": self.whole.as_dict(),
         }
+        if self.ejecta:
+            plain["ejecta"] = self.ejecta
         if self.profile:
             plain["profile"] = self.profile
         if self.series:
@@ -159,6 +164,7 @@ def measure_scene(scene: Scene, source: str = "") -> Measures:
         projectile=evaluate("projectile", scene),
         cloud=cloud(scene, now.metadata.get("witness")),
         profile=scene.profile,
+        ejecta=ejecta_over_speed(scene),
     )
 
 

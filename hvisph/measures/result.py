@@ -175,7 +175,7 @@ class Entry:
 
 
 # The modules with measures, below `hvisph.measures`.
-MODULES = ("debris.cloud", "phases", "pressure", "projectile.bars", "projectile.cavities",
+MODULES = ("debris.cloud", "debris.ejecta", "phases", "pressure", "projectile.bars", "projectile.cavities",
            "projectile.lengths", "projectile.residual_projectile", "target.target_damage",
            "target.targets")  # fmt: skip
 ENTRIES: dict[str, list[Entry]] = {section: [] for section in SECTIONS}

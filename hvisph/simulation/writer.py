@@ -17,6 +17,7 @@ from hvisph.core.lazy_arrays import Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.diagnostics.budgets import Followed, Peaks
 from hvisph.exact.entropy import entropy
+from hvisph.integrators.gravity import SPHERE, Gravity
 from hvisph.measures.frame.measurement_frame import reference
 from hvisph.output import file_names
 from hvisph.output.atomic_write import reason
@@ -29,6 +30,7 @@ from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.parallel.parallel_output import SLAB, Moment, Slabs, load_arrays
 from hvisph.schemes.derived_fields import diagnose
 from hvisph.setup.build import Setup
+from hvisph.setup.initial_fields import gravity_of
 from hvisph.setup.initial_state import in_box
 
 if TYPE_CHECKING:
@@ -51,6 +53,11 @@ class SnapshotWriter:
             "roles": _roles(case),
             "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],
         }
+        if case.escape is not None:
+            self.metadata["escape"] = case.escape
+        gravity = gravity_of(case)
+        if gravity is not None:
+            self.metadata["gravity"] = _field_of_gravity(gravity)
         if any(material.entropies for material in setup.substances):
             self.metadata["entropies"] = [material.entropies or None for material in setup.substances]
         if case.witness is not None:
@@ -252,6 +259,13 @@ def _impedance(start: Snapshot, number: int) -> float:
     """Return the initial acoustic impedance [Pa s/m] of a particle."""
     row = int(np.flatnonzero(start.id == number)[0])
     return float(start.fields["density"][row] * start.fields["sound_speed"][row])
+
+
+def _field_of_gravity(field: Gravity) -> dict[str, Any]:
+    """Return the field of gravity as measures read it."""
+    if field.kind == SPHERE:
+        return {"centre": list(field.vector), "mass_parameter": field.strength, "radius": field.radius}
+    return {"acceleration": list(field.vector)}
 
 
 def _roles(case: Case) -> list[str | None]:

@@ -1,17 +1,8 @@
-"""The debris cloud behind the perforated layers, and the ejecta before the first layer.
+"""The debris cloud behind the perforated layers.
 
 The cloud is all matter behind the rear face of the last perforated layer that moves away from it: the projectile's, and
 that of layers which is not attached to their rims. Velocities, lengths and angles are quantiles of its mass, so that
 they do not depend on single particles.
-
-Ejecta are matter that rises from the struck face of the first layer, and carries momentum away:
-
-    beta = 1 + sum m (-v_n) / (m_s U_n)
-
-The sum is over all matter above the first layer's struck face by two spacings that moves away from it, with the
-velocity v_n along the normal n of the layer. m_s and U_n are mass and normal velocity of the projectile at the start.
-By conservation of momentum, beta is the momentum of what stays over that of the projectile, once all has left.
-Nothing is followed further: gravity takes back what is slower than the escape velocity.
 """
 
 from __future__ import annotations
@@ -21,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hvisph.core.text import Plain
-from hvisph.measures.frame.impact_geometry import OTHER, PROJECTILE, members
+from hvisph.measures.frame.impact_geometry import OTHER
 from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, weighted_quantile
 from hvisph.measures.target.perforation import YES, layer_state
@@ -147,7 +138,7 @@ def passed_layers(scene: Scene) -> int:
 
 
 @memoize
-def cloud_members(scene: Scene) -> np.ndarray:
+def members(scene: Scene) -> np.ndarray:
     """Return the indices of the cloud's particles; raises `UndefinedMeasureError` where there are none."""
     passed = scene.layers[: passed_layers(scene)]
     if not any(layer_state(scene, body).state == YES for body in passed):
@@ -168,7 +159,7 @@ def cloud_members(scene: Scene) -> np.ndarray:
 @measures("cloud", "cloud_velocity")
 def cloud_velocity(scene: Scene) -> Outcomes:
     """Return quantiles of the axial and radial velocity of the cloud [m/s]."""
-    rows = cloud_members(scene)
+    rows = members(scene)
     mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
     radius = np.maximum(scene.radius[rows], 1e-3 * scene.spacing)
     radial = np.asarray((velocity[:, 1:] * scene.lateral[rows]).sum(axis=1) / radius)
@@ -181,7 +172,7 @@ def cloud_velocity(scene: Scene) -> Outcomes:
 @measures("cloud", "cloud_length", "cloud_width", "cloud_half_angle")
 def extent(scene: Scene) -> Outcomes:
     """Return length and width of the cloud [m], and its half angle [rad]."""
-    rows = cloud_members(scene)
+    rows = members(scene)
     mass, x = scene.now.fields["mass"][rows], scene.position[rows, 0]
     return {
         "cloud_length": weighted_quantile(x, mass, 0.995) - weighted_quantile(x, mass, 0.005),
@@ -193,7 +184,7 @@ def extent(scene: Scene) -> Outcomes:
 @measures("cloud", "cloud_mass", "cloud_momentum", "cloud_energy")
 def content(scene: Scene) -> Outcomes:
     """Return mass [kg], axial momentum [N s] and kinetic energy [J] of the cloud."""
-    rows = cloud_members(scene)
+    rows = members(scene)
     mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
     return {"cloud_mass": float(mass.sum()), "cloud_momentum": float((mass * velocity[:, 0]).sum()),
             "cloud_energy": float((0.5 * mass * (velocity**2).sum(axis=1)).sum())}  # fmt: skip
@@ -205,7 +196,7 @@ def cloud(scene: Scene, witness: float | None = None) -> Cloud:
     try:
         if scene.now.dimensions == 1:
             return Cloud(results)
-        rows = cloud_members(scene)
+        rows = members(scene)
     except UndefinedMeasureError:
         return Cloud(results)
     mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
@@ -224,34 +215,3 @@ def _angles(scene: Scene, rows: np.ndarray) -> np.ndarray:
     """Return the angle of each velocity to the shot line [rad]."""
     velocity = scene.now.fields["velocity"][rows]
     return np.asarray(np.arctan2(np.sqrt((velocity[:, 1:] ** 2).sum(axis=1)), velocity[:, 0]))
-
-
-ABOVE = 2.0  # least height over the struck face, in spacings: beyond the disorder of a free surface
-
-
-@measures("run", "beta", "ejecta_mass", "ejecta_momentum", needs=("layer", "start", "motion"))
-def ejecta(scene: Scene) -> Outcomes:
-    """Return beta [-], and mass [kg] and momentum along the outward normal [N s] of the ejecta of the first layer."""
-    assert scene.start is not None
-    plate = scene.plate(scene.target)
-    if plate is None:
-        raise UndefinedMeasureError("the layer's struck face is unknown")
-    normal = np.array(plate.basis[0])
-
-    def normal_velocity(velocity: np.ndarray) -> np.ndarray:
-        return np.asarray(velocity.reshape(len(velocity), -1) @ normal)
-
-    shot = members(scene.start, scene.shot.roles, PROJECTILE)
-    masses = scene.start.fields["mass"][shot]
-    brought = float((masses * normal_velocity(scene.start.fields["velocity"][shot])).sum())
-    speed = normal_velocity(scene.now.fields["velocity"])
-    rising = (plate.depth(scene.position) < -ABOVE * scene.spacing) & (speed < 0.0)
-    carried = -scene.now.fields["mass"] * speed
-    own = rising & (scene.now.body == scene.target)
-    mass, momentum = float(scene.now.fields["mass"][own].sum()), float(carried[own].sum())
-    variants: dict[str, Result | float | str] = dict.fromkeys(("all", "target"), "the projectile has no momentum")
-    if brought > 0.0:
-        for name, rows in (("all", rising & (own | scene.is_projectile)), ("target", own)):
-            gain = float(carried[rows].sum()) / brought
-            variants[name] = Result(1.0 + gain, discretization=scene.discretization * gain)
-    return {"beta": variants, "ejecta_mass": mass, "ejecta_momentum": momentum}

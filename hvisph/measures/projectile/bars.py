@@ -17,7 +17,7 @@ import numpy as np
 from hvisph.measures.frame.impact_geometry import PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
-from hvisph.measures.target.target_damage import crater
+from hvisph.measures.target.target_damage import crater_of
 
 from .lengths import end_layers, initial_length
 from .residual_projectile import HALF
@@ -57,8 +57,7 @@ def penetration_ratio(scene: Scene) -> Result:
     plate = scene.plate(scene.target)
     if plate is None or "mass" not in scene.now.fields or "velocity" not in scene.now.fields:
         raise UndefinedMeasureError("there is no layer with a known crater")
-    length, depth = initial_length(scene), crater(scene, plate)["crater_depth"]
-    assert isinstance(depth, float)
+    length, depth = initial_length(scene), crater_of(scene, plate).depth
     return Result(depth / length, discretization=scene.spacing / length)
 
 

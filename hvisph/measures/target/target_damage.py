@@ -189,35 +189,133 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
     return False
 
 
-@measures("layer", "crater_depth", "crater_outer_diameter", "bulge_height")
-def crater(scene: Scene, plate: Plate) -> Outcomes:
-    """Return depth of the crater, its diameter at the level of the struck face and height of the rear's bulge [m]."""
+@dataclass(frozen=True)
+class Crater:
+    """The surface that a crater leaves, by cells of the plane."""
+
+    depth: float  # of the deepest cell below the struck face [m]
+    volume: float  # below the struck face [m^3; m^2 in plane 2D]
+    diameter: Outcome  # at the level of the struck face [m]
+    rim_diameter: Outcome  # between the crests of the rim [m]
+    rim_height: float  # of the crest over the struck face [m]
+    floor_speed: float  # of the floor into the layer, relative to its rim [m/s]
+    bulge: float  # [m]
+    time: float  # [s]
+
+
+WIDE = 2.0  # [dx] width of a cell
+FLOOR = 0.8  # of the greatest depth: cells as deep are the floor
+GROWING = 0.1  # share of the depth that the floor would go on in the time so far, from which on it grows
+
+
+@memoize
+def crater_of(scene: Scene, plate: Plate) -> Crater:
+    """Return the crater of a layer that holds.
+
+    Its surface is the foremost attached particle of each cell, but those that fly: above the struck face by 2 dx,
+    and so fast that they would have come from there within the time of the run.
+    """
     _require(scene, plate, perforated=False)
-    _, depth, across = _attached_particles(scene, plate)
+    rows, depth, across = _attached_particles(scene, plate)
+    spacing = scene.spacing
+    bulge = float(depth[~plate.is_beyond(across, RIM)].max(initial=0.0)) + 0.5 * spacing - plate.thickness
+    velocity = scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
+    flies = (depth < -2.0 * spacing) & (velocity * scene.now.time < depth)
+    rows, depth, across, velocity = (one[~flies] for one in (rows, depth, across, velocity))
     inner = ~plate.is_beyond(across, RIM)
     if not inner.any():
         raise UndefinedMeasureError("nothing of the layer is left within its rim")
-    surface = _front_surface(depth, across, inner, 2.0 * scene.spacing) - 0.5 * scene.spacing
+    surface, mean, middle = _front_surface(depth, across, inner, WIDE * spacing)
+    surface, mean = surface - 0.5 * spacing, mean - 0.5 * spacing
+    radius = np.sqrt((middle**2).sum(axis=1))
     deepest = max(float(surface.max()), 0.0)
-    level = (depth >= 0.0) & (depth < scene.spacing)
-    wide = opening(across[level], np.zeros(across.shape[1]), scene.spacing)
-    undamaged = deepest < scene.spacing or wide is None
-    return {
-        "crater_depth": deepest,
-        "crater_outer_diameter": "the struck face is whole" if undamaged or wide is None else wide.diameters.mean(),
-        "bulge_height": max(float(depth[inner].max()) + 0.5 * scene.spacing - plate.thickness, 0.0),
-    }
+    if scene.now.dimensions == 2 and scene.space == 3:  # both sides of the section of a solid of revolution
+        area = np.pi * radius * WIDE * spacing
+    else:
+        area = np.full(len(radius), (WIDE * spacing) ** (scene.now.dimensions - 1))
+    hollow = area * np.maximum(mean, 0.0)
+    level = (depth >= 0.0) & (depth < spacing)
+    wide = opening(across[level], np.zeros(across.shape[1]), spacing)
+    whole = deepest < spacing or wide is None
+    diameter: Outcome = "the struck face is whole" if whole or wide is None else float(wide.diameters.mean())
+    rim_diameter: Outcome = "the struck face is whole" if whole else "no rim stands out of the struck face"
+    crest = 0.0
+    if not whole:
+        centre = hollow @ middle / hollow.sum()
+        bins = np.floor(np.sqrt(((middle - centre) ** 2).sum(axis=1)) / (WIDE * spacing)).astype(int)
+        weights = np.bincount(bins, area)
+        profile = np.bincount(bins, area * surface)[weights > 0.0] / weights[weights > 0.0]
+        crest = max(-float(profile.min()), 0.0)
+        if crest > 0.5 * spacing:
+            rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * WIDE * spacing
+    reach = float(radius[surface >= FLOOR * deepest].max())
+    floor = (depth >= FLOOR * deepest) & (depth < deepest + WIDE * spacing) & ((across**2).sum(axis=1) <= reach**2)
+    edge = scene.rim(plate.body)[rows]
+    rest = float(velocity[edge].mean()) if edge.any() else 0.0
+    speed = float(velocity[floor].mean()) - rest if floor.any() else 0.0
+    return Crater(deepest, float(hollow.sum()), diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.now.time)
 
 
-def _front_surface(depth: np.ndarray, across: np.ndarray, inner: np.ndarray, cell: float) -> np.ndarray:
-    """Return the least depth of all particles in each cell of the plane that holds `inner` ones [m]."""
+def _transient(scene: Scene, plate: Plate) -> Crater | str:
+    """Return the crater at the moment of its greatest volume so far, or why it is not known."""
+    timeline = scene.timeline
+    if timeline is None or not timeline.series:
+        return "needs all moments: measure with `--at all`"
+    timeline.moment(timeline.count - 1).craters[plate.body] = crater_of(scene, plate)
+    known = [timeline.moment(k).craters for k in range(timeline.count)]
+    return max((one[plate.body] for one in known if plate.body in one), key=lambda one: float(one.volume))
+
+
+@measures("layer", "crater_depth", "crater_outer_diameter", "crater_volume", "bulge_height")
+def crater(scene: Scene, plate: Plate) -> Outcomes:
+    """Return depth, diameter [m] and volume of the crater, and the height of the rear's bulge [m].
+
+    The depth is not final while the floor would go on by a tenth of it in as much time as has passed.
+    """
+    now = crater_of(scene, plate)
+    grows = now.depth > scene.spacing and now.floor_speed * scene.now.time > GROWING * now.depth
+    note = f"still grows: its floor moves on at {now.floor_speed:.3g} m/s" if grows else ""
+    depths: dict[str, Outcome] = {"face": Result(now.depth, note=note, final=not grows)}
+    depths["rim"] = now.rim_diameter if isinstance(now.rim_diameter, str) else now.depth + now.rim_height
+    diameters: dict[str, Outcome] = {"face": now.diameter, "rim": now.rim_diameter}
+    largest = _transient(scene, plate)
+    volumes: dict[str, Outcome] = {"face": now.volume}
+    for variants, name in ((depths, "depth"), (diameters, "diameter"), (volumes, "volume")):
+        found = largest if isinstance(largest, str) else getattr(largest, name)
+        variants["transient"] = found if isinstance(found, str) else Result(found, time=getattr(largest, "time", None))
+    return {"crater_depth": depths, "crater_outer_diameter": diameters, "crater_volume": volumes,
+            "bulge_height": now.bulge}  # fmt: skip
+
+
+def _front_surface(
+    depth: np.ndarray, across: np.ndarray, inner: np.ndarray, cell: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the surface in each cell of the plane that holds `inner` particles.
+
+    Returns
+    -------
+    Least depth of all its particles [m]; the mean of that of its columns, half as wide, of which a gap counts as
+    deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
+    """
     place = np.floor(across / cell + 1e-9).astype(np.int64)
-    place -= place.min(axis=0)
-    key = np.ravel_multi_index(tuple(place.T), tuple(place.max(axis=0) + 1))
-    _, group = np.unique(key, return_inverse=True)
-    least = np.full(int(group.max()) + 1, np.inf)
+    first, group, least = _least_by_place(place, depth)
+    columns = np.floor(2.0 * across / cell + 1e-9).astype(np.int64)
+    one, _, top = _least_by_place(columns, depth)
+    owner = group[one]
+    top = np.minimum(top, least[owner] + cell)
+    mean = np.bincount(owner, top, len(least)) / np.bincount(owner, minlength=len(least))
+    chosen = np.unique(group[inner])
+    return least[chosen], mean[chosen], (place[first[chosen]] + 0.5) * cell
+
+
+def _least_by_place(place: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a particle of each place, the number of every particle's place (n,), and the least depth there [m]."""
+    low = place.min(axis=0)
+    key = np.ravel_multi_index(tuple((place - low).T), tuple(place.max(axis=0) - low + 1))
+    _, first, group = np.unique(key, return_index=True, return_inverse=True)
+    least = np.full(len(first), np.inf)
     np.minimum.at(least, group, depth)
-    return least[np.unique(group[inner])]
+    return first, group, least
 
 
 @measures("layer", "spall_mass", "spall_thickness", "spall_velocity")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -187,6 +188,7 @@ class Moment:
         self.passed = tuple(plate is not None and is_behind(now, plate) for plate in plates)
         self.struck = tuple(plate is not None and is_struck(now, plate) for plate in plates)
         self._states: dict[int, str] = {}
+        self.craters: dict[int, Any] = {}  # of layers, where all moments are measured
 
     def state(self, body: int) -> str:
         """Return whether a layer is perforated."""
