@@ -7,7 +7,7 @@ import pytest
 from measure_bodies import MM, ball, box, snapshot
 
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.measure import measure_snapshot
+from hvisph.measures.measure import measure, measure_snapshot
 from hvisph.measures.target.targets import layer_measures
 from hvisph.output.hdf5 import write_hdf5
 
