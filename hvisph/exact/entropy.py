@@ -23,7 +23,7 @@ import numpy as np
 
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError, RunError
-from hvisph.materials import isentrope
+from hvisph.materials import isentrope, slots
 from hvisph.materials.eos import Table, Tillotson
 from hvisph.materials.eos.table import STRETCH
 from hvisph.materials.material_table import Material
@@ -72,7 +72,7 @@ def _entropy_of_shocks(material: Material) -> tuple[np.ndarray, np.ndarray]:
     """Return pressures [Pa] behind shocks and the entropy that they have added [J/(kg K)]."""
     from scipy.interpolate import CubicSpline
 
-    row = tuple(material.row().tolist())
+    row = slots.values(material.whole_row)
     states = []
     speeds = np.geomspace(SLOWEST, FASTEST, SHOCKS) * material.bulk_sound_speed
     for u in speeds:

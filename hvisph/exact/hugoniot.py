@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import RunError
+from hvisph.materials import slots
 from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import crush_curve
 
@@ -56,7 +57,7 @@ def shock(material: Material, particle_velocity: float) -> ShockState:
     e0 = material.eos.ambient_energy
     solid, pores = material.pressure_function(), material.porosity
     p0 = solid(material.density, e0)
-    row = () if pores is None else tuple(material.row().tolist())
+    row = () if pores is None else slots.values(material.whole_row)
     c0 = material.bulk_sound_speed
     if u < 0.0:
         raise RunError(f"a shock cannot have a particle velocity below zero ({u:.6g} m/s)")

@@ -28,7 +28,7 @@ from .eos import MODULES, JonesWilkinsLee
 from .melting import Lindemann, Simon
 from .porosity import Porosity
 from .slots import EquationOfState, Model
-from .strength import JohnsonCook, NoStrength
+from .strength import JohnsonCook, NoStrength, Rock
 
 ROOM_TEMPERATURE = 300.0  # [K], where a material does not say
 _COLD = 0.25  # homologous temperature up to which a Johnson-Cook metal is looked at without its temperature
@@ -183,6 +183,8 @@ class Material:
         row[slots.RATE_WEIGHT] = 1.0 / self.rate_smoothing if self.rate_smoothing else 0.0
         for model in (self.eos, self.strength, self.damage):
             model.pack(row, self.density)
+        if isinstance(self.strength, Rock):
+            row[slots.PRESSURE_MINIMUM] = max(row[slots.PRESSURE_MINIMUM], -self.strength.apex)
         if self.spall_strength < inf:
             row[slots.PRESSURE_MINIMUM], row[slots.FAILS_IN_TENSION] = -self.spall_strength, 1.0
             if self.spall_exponent > 0.0:
@@ -215,6 +217,8 @@ class Material:
         row = self._without_isentrope.copy()
         curve = _isentrope(cast("Hashable", self.eos), self.density, float(row[slots.ROOM_TEMPERATURE]))
         row[slots.CURVE : slots.CURVE + isentrope.CURVE_LENGTH] = curve.ravel()
+        if self.porosity is not None:
+            row[isentrope.CRUSH : isentrope.CRUSH + 2 * isentrope.CRUSH_POINTS] = self.porosity.points()
         if self.heat_capacities:
             at_rest = (self.density, self.eos.ambient_energy, float(row[slots.ROOM_TEMPERATURE]))
             start, per, tau = isentrope.heat_table(

@@ -4,6 +4,7 @@
     alpha = alpha0                                              p <= p_e
     alpha = 1 + (alpha0 - 1) ((p_s - p)/(p_s - p_e))^2          p_e < p < p_s
     alpha = 1                                                   p >= p_s
+    or by lines through points [p, alpha] from alpha0 to 1
 
     p_rho = P_r alpha/d,  p_e = P_e/d,  d = alpha + A'(p - rho P_r)
 
@@ -17,17 +18,21 @@ shear modulus and yield stress are divided by alpha. Herrmann 1969, J. Appl. Phy
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from hvisph.compiler.jit import inline, noinline
+from hvisph.compiler.jit import inline, noinline, python_twin
+from hvisph.compiler.vector.api import number_at
 from hvisph.core.errors import CaseError
 
 from . import slots
 from .eos import pressure_and_sound_speed
-from .slots import DISTENSION, ELASTIC_PRESSURE, SOLID_PRESSURE
+from .isentrope import CRUSH, CRUSH_POINTS
+from .slots import ADDRESS, DISTENSION, ELASTIC_PRESSURE, SOLID_PRESSURE
 
 _HALVINGS = 40
+STEP = 1e-6  # of the pressure, for the slope of a curve
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,7 @@ class Porosity:
     distension: float  # alpha0 = rho_solid/rho at rest [-], above 1
     elastic_pressure: float  # p_e, where pores begin to crush [Pa]
     solid_pressure: float  # p_s, where they are gone [Pa]
+    crush: tuple[tuple[float, float], ...] = ()  # points p [Pa], alpha [-] in place of the parabola
 
     def __post_init__(self) -> None:
         slots.require_not_negative(self, "elastic_pressure")
@@ -44,12 +50,37 @@ class Porosity:
             raise CaseError(f"distension is {self.distension!r}, but must be above 1", where="porosity")
         if not self.solid_pressure > self.elastic_pressure:
             raise CaseError("solid_pressure is not above elastic_pressure", where="porosity")
+        if self.crush:
+            falls = all(p < q and a > b for (p, a), (q, b) in pairwise(self.crush))
+            ends = self.crush[0] == (self.elastic_pressure, self.distension) and self.crush[-1] == (
+                self.solid_pressure, 1.0)  # fmt: skip
+            if not (falls and ends and len(self.crush) <= CRUSH_POINTS):
+                raise CaseError(f"crush must fall from the distension to 1 in at most {CRUSH_POINTS} points",
+                                where="porosity")  # fmt: skip
 
     def pack(self, row: np.ndarray) -> None:
         """Write the parameters into the material's row of the table."""
         row[DISTENSION] = self.distension
         row[ELASTIC_PRESSURE] = self.elastic_pressure
-        row[SOLID_PRESSURE] = self.solid_pressure
+        row[SOLID_PRESSURE] = -self.solid_pressure if self.crush else self.solid_pressure  # below zero: by points
+
+    def points(self) -> np.ndarray:
+        """Return the points of the crush curve as they stand behind the isentrope, (2 `CRUSH_POINTS`,)."""
+        known = [*self.crush, *[(self.solid_pressure, 1.0)] * (CRUSH_POINTS - len(self.crush))]
+        return np.array(known).ravel()
+
+
+@noinline
+def _crush_by_points(p, row):
+    """Distension [-] on the lines between the points of a crush curve, at a pressure `p` [Pa] above the first."""
+    address = row[ADDRESS]
+    low, before = number_at(address, CRUSH), number_at(address, CRUSH + 1)
+    for k in range(1, CRUSH_POINTS):
+        high, after = number_at(address, CRUSH + 2 * k), number_at(address, CRUSH + 2 * k + 1)
+        if p < high:
+            return before + (after - before) * (p - low) / (high - low)
+        low, before = high, after
+    return 1.0
 
 
 @inline
@@ -57,6 +88,8 @@ def crush_curve(p, row):
     """Distension [-] of virgin material at the pressure `p` [Pa]."""
     if p <= row[ELASTIC_PRESSURE]:
         return row[DISTENSION]
+    if row[SOLID_PRESSURE] < 0.0:
+        return _crush_by_points(p, row)
     if p >= row[SOLID_PRESSURE]:
         return 1.0
     left = (row[SOLID_PRESSURE] - p) / (row[SOLID_PRESSURE] - row[ELASTIC_PRESSURE])
@@ -94,8 +127,7 @@ def load_pores(tag, rho, e, alpha, row):
 
 def slopes(p: float, rho: float, alpha: float, of_solid: tuple[float, float], row: np.ndarray) -> tuple[float, float]:
     """Return p_rho and p_e on the crush curve, from those of the solid at (alpha rho, e), for plots and tests."""
-    span = row[SOLID_PRESSURE] - row[ELASTIC_PRESSURE]
-    inside = row[ELASTIC_PRESSURE] < p < row[SOLID_PRESSURE]
-    falling = -2.0 * (row[DISTENSION] - 1.0) * (row[SOLID_PRESSURE] - p) / span**2 if inside else 0.0
+    curve = python_twin(crush_curve)
+    falling = (curve(p * (1.0 + STEP), row) - curve(p * (1.0 - STEP), row)) / (2.0 * STEP * p) if p > 0.0 else 0.0
     d = alpha + falling * (p - rho * of_solid[0])
     return of_solid[0] * alpha / d, of_solid[1] / d

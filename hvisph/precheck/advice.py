@@ -45,6 +45,7 @@ SLOW, CROSSINGS = 0.01, 20.0
 # 5 m/s and with half of it at 50, by Total Lagrangian kernels with 0.987.
 BOUNCING = 0.1
 STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
+LATTICE_NOISE = 1e-6  # pressure of the disorder of a lattice at rest, over the bulk modulus
 LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most rock
 # Softening displacements over the width of the band, between which a crack takes its energy: bars with a weak row took
 # up to 2.7 times as much below the first; above the second a lattice tears before the crack has opened.
@@ -367,6 +368,17 @@ def _moduli_apart(facts: Facts) -> Iterator[Values]:
             yield {"name": name, "poisson": poisson, "least": LEAST_POISSON, "usual": USUAL_POISSON, "shear": usual}
 
 
+def _weak_cohesion(facts: Facts) -> Iterator[Values]:
+    """Bodies of rock whose cohesion is below the noise of the pressure of a lattice."""
+    for name, body in facts.bodies.items():
+        strength = body.material.strength
+        if strength.type == "rock":
+            material = material_of_body(body)
+            least = LATTICE_NOISE * material.density * material.bulk_sound_speed**2
+            if 0.0 < strength.cohesion < least:
+                yield {"name": name, "cohesion": strength.cohesion, "least": least, "share": LATTICE_NOISE}
+
+
 def _cracks(facts: Facts) -> Iterator[tuple[str, float, float, float]]:
     """Return body, width of its bands, l_max and w_f [m] of bodies with a fracture energy.
 
@@ -563,6 +575,9 @@ RULES = (
          "bodies.{name}.material.damage: bands of {width:.3g} mm are narrower than the displacement of {opening:.3g} "
          "mm over which they soften: the lattice tears before a crack has taken its energy, 0.6 to 1 of it; give a "
          "coarser resolution", "materials", "{of}resolution={coarser:.4g} um"),
+    Rule(_weak_cohesion,
+         "bodies.{name}.material.strength: a cohesion of {cohesion:.3g} Pa is lost in the pressure of the lattice's "
+         "disorder, {share:g} of the bulk modulus; the smallest that counts is {least:.3g} Pa", "materials"),
     Rule(_molten,
          "bodies.{name}.material.eos: after a shock of {shock:.0f} GPa and its release '{eos}' is at {hot:.0f} K, "
          "above the melting point of {melts:g} K, and has no liquid and no vapour; {remedy}",

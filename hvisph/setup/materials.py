@@ -62,7 +62,7 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
                             bulk_modulus=model.density * of_state.ambient_sound_speed(model.density) ** 2),
         damage=parameters(damage.REGISTRY[model.damage.type], model.damage,
                           void_growth=getattr(model.damage, "high_triaxiality", "") == "void_growth"),
-        porosity=None if model.porosity is None else parameters(Porosity, model.porosity),
+        porosity=None if model.porosity is None else parameters(Porosity, model.porosity, **_ends(model.porosity)),
         heat_capacity=heat.heat_capacity or 0.0,
         room_temperature=heat.room_temperature or 0.0,
         total_energy=heat.type == "total_energy",
@@ -80,6 +80,11 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
     if not getattr(model.damage, "breaks", False):
         return material
     return replace(material, fracture=_fracture(model.damage, model.fracture_toughness, material))
+
+
+def _ends(model: Any) -> dict[str, float]:
+    """Return where a crush curve of points begins and ends [Pa]; nothing of another one."""
+    return {"elastic_pressure": model.crush[0][0], "solid_pressure": model.crush[-1][0]} if model.crush else {}
 
 
 def parameters(kind: type[Any], model: object, **known: object) -> Any:

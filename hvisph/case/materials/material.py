@@ -149,8 +149,46 @@ class Porosity(StrictModel):
     distension: Annotated[float, Quantity(NUMBER, above=1)] = Field(
         description="alpha0 = density of the solid over that of the porous body at rest [-], above 1"
     )
-    elastic_pressure: NonNegativePressure = Field(description="p_e, where pores begin to crush [Pa], at least 0")
-    solid_pressure: PositivePressure = Field(description="p_s, where they are gone [Pa], above p_e")
+    elastic_pressure: NonNegativePressure | None = Field(
+        default=None, description="p_e, where pores begin to crush [Pa], at least 0; needed unless `crush` is given"
+    )
+    solid_pressure: PositivePressure | None = Field(
+        default=None, description="p_s, where they are gone [Pa], above p_e; needed unless `crush` is given"
+    )
+    crush: tuple[tuple[NonNegativePressure, Annotated[float, Quantity(NUMBER, minimum=1)]], ...] = Field(
+        default=(),
+        description="Points [p, alpha] of the crush curve in place of the parabola, falling from alpha0 to 1, joined "
+        "by lines",
+        max_length=16,
+    )
+
+    @model_validator(mode="after")
+    def _one_curve(self) -> Porosity:
+        refuse(list(self._problems()))
+        return self
+
+    def _problems(self) -> Iterator[Problem]:
+        pressures = {"elastic_pressure": self.elastic_pressure, "solid_pressure": self.solid_pressure}
+        if not self.crush:
+            for name, value in pressures.items():
+                if value is None:
+                    yield Problem((name,), "missing; or give the curve as points, crush: [[1 MPa, "
+                                  f"{self.distension:g}], [100 MPa, 1]]")  # fmt: skip
+            if None not in pressures.values() and self.solid_pressure <= self.elastic_pressure:  # type: ignore[operator]
+                yield Problem(("solid_pressure",), "must be above the elastic_pressure")
+            return
+        for name, value in pressures.items():
+            if value is not None:
+                yield Problem((name,), "given beside `crush`, whose first and last point it is; leave it out")
+        for number, ((p, alpha), (further, less)) in enumerate(pairwise(self.crush), 1):
+            if not (further > p and less < alpha):
+                yield Problem(("crush", number), f"does not fall: from [{p:g} Pa, {alpha:g}] on the pressure must "
+                              "rise and the distension fall")  # fmt: skip
+        if self.crush[0][1] != self.distension:
+            yield Problem(("crush", 0), f"must begin at the distension, {self.distension:g}, not {self.crush[0][1]:g}")
+        if self.crush[-1][1] != 1.0:
+            yield Problem(("crush", len(self.crush) - 1), f"must end at 1, where pores are gone, not "
+                          f"{self.crush[-1][1]:g}")  # fmt: skip
 
 
 class Material(StrictModel):
@@ -285,8 +323,6 @@ class Material(StrictModel):
         if needs and not self.temperature.is_known:
             message = f"missing: `{strength.type}` strength depends on the temperature; give c_v, such as 885 J/(kg K)"
             yield Problem(("temperature", "heat_capacity"), message)
-        if self.porosity is not None and self.porosity.solid_pressure <= self.porosity.elastic_pressure:
-            yield Problem(("porosity", "solid_pressure"), "must be above the elastic_pressure")
         if self.porosity is not None and self.eos.type in ("jwl", "ideal_gas"):
             yield Problem(("porosity",), f"a `{self.eos.type}` equation of state has no solid to hold pores")
 

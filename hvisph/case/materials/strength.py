@@ -153,6 +153,11 @@ class RockStrength(StrictModel):
     limit: PositivePressure | None = Field(
         default=None, description="Y_M, limit under pressure [Pa]; without it Drucker-Prager's straight line"
     )
+    tension: NonNegativePressure | None = Field(
+        default=None,
+        description="Tension borne at most, no more than the apex Y0/mu_i of the cone [Pa]; 0 of granular matter; not "
+        "limited by the strength unless given",
+    )
     broken_friction: NonNegativeNumber = Field(default=0.6, description="mu_b, friction of broken rock [-]")
     melt_energy: PositiveSpecificEnergy | None = Field(
         default=None, description="e_melt: Y falls as 1 - e/e_melt [J/kg]; not unless given"

@@ -5,8 +5,10 @@
     Y = [(1 - D) Y_i + D Y_b] h
     heat      h = 1 - e/e_melt, or tanh(xi (T_m/T - 1)), xi = 1.2, or 1
 
-Without the limit Y_M the intact strength is Drucker-Prager's line Y0 + mu_i p. Below rho0 the shear
-modulus is G rho/rho0. Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov
+With a `tension` t the pressure is at least -min(Y0/mu_i, t), the apex of the cone or less; of sand t
+= 0: it opens without resistance, and closes at its density. There is no dilation. Without the limit
+Y_M the intact strength is Drucker-Prager's line Y0 + mu_i p. Below rho0 the shear modulus is
+G rho/rho0. Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov
 2004, Meteorit. Planet. Sci. 39, 217.
 """
 
@@ -39,6 +41,7 @@ class Rock:
     broken_friction: float = 0.6  # mu_b [-]
     melt_energy: float = inf  # e_melt [J/kg]
     melt_temperature: float = inf  # T_m [K]
+    tension: float = inf  # t, borne at most [Pa]; infinite where nothing limits it
 
     name: ClassVar[str] = "rock"
     tag: ClassVar[int] = tags.ROCK
@@ -50,6 +53,13 @@ class Rock:
             raise CaseError(f"limit {self.limit!r} is not above cohesion {self.cohesion!r}", where=self.name)
         if not (self.melt_energy > 0.0 and self.melt_temperature > 0.0):
             raise CaseError("melt_energy and melt_temperature must be above zero", where=self.name)
+
+    @property
+    def apex(self) -> float:
+        """Tension [Pa] that is borne at most, infinite without a limit."""
+        if self.tension == inf or self.friction == 0.0:
+            return self.tension
+        return min(self.tension, self.cohesion / self.friction)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
