@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from striking_bar import rebound, stiffness
 
-from hvisph.exact.striking_bar import rebound, stiffness
 from hvisph.verification.problem import POISSON_RATIO, RHO, YOUNGS_MODULUS
 from hvisph.verification.problems.bars import LEFT, SIZES, SPEED
 

@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hvisph.casefile.loader import load_case, load_set, load_sweep
-from hvisph.casefile.renamed_keys import COMMANDS, FIELDS, KEYS, OPTIONS, VALUES
+from hvisph.casefile.spellings import spellings
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 
@@ -39,6 +39,9 @@ TYPES = {
     "tested": "mixed",
 }
 AROUND = {"contact": "riemann", "correction": "eulerian", "spatial_correction": "adaptive", "conversion": "adaptive"}
+KEYS, VALUES = ({(block, old): now for block, names in spellings(table).items() for old, now in names.items()}
+                for table in ("keys", "values"))  # fmt: skip
+COMMANDS, FIELDS, OPTIONS = (spellings(table) for table in ("commands", "fields", "options"))
 OLD_VALUES = {
     "arrangement": "bodies.target.arrangement",
     "expansion": f"{TARGET}.eos.expansion",

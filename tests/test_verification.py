@@ -8,12 +8,12 @@ import pytest
 from hvisph_validation.problems.cantilever import swing
 from hvisph_validation.problems.implosion import rings
 from hvisph_validation.problems.tension import largest_gap
+from hvisph_validation.structures import Ball, Cantilever, Shell, ThinRing
 from typer.testing import CliRunner
 
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 from hvisph.exact.gas import GasState, Noh, riemann
-from hvisph.exact.structures import Ball, Cantilever, Shell, ThinRing
 from hvisph.verification.problem import ALL, Figure, Options, limit
 from hvisph.verification.runner import PROBLEMS, run_trial, verdicts, with_formulation
 from hvisph.visualization.curves import label_and_scale

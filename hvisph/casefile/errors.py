@@ -13,12 +13,11 @@ from pydantic_core import ErrorDetails
 from hvisph.case.model import PROBLEMS, Path
 from hvisph.case.units import kind_of
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.core.measure_catalogue import RENAMED
 from hvisph.core.text import format_value
 
 from .document import Place
 from .model_fields import Spot, keys_of, places, walk
-from .renamed_keys import renamed_field, renamed_key, renamed_value
+from .spellings import renamed, renamed_key, renamed_value, spellings
 
 MOST_SHOWN = 20
 # How like an allowed key a key is that is a slip of it, and in how many places one may stand that is reported.
@@ -57,7 +56,7 @@ def translate(
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
             if where[-2:-1] == ("fields",):
-                message = renamed_field(value_at(data, where)) or message
+                message = renamed("fields", value_at(data, where)) or message
             errors.setdefault((where, message), locate_error(where, message, places))
     return list(errors.values())
 
@@ -85,69 +84,15 @@ def user_path(root: type[BaseModel], loc: Sequence[str | int], data: object) -> 
     return path
 
 
-# What people write for a key, the key, and how the two differ.
-RIGID_WALL = ": a plane of symmetry is a rigid wall without friction, [{axis: x}] for what stands at x > 0"
-OTHER_WORDS = {
-    "radius": ("diameter", ", twice the radius"),
-    "thickness": ("length", ", which is along x"),
-    "height": ("length", ", which is along x"),
-    "speed": ("velocity", ", one component for each dimension"),
-    "dx": ("resolution", ""),
-    "spacing": ("resolution", ""),
-    "end_time": ("end", ""),
-    "duration": ("end", ""),
-    "interval": ("every", ""),
-    "place": ("at", ""),
-    "position": ("at", ""),
-    "dt": ("step", ""),
-    **dict.fromkeys(("wall", "walls", "boundary", "boundaries"), ("symmetry", RIGID_WALL)),
-}
 UNLIKE = ("model_type", "model_attributes_type", "dict_type", "tuple_type", "list_type")
-# How what is given as a text or a number alone is written out.
-WRITTEN_OUT = {
-    "time": "{end: 10 us}",
-    "output": "{every: 1 us}",
-    "symmetry": "[{axis: y}]",
-    "rotation": "{axis: [0, 0, 1], angle: 30}, or an angle alone",
-    "gauges": "{NAME: {type: material, at: [0, 0]}}",
-    "clamped": "[{box: {min: [0, null]}, bodies: [NAME]}]",
-    "witness": "{x: 100 mm}",
-}
-# Dimensions, and ours.
-OTHER_VALUES = {
-    "1d": "uniaxial_strain",
-    "2d": "plane_strain or axisymmetric",
-    "3d": "three_d",
-    "axial": "axisymmetric",
-    "2d_axisymmetric": "axisymmetric",
-    "rz": "axisymmetric",
-}
-# What other codes call a model or a shape, and ours.
-OTHER_TYPES = {
-    "drucker_prager": "rock",
-    "mohr_coulomb": "rock",
-    "lundborg": "rock",
-    "jh2": "johnson_holmquist",
-    "jh_2": "johnson_holmquist",
-    "gruneisen": "mie_gruneisen",
-    "shock": "mie_gruneisen",
-    "sesame": "table",
-    "bilinear": "linear_hardening",
-    "plastic_kinematic": "cowper_symonds",
-    "hydro": "none",
-    "circle": "disc",
-    "rod": "cylinder",
-    "plate": "box",
-    "tlsph": "total_lagrangian",
-}
 
 
 def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: object) -> tuple[Path, str]:
     kind, value = detail["type"], detail["input"]
     if path[-2:-1] in (("measures",), ("expected",)) and kind in ("extra_forbidden", "literal_error"):
         name = path[-1] if kind == "extra_forbidden" else value
-        if now := RENAMED.get(str(name)):
-            return path, f"'{name}' is now `{now}`"
+        if now := renamed("measures", name):
+            return path, now
     if kind == "extra_forbidden":
         parent = walk(root, path[:-1], data)
         if parent is not None and (reason := _meaningless(parent, value_at(data, path[:-1]), str(path[-1]))):
@@ -158,7 +103,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         allowed = keys_of(parent, value_at(data, path[:-1])) if parent else []
         if now := renamed_key(path, allowed):
             return path, now
-        key, remark = OTHER_WORDS.get(str(path[-1]), ("", ""))
+        key, remark = spellings("other_keys").get(str(path[-1]), ("", ""))
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
         unlike = _models_with_key(parent, value_at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
@@ -178,13 +123,17 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         tag = str(detail["ctx"]["tag"])
         if now := renamed_value("type", tag):
             return (*path, "type"), now
-        ours = OTHER_TYPES.get(tag.lower().replace("-", "_"), "")
+        ours = spellings("types").get(tag.lower().replace("-", "_"), "")
         if spot and ours in spot.models:
             return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
         return (*path, "type"), f"unknown '{_short(tag)}'{suggest_nearest(tag, list(spot.models) if spot else [])}"
     if kind == "literal_error" and (now := renamed_value(path[-1], value)):
         return path, now
-    if kind == "literal_error" and path[-1] == "kinematics" and (other := OTHER_VALUES.get(str(value).lower())):
+    if (
+        kind == "literal_error"
+        and path[-1] == "kinematics"
+        and (other := spellings("kinematics").get(str(value).lower()))
+    ):
         return path, f"unknown {_format_short(value)}; write {other}"
     if kind == "literal_error":
         return path, f"unknown {_format_short(value)}{suggest_nearest(str(value), spot.choices if spot else ())}"
@@ -192,7 +141,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         return path, str(detail["ctx"]["error"])
     if kind == "model_attributes_type" and spot and spot.tagged:
         return path, _missing_type(spot, value)
-    written = next((WRITTEN_OUT.get(part) for part in reversed(path) if isinstance(part, str)), None)
+    written = next((spellings("written_out").get(part) for part in reversed(path) if isinstance(part, str)), None)
     return path, _plain(kind, detail, value) + (f"; write it like {written}" if written and kind in UNLIKE else "")
 
 

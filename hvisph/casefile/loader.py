@@ -24,7 +24,7 @@ from hvisph.casefile.errors import locate_error, raise_all, translate
 from hvisph.casefile.material_library import Library, library, library_of, load_material, material_names
 from hvisph.casefile.overrides import merge, overridden, with_bases
 from hvisph.casefile.paths import SET, bundled_cases, data_folder
-from hvisph.casefile.renamed_keys import renamed_key
+from hvisph.casefile.spellings import renamed_key
 from hvisph.core.errors import CaseError, suggest_nearest
 
 __all__ = ["bundled_cases", "case_hash", "dump_case", "library", "load_case", "load_material", "material_names"]

@@ -16,7 +16,7 @@ from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import CATALOGUE, SECTIONS, Measure
 
 from .model_fields import Spot, keys_of, spot_of, walk
-from .renamed_keys import renamed_key
+from .spellings import renamed_key
 
 # Page, title and paths of the case whose blocks it describes; what no page names stands on the last one.
 PAGES = {

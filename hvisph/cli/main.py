@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 import hvisph
-from hvisph.casefile.renamed_keys import COMMANDS, OPTIONS
+from hvisph.casefile.spellings import spellings
 from hvisph.cli.text.formatting import say
 from hvisph.core.errors import suggest_nearest
 
@@ -36,16 +36,16 @@ class Group(TyperGroup):
         name = args[0] if args else ""
         if name and not name.startswith("-") and self.get_command(ctx, name) is None:
             commands = self.list_commands(ctx)
-            if name in COMMANDS:
-                _refuse(f"`hvisph {name}` is now `hvisph {COMMANDS[name]}`")
+            if name in spellings("commands"):
+                _refuse(f"`hvisph {name}` is now `hvisph {spellings('commands')[name]}`")
             meant = MEANT.get(name.lower())
             hint = f"; did you mean '{meant}'?" if meant in commands else suggest_nearest(name[:64], commands)
             _refuse(f"there is no command '{name[:64]}'{hint}")
         command = super().resolve_command(ctx, args)
         known = {option for parameter in getattr(command[1], "params", ()) for option in parameter.opts}
         for option in (argument.partition("=")[0] for argument in args[1:]):
-            if option not in known and OPTIONS.get(option) in known:
-                _refuse(f"`{option}` is now `{OPTIONS[option]}`")
+            if option.startswith("-") and option not in known and spellings("options").get(option) in known:
+                _refuse(f"`{option}` is now `{spellings('options')[option]}`")
         return command
 
 

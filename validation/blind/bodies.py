@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from hvisph_validation.structures import Shell
 from scipy.spatial import cKDTree
 
-from hvisph.exact.structures import Shell
 from hvisph.verification.problem import Figure, Options, Ran, Start, Trial, limit, vectors
 
 from ..problems.implosion import collapse

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from hvisph_validation.structures import ThinRing
 
 from hvisph.core.particles import Particles
-from hvisph.exact.structures import ThinRing
 from hvisph.setup.bodies import PlacedBody
 from hvisph.verification.problem import (
     ELASTIC,

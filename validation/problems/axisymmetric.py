@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from hvisph_validation.structures import Shell
 
 from hvisph.core.particles import Particles
-from hvisph.exact.structures import Shell
 from hvisph.setup.bodies import PlacedBody
 from hvisph.verification.problem import EULERIAN, SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.verification.problems.noh import SPHERE, Implosion, trial

@@ -10,10 +10,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from hvisph_validation.structures import Ball, ThinRing
 
 from hvisph.core.particles import Particles
 from hvisph.exact.hugoniot import impedance_match
-from hvisph.exact.structures import Ball, ThinRing
 from hvisph.setup.bodies import PlacedBody
 from hvisph.verification.problem import (
     ELASTIC,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from hvisph_validation.structures import Cantilever
 
 from hvisph.core.particles import Particles
-from hvisph.exact.structures import Cantilever
 from hvisph.verification.problem import (
     ELASTIC,
     POISSON_RATIO,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from hvisph_validation.structures import ThinRing
 
 from hvisph.core.particles import Particles
-from hvisph.exact.structures import ThinRing
 from hvisph.output.snapshot import Snapshot
 from hvisph.verification.problem import (
     ELASTIC,

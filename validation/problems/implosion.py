@@ -10,9 +10,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from hvisph_validation.structures import Shell
 
 from hvisph.core.particles import Particles
-from hvisph.exact.structures import Shell
 from hvisph.setup.bodies import PlacedBody
 from hvisph.verification.problem import ALL, Figure, Options, Problem, Ran, Start, Trial, vectors
 from hvisph.visualization.curves import Curve

@@ -1,7 +1,7 @@
 """Impact of equal elastic bars: the first transfers its momentum to the second, and they separate.
 
 In one dimension the exact answer is 0 and all of the velocity. Stubby bars keep some of the motion in lateral
-vibration: what, finite elements say (`hvisph.exact.striking_bar`). Bodies that touch at rest stay at rest.
+vibration: how much, finite elements tell (`tests/striking_bar.py`). Bodies that touch at rest stay at rest.
 """
 
 from __future__ import annotations

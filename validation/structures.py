@@ -27,7 +27,7 @@ from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 
-from .wave_curves import bracketed_root
+from hvisph.exact.wave_curves import bracketed_root
 
 
 @dataclass(frozen=True)

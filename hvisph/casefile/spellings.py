@@ -1,0 +1,38 @@
+"""Other spellings, for error messages: former names of keys, values, fields and commands, and words of other codes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+if TYPE_CHECKING:
+    from hvisph.case.model import Path as Keys
+
+
+@cache
+def spellings(table: str) -> dict[str, Any]:
+    """Return a table of `spellings.yaml` by its name."""
+    return dict(yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))[table])
+
+
+def renamed_key(path: Keys, allowed: Sequence[str]) -> str:
+    """Return what the unknown key at the end of `path` is now called, if that is one of the `allowed`; else empty."""
+    blocks = [str(part) for part in path[-3:-1]] or [""]
+    present = [spellings("keys").get(block, {}).get(str(path[-1]), "") for block in blocks]
+    return next((f"is now `{now}`" for now in present if now.partition(":")[0] in allowed), "")
+
+
+def renamed_value(key: str | int, value: object) -> str:
+    """Return what the unknown `value` of `key` is now called; empty where it never was one."""
+    now = spellings("values").get(str(key), {}).get(str(value))
+    return f"'{value}' is now `{now}`" if now else ""
+
+
+def renamed(table: str, name: object) -> str:
+    """Return what a state field or a measure (`table`) is now called; empty where it never was one."""
+    now = spellings(table).get(str(name))
+    return f"'{name}' is now `{now}`" if now else ""
