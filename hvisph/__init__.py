@@ -13,7 +13,7 @@ _LAZY = {
     "compare": ("hvisph.postprocessing.comparison", "compare"),
     "load_case": ("hvisph.casefile.loader", "load_case"),
     "run": ("hvisph.simulation.run", "run"),
-    "resume": ("hvisph.simulation.resume", "resume"),
+    "resume": ("hvisph.simulation.run", "resume"),
     "measure": ("hvisph.measures.measure", "measure"),
     "open_run": ("hvisph.postprocessing.run_data", "open_run"),
     "report": ("hvisph.visualization.html.report", "report"),

@@ -1,5 +1,35 @@
-"""`python -m hvisph`: the same as the command `hvisph`."""
+"""Entry point of the command `hvisph` and of `python -m hvisph`, with handling of Ctrl-C during imports."""
 
-from hvisph.cli.entry_point import main
+from __future__ import annotations
 
-main()
+import os
+import signal
+from types import FrameType
+
+from hvisph.core.errors import INTERRUPTED
+
+
+def main() -> None:
+    """Load all commands, and run the one that was asked for."""
+    # a parent that had it ignored, as `nohup` does, meant it
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if ours:
+        signal.signal(signal.SIGINT, _leave)
+    from hvisph.cli.main import app
+
+    if ours:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        app(prog_name="hvisph")
+    except KeyboardInterrupt:
+        _leave(signal.SIGINT, None)
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    """End at once: whatever is being imported would report an exception of ours as its own."""
+    os.write(2, b"interrupted\n")
+    os._exit(INTERRUPTED)
+
+
+if __name__ == "__main__":
+    main()

@@ -36,7 +36,7 @@ from hvisph.geometry.shapes import (
     Union,
 )
 from hvisph.geometry.shapes.mesh import load_mesh
-from hvisph.geometry.volume import integrated_volume
+from hvisph.geometry.shapes.shape import integrated_volume
 
 ELL = Polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)])
 # An ogive's volume by the formula of the arc: pi (rho^2 - c^2) L - pi L^3/3 + ... integrated by hand for R = 1, L = 3.

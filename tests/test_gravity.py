@@ -7,8 +7,7 @@ from small_runs import DAMAGED, FORMULATIONS, LIQUID, METAL, OPTIONS, assert_sam
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
-from hvisph.simulation.resume import resume
-from hvisph.simulation.run import run
+from hvisph.simulation.run import resume, run
 
 FIELD = tuple(name for name in FORMULATIONS if name != "projection")
 

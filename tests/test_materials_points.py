@@ -10,8 +10,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_of, load_material, material_names
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
-from hvisph.exact.hugoniot import shock
-from hvisph.exact.shock_train import last_waves
+from hvisph.exact.hugoniot import last_waves, shock
 from hvisph.materials import porosity, slots
 from hvisph.materials.eos import (
     Grid,

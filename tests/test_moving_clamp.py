@@ -10,8 +10,7 @@ from hvisph.case.output import moving_clamps
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.prescribed_motion import Motion
-from hvisph.simulation.resume import resume
-from hvisph.simulation.run import run
+from hvisph.simulation.run import resume, run
 
 PISTON, DX = 0.2e-3, 1e-5
 # some of adaptive turn behind the shock of the piston, which compresses by a tenth

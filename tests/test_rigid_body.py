@@ -6,8 +6,7 @@ from small_runs import METAL, SPRING, assert_same_results, final, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.simulation.resume import resume
-from hvisph.simulation.run import run
+from hvisph.simulation.run import resume, run
 
 LENGTH, SPEED = 10e-3, 1.0
 MODULUS = 70e9 * 0.7 / (1.3 * 0.4)  # of uniaxial strain

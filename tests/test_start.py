@@ -9,8 +9,7 @@ from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.precheck.estimate import estimate
 from hvisph.setup.initial_state import begin
-from hvisph.simulation.resume import resume
-from hvisph.simulation.run import run
+from hvisph.simulation.run import resume, run
 
 AT, ROUND_OFF = 4e-7, 1e-13
 POROUS = HARDENING | {"porosity": {"distension": 1.2, "elastic_pressure": 0.1e9, "solid_pressure": 1e9}}

@@ -17,7 +17,7 @@ from hvisph.core.text import format_value
 
 from .document import Place
 from .model_fields import Spot, keys_of, places, walk
-from .spellings import renamed, renamed_key, renamed_value, spellings
+from .spellings import present_name, renamed_key, renamed_value, spellings
 
 MOST_SHOWN = 20
 # How like an allowed key a key is that is a slip of it, and in how many places one may stand that is reported.
@@ -56,7 +56,7 @@ def translate(
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
             if where[-2:-1] == ("fields",):
-                message = renamed("fields", value_at(data, where)) or message
+                message = present_name("fields", value_at(data, where)) or message
             errors.setdefault((where, message), locate_error(where, message, places))
     return list(errors.values())
 
@@ -91,7 +91,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
     kind, value = detail["type"], detail["input"]
     if path[-2:-1] in (("measures",), ("expected",)) and kind in ("extra_forbidden", "literal_error"):
         name = path[-1] if kind == "extra_forbidden" else value
-        if now := renamed("measures", name):
+        if now := present_name("measures", name):
             return path, now
     if kind == "extra_forbidden":
         parent = walk(root, path[:-1], data)

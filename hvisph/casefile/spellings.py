@@ -32,7 +32,7 @@ def renamed_value(key: str | int, value: object) -> str:
     return f"'{value}' is now `{now}`" if now else ""
 
 
-def renamed(table: str, name: object) -> str:
+def present_name(table: str, name: object) -> str:
     """Return what a state field or a measure (`table`) is now called; empty where it never was one."""
     now = spellings(table).get(str(name))
     return f"'{name}' is now `{now}`" if now else ""

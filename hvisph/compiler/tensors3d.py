@@ -6,8 +6,9 @@ vectors and tensors of `compiler.tensors`. Symmetric ones are stored as xx yy zz
 
 from __future__ import annotations
 
-from .lazy_import import operation
-from .tensors import PLACES, matrix, product, sum_terms
+from hvisph.compiler.jit import inline
+from hvisph.compiler.lazy_import import operation
+from hvisph.compiler.tensors import PLACES, matrix, product, sum_terms
 
 # By dimensions: the components of a full symmetric tensor that lie in the plane, and those that the state stores.
 _IN_PLANE = {1: (0,), 2: (0, 1, 3), 3: (0, 1, 2, 3, 4, 5)}
@@ -121,3 +122,9 @@ def rotate_in_plane(s, z):
     cc, ss, cs = cosine * cosine, sine * sine, cosine * sine
     return (cc * xx + ss * yy - 2.0 * cs * xy, ss * xx + cc * yy + 2.0 * cs * xy, zz,
             cs * (xx - yy) + (cc - ss) * xy, cosine * xz - sine * yz, sine * xz + cosine * yz)  # fmt: skip
+
+
+@inline
+def growth_factor(rate):
+    """Return exp(rate) to second order, by a fraction that is positive for every admissible step."""
+    return (1.0 + 0.5 * rate) / (1.0 - 0.5 * rate)

@@ -9,7 +9,6 @@ from collections import namedtuple
 from math import pi, sqrt
 
 from hvisph.compiler.jit import inline
-from hvisph.compiler.logarithmic_growth import growth_factor
 from hvisph.compiler.tensors import (
     add,
     divergence,
@@ -22,7 +21,14 @@ from hvisph.compiler.tensors import (
     radial_part,
     subtract,
 )
-from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, put_full_symmetric, replace_zz, symmetric_part
+from hvisph.compiler.tensors3d import (
+    full_gradient,
+    growth_factor,
+    own_full_symmetric,
+    put_full_symmetric,
+    replace_zz,
+    symmetric_part,
+)
 from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
 
 # The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator

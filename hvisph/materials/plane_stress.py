@@ -8,8 +8,7 @@ elastic answer; density, stress and plastic strain then follow as for any other 
 from __future__ import annotations
 
 from hvisph.compiler.jit import inline
-from hvisph.compiler.logarithmic_growth import growth_factor
-from hvisph.compiler.tensors3d import replace_zz
+from hvisph.compiler.tensors3d import growth_factor, replace_zz
 
 from .stress_update import respond
 from .thermodynamics import equilibrium_state, longitudinal_speed, shear_modulus

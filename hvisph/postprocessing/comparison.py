@@ -23,8 +23,7 @@ from hvisph.output.reader import list_snapshots
 from hvisph.output.run_folder import looks_like_a_run
 from hvisph.simulation.finalize import Outcome
 from hvisph.simulation.listener import Listener
-from hvisph.simulation.resume import resume
-from hvisph.simulation.run import run
+from hvisph.simulation.run import resume, run
 
 
 def complete(

@@ -12,8 +12,7 @@ import numpy as np
 
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import HvisphError
-from hvisph.exact.hugoniot import shock
-from hvisph.exact.shock_train import last_waves
+from hvisph.exact.hugoniot import last_waves, shock
 from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.material_table import Material, pack
 from hvisph.materials.strength import Orthotropic

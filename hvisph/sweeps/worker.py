@@ -16,8 +16,7 @@ from hvisph.output.checkpoint_file import list_checkpoints
 from hvisph.output.run_folder import forget_snapshots
 from hvisph.simulation.finalize import Outcome
 from hvisph.simulation.listener import Listener, Progress
-from hvisph.simulation.resume import resume
-from hvisph.simulation.run import run
+from hvisph.simulation.run import resume, run
 
 from .folder import ENDED, STEPPING, Selection, SweepFolder, TableKeeper
 from .plan import Member, Plan

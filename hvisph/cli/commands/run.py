@@ -73,7 +73,7 @@ def resume(
     as_json: JsonOption = False,
 ) -> None:
     """Continue a run from its newest checkpoint."""
-    from hvisph.simulation.resume import has_ended, resume_case, resume_run
+    from hvisph.simulation.run import has_ended, resume_case, resume_run
 
     case = resume_case(folder, end, max_steps)
     if end is None and max_steps is None and has_ended(folder) and not (quiet or as_json) and is_first():

@@ -74,7 +74,7 @@ class Measured(Shape):
 
     @cached_property
     def _volume(self) -> float:
-        from hvisph.geometry.volume import integrated_volume
+        from hvisph.geometry.shapes.shape import integrated_volume
 
         return integrated_volume(self)
 

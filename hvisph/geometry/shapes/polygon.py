@@ -172,7 +172,7 @@ class Ring(Axial):
     def volume(self) -> float:
         """Volume, 2 pi times the section's moment about the axis (Pappus) [m^3]."""
         if not self._volume:
-            from hvisph.geometry.volume import first_moment
+            from hvisph.geometry.shapes.shape import first_moment
 
             self._volume.append(2 * math.pi * first_moment(self.section, 1, self.radius))
         return self._volume[0]

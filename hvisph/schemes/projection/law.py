@@ -19,7 +19,6 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.exact_sum import add_term, add_vector
-from hvisph.compiler.logarithmic_growth import growth_factor
 from hvisph.compiler.tensors import (
     add,
     broadcast,
@@ -39,7 +38,13 @@ from hvisph.compiler.tensors import (
     symmetric_dot,
     vector,
 )
-from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, plane_components, put_full_symmetric
+from hvisph.compiler.tensors3d import (
+    full_gradient,
+    growth_factor,
+    own_full_symmetric,
+    plane_components,
+    put_full_symmetric,
+)
 from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, load_lanes, neighbours, put_lanes
 from hvisph.integrators.sums import KINETIC, LENGTH, MOMENTUM, SIZE, SPEED2, SUPPORT
 from hvisph.sph.neighbours.particle_layout import RowLayout

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hvisph.compiler.jit import Options, PythonFunction
-from hvisph.compiler.logarithmic_growth import growth_factor
 from hvisph.compiler.tensors import add, add_identity, multiply, own_symmetric, put
-from hvisph.compiler.tensors3d import plane_components
+from hvisph.compiler.tensors3d import growth_factor, plane_components
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import WHOLE
 from hvisph.schemes.protocol import Smoothing

@@ -27,7 +27,6 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.compiler.logarithmic_growth import growth_factor
 from hvisph.compiler.tensors import (
     add,
     add_identity,
@@ -51,7 +50,7 @@ from hvisph.compiler.tensors import (
     subtract,
     transpose,
 )
-from hvisph.compiler.tensors3d import full_gradient, replace_zz, symmetric_part
+from hvisph.compiler.tensors3d import full_gradient, growth_factor, replace_zz, symmetric_part
 from hvisph.compiler.vector.api import LANES, fetch, gather, load_row_lanes, put_row_lanes
 from hvisph.compiler.vector.rows import NONE, fetch_row, list_equal_keys
 from hvisph.sph.terms.viscosity import shear_share
