@@ -11,8 +11,7 @@ from small_runs import GAS, LIQUID, METAL, SPRING, document_of, row_of
 from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.precheck.advice import advice, sparse, tears
-from hvisph.precheck.contact_rules import contact_warnings
+from hvisph.precheck.advice import advice, contact_warnings, sparse, tears
 from hvisph.precheck.estimate import estimate
 from hvisph.precheck.regime import KNOWN, experience, regime
 

@@ -10,7 +10,7 @@ from hvisph.casefile.loader import bundled_cases, load_case
 from hvisph.core.errors import CaseError
 from hvisph.precheck.advice import advice
 from hvisph.precheck.estimate import estimate, rough_count
-from hvisph.precheck.impact_pair import first_contact, meeting
+from hvisph.precheck.impact_pair import first_contact, impact_pair
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.build import build
 from hvisph.setup.velocities import initial_velocity
@@ -182,7 +182,7 @@ def test_a_table_of_velocities_that_is_missing_is_told_with_its_place(tmp_path):
     (placed,) = placed_bodies(case)
     with pytest.raises(CaseError, match=r"bodies\.a\.initial_velocity\.0\.file: there is no file"):
         _ = placed.velocity
-    assert meeting(case) is None
+    assert impact_pair(case) is None
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])

@@ -207,7 +207,7 @@ def test_contact_gives_its_own_limit_of_the_step():
 
 
 def test_doubtful_stiffness_is_said():
-    from hvisph.precheck.contact_rules import contact_warnings
+    from hvisph.precheck.advice import contact_warnings
 
     def case(**contact):
         return bars({"type": "eulerian", "contact": {"type": "penalty"} | contact}, speed=1000.0)

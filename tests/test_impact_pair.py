@@ -6,7 +6,7 @@ from small_runs import METAL
 
 from hvisph.casefile.loader import load_case
 from hvisph.precheck.hugoniot_check import plane_shock
-from hvisph.precheck.impact_pair import meeting
+from hvisph.precheck.impact_pair import impact_pair
 from hvisph.precheck.regime import regime
 
 COPPER = "copper-ofhc"
@@ -52,7 +52,7 @@ def box(width, height, velocity=(0.0, 0.0), **more):
 )  # fmt: skip
 def test_who_meets(bodies, first, second, speed):
     case = case_of("plane_strain", **bodies)
-    met = meeting(case)
+    met = impact_pair(case)
     assert (met.first, met.second) == (first, second)
     assert met.velocity == pytest.approx(speed, rel=1e-12)
     assert regime(case).velocity == met.velocity
@@ -73,7 +73,7 @@ def test_who_meets(bodies, first, second, speed):
 )
 def test_nobody_meets(bodies):
     case = case_of("plane_strain", **bodies)
-    assert meeting(case) is None
+    assert impact_pair(case) is None
     assert "approach" in plane_shock(case)[1]
 
 
@@ -86,7 +86,7 @@ def test_of_core_and_jacket_that_strike_at_once_the_stiffer_counts():
         core={"material": "tungsten", "shape": {"type": "cylinder", "diameter": 5e-3, "length": 8e-3}} | round_about,
         plate={"material": METAL, "shape": {"type": "cylinder", "diameter": 3e-2, "length": 4e-3}, "position": [2e-3, 0]},
     )  # fmt: skip
-    met = meeting(case)
+    met = impact_pair(case)
     assert (met.first, met.second, met.velocity) == ("core", "plate", 800.0)
     assert "ballistic" in regime(case).words or "shock" in regime(case).words
 
@@ -97,7 +97,7 @@ def test_what_fits_a_tube_does_not_strike_it(diameter, meets):
             "velocity": [300.0, 0.0], "position": [-1e-2, 0.0]}  # fmt: skip
     tube = {"material": METAL, "shape": {"type": "tube", "inner_diameter": 6e-3, "outer_diameter": 1e-2,
                                          "length": 1e-2}, "position": [0.0, 0.0]}  # fmt: skip
-    assert (meeting(case_of("axisymmetric", plug=plug, tube=tube)) is not None) == meets
+    assert (impact_pair(case_of("axisymmetric", plug=plug, tube=tube)) is not None) == meets
 
 
 @pytest.mark.parametrize("whole", [0.0, 37.0, 90.0, 200.0])
@@ -109,14 +109,14 @@ def test_an_oblique_plate_is_met_across_its_face_however_the_shot_is_turned(whol
         ball=disc((900.0 * ahead).tolist(), position=(-1e-2 * ahead).tolist(), rotation=whole),
         plate=box(2e-3, 2e-2, position=[0.0, 0.0], rotation=float(np.degrees(tilted))),
     )
-    assert meeting(case).velocity == pytest.approx(900.0 * np.cos(np.radians(30.0)), rel=1e-12)
+    assert impact_pair(case).velocity == pytest.approx(900.0 * np.cos(np.radians(30.0)), rel=1e-12)
 
 
 def test_an_oblique_plate_of_a_row_is_met_across_its_face():
     plate = {"material": METAL, "shape": {"type": "box", "size": [2e-3, 1e-2, 1e-2]}}
     ball = {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [800.0, 0.0, 0.0]}
     turn = {"angle": 60.0, "axis": [0, 1, 0]}
-    assert meeting(case_of("three_d", ball=ball, plate=plate | {"rotation": turn})).velocity == pytest.approx(400.0)
+    assert impact_pair(case_of("three_d", ball=ball, plate=plate | {"rotation": turn})).velocity == pytest.approx(400.0)
 
 
 def test_a_field_of_velocities_moves_a_body_as_its_middle(tmp_path):
@@ -124,5 +124,5 @@ def test_a_field_of_velocities_moves_a_body_as_its_middle(tmp_path):
     table = {"type": "table", "file": str(tmp_path / "bend.csv")}
     around = {"type": "spin", "rate": 1e5, "centre": [0.0, 1e-2]}  # its middle at 2 mm, 10 mm below the centre
     for field, speed in ((table, 150.0), (around, 1000.0), ({"type": "spin", "rate": 1e5}, None)):
-        met = meeting(case_of("plane_strain", a=box(4e-3, 4e-3, initial_velocity=[field]), b=box(2e-3, 2e-2)))
+        met = impact_pair(case_of("plane_strain", a=box(4e-3, 4e-3, initial_velocity=[field]), b=box(2e-3, 2e-2)))
         assert met is None if speed is None else met.velocity == pytest.approx(speed, rel=1e-9)

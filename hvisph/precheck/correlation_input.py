@@ -12,7 +12,7 @@ from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
 from hvisph.measures.correlations import GROUNDS, Impact, Wall, alloy_of
 
-from .impact_pair import body_boxes, meeting
+from .impact_pair import body_boxes, impact_pair
 
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body
@@ -35,8 +35,8 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
         return None, "correlations are for plates: boxes, or short cylinders"
     if others[0] in cores or others[-1] in cores:
         return None, "correlations are for honeycomb between two plates"
-    met = meeting(case)
-    if met is None or shots[0] not in (met.first, met.second):
+    pair = impact_pair(case)
+    if pair is None or shots[0] not in (pair.first, pair.second):
         return None, "the sphere flies past the plates, or away from them"
     velocity = np.array(shot.velocity) - np.array(case.bodies[others[0]].velocity)
     speed = float(np.sqrt((velocity**2).sum()))

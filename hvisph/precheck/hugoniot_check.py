@@ -22,7 +22,7 @@ def plane_shock(case: Case) -> tuple[Impact | None, str]:
     Returns
     -------
     tuple
-        The `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `meeting`, and an empty text;
+        The `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `impact_pair`, and an empty text;
         or None and the reason why there is none.
     """
     if case.start is not None:
@@ -31,18 +31,18 @@ def plane_shock(case: Case) -> tuple[Impact | None, str]:
         return None, "there is only one body"
     if case.kinematics == "plane_stress":
         return None, "a sheet in plane stress thickens before it bears the pressure of a shock"
-    from .impact_pair import meeting
+    from .impact_pair import impact_pair
 
-    met = meeting(case)
-    if met is None:
+    pair = impact_pair(case)
+    if pair is None:
         return None, "no two bodies approach each other"
     from hvisph.exact.hugoniot import impedance_match
     from hvisph.setup.materials import material_of
 
     try:
-        bodies = [case.bodies[name] for name in (met.first, met.second)]
+        bodies = [case.bodies[name] for name in (pair.first, pair.second)]
         projectile, target = (material_of(body.material, body.internal_energy) for body in bodies)
-        return impedance_match(projectile, target, met.velocity), ""
+        return impedance_match(projectile, target, pair.velocity), ""
     except HvisphError as error:
         return None, str(error)
     except ArithmeticError:
@@ -53,13 +53,13 @@ def hugoniot_warnings(case: Case) -> list[str]:
     """Return a warning for each of the bodies that meet first whose material is known to miss measured shocks here."""
     from hvisph.casefile.material_library import library_of
 
-    from .impact_pair import meeting
+    from .impact_pair import impact_pair
 
-    matched, met = plane_shock(case)[0], meeting(case)
-    if matched is None or met is None:
+    matched, pair = plane_shock(case)[0], impact_pair(case)
+    if matched is None or pair is None:
         return []
     library, said = library_of(), []
-    behind = {met.first: met.velocity - matched.interface_velocity, met.second: matched.interface_velocity}
+    behind = {pair.first: pair.velocity - matched.interface_velocity, pair.second: matched.interface_velocity}
     for name, speed in behind.items():
         body = case.bodies[name]
         if body.material.name not in library.files:

@@ -26,7 +26,7 @@ TOUCHING = 1e-6  # of the larger box: what rounding leaves between faces that to
 
 
 @dataclass(frozen=True)
-class Meeting:
+class ImpactPair:
     """Impact pair."""
 
     # their names: the one that moves faster, and the other; in the order of the file where both are as fast
@@ -35,7 +35,7 @@ class Meeting:
     velocity: float  # how fast they close across the faces that meet, above 0 [m/s]
 
 
-def meeting(case: Case) -> Meeting | None:
+def impact_pair(case: Case) -> ImpactPair | None:
     """Return the first two bodies in contact at their initial velocities; None without contact.
 
     Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure. None for
@@ -67,7 +67,7 @@ def meeting(case: Case) -> Meeting | None:
     _, _, a, b, speed = min(found)
     if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]):
         a, b = b, a
-    return Meeting(names[a], names[b], speed)
+    return ImpactPair(names[a], names[b], speed)
 
 
 def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> bool:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from hvisph.setup.formulations import impact_pressure
 
-from .impact_pair import meeting
+from .impact_pair import impact_pair
 
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body
@@ -53,9 +53,9 @@ class Regime:
 
 def regime(case: Case) -> Regime:
     """Return the regime of a case."""
-    met = meeting(case)
-    velocity = against_wall(case) if met is None else met.velocity
-    names = [next(iter(case.bodies))] * 2 if met is None else [met.first, met.second]
+    pair = impact_pair(case)
+    velocity = against_wall(case) if pair is None else pair.velocity
+    names = [next(iter(case.bodies))] * 2 if pair is None else [pair.first, pair.second]
     first, second = (material_of_body(case.bodies[name]) for name in names)
     one, other = (m.density_at_rest * m.bulk_sound_speed for m in (first, second))
     pressure = velocity * one * other / (one + other)
@@ -64,7 +64,7 @@ def regime(case: Case) -> Regime:
     known = [y for y in (_strength(material_of_body(body), pressure) for body in case.bodies.values()) if y is not None]
     liquids = (
         ()
-        if met is None
+        if pair is None
         else tuple(name for name, one in zip(names, (first, second), strict=True) if one.strength.name == "none")
     )
     return Regime(velocity, pressure, min(known, default=None), liquids)

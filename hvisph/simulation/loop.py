@@ -25,8 +25,7 @@ from hvisph.output.history import HistoryWriter, NoHistory
 from hvisph.output.run_folder import RunFolder
 from hvisph.parallel.collectives import COLLAPSED, GlobalLimit
 from hvisph.parallel.parallel_output import Moment
-from hvisph.precheck.advice import advice
-from hvisph.precheck.contact_rules import contact_warnings
+from hvisph.precheck.advice import advice, contact_warnings
 from hvisph.precheck.estimate import of_cores
 from hvisph.schemes.stepper import PERMUTE_EVERY, Stepper
 from hvisph.setup.build import Setup

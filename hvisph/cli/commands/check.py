@@ -69,8 +69,7 @@ def check(
 ) -> None:
     """Check a case without running it: particles, steps, time, memory, expected pressure, warnings."""
     from hvisph.case.checks.consistency import warnings_of
-    from hvisph.precheck.advice import advice, sparse
-    from hvisph.precheck.contact_rules import contact_warnings
+    from hvisph.precheck.advice import advice, contact_warnings, sparse
     from hvisph.precheck.estimate import estimate
 
     loaded = load(case, settings, resolution)
@@ -125,7 +124,7 @@ def _plain(case: Case, taken: Estimate, shock: Any, reason: str) -> Plain:
 
 def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
     from hvisph.precheck.advice import tears
-    from hvisph.precheck.impact_pair import meeting
+    from hvisph.precheck.impact_pair import impact_pair
     from hvisph.precheck.regime import experience, regime
 
     si = case.units == "si"
@@ -175,23 +174,17 @@ def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:
-        met = meeting(case)
-        assert met is not None
-        facts.append(
-            (
-                "plane shock",
-                f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {met.first} on {met.second} "
-                f"at {number(met.velocity, 'm/s')}; interface at {number(shock.interface_velocity, 'm/s')} relative to "
-                f"{met.second}",
-            )
+        pair = impact_pair(case)
+        assert pair is not None
+        interface, speeds = (
+            number(shock.interface_velocity, "m/s"),
+            [number(one.shock_speed, "m/s") for one in (shock.projectile, shock.target)],
         )
-        facts.append(
-            (
-                "",
-                f"shock speeds {number(shock.projectile.shock_speed, 'm/s')} and "
-                f"{number(shock.target.shock_speed, 'm/s')} into the bodies at rest",
-            )
-        )
+        facts += [
+            ("plane shock", f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on "
+             f"{pair.second} at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}"),
+            ("", f"shock speeds {' and '.join(speeds)} into the bodies at rest"),
+        ]  # fmt: skip
     from hvisph.precheck.estimate import available_threads, compilation, of_cores
 
     threads = of_cores(taken.threads, available_threads())

@@ -1,0 +1,206 @@
+"""Advice on formulation, contact, arrangement and resolution: conditions, each with its sentence and page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from hvisph.case.formulations.riemann import following
+from hvisph.case.time import COURANT_OF
+from hvisph.core.catalogues import KINEMATICS
+from hvisph.core.errors import CaseError
+
+from .facts import Facts, Found, Rule, Values
+from .regime import ELASTIC, SHOCK, material_of_body
+
+if TYPE_CHECKING:
+    pass
+
+# Particles across a projectile from which on it shears out plugs in time, up to which contact SPH slows it, and that
+# resolve the band.
+BAND, COARSE, RESOLVED_BAND = 60.0, 24.0, 80.0
+# Length over width of a rod, particles across from which on it erodes as it should, and speeds up to which it matters
+# [m/s]: measured with 25 mm of `tungsten-alloy-wnife`, 5 mm across, in `steel-4340`, axisymmetric.
+SLENDER, EVEN, ERODING = 3.0, 20.0, 2500.0
+WIDE = 1.5  # smoothing length over spacing from which on the foot of a bar in 3D holds together
+FEWEST_IN_WALL = 3.0  # particles across a wall of a mesh
+SHEET = 0.2  # wall over least extent of a mesh, below which a body is of sheet; a solid ball has a third
+# Speed over sound speed below which, over many crossings, bodies vibrate rather than carry shocks.
+SLOW, CROSSINGS = 0.01, 20.0
+# The same for bodies that never yield: balls of 11 particles across rebound with 0.2 of their speed in contact SPH at
+# 5 m/s and with half of it at 50, by Total Lagrangian kernels with 0.987.
+BOUNCING = 0.1
+STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
+LONGEST_STEP = COURANT_OF["riemann"]  # Courant number up to which contact SPH was verified
+
+
+def _receding(facts: Facts) -> Found:
+    """Bodies that move but do not approach each other."""
+    if not facts.is_motionless or not facts.moving:
+        return False
+    name, row = facts.moving[0], "; in a row the first body stands at x < 0 and meets the next flying towards +x"
+    return {"name": name, "row": row if facts.bodies[name].position is None else ""}
+
+
+def _slow(facts: Facts) -> Found:
+    """Bodies that vibrate, bend or spin: kernels in the current configuration damp that."""
+    case, kind = facts.case, facts.kind
+    if facts.is_motionless or facts.scheme not in ("riemann", "eulerian") or kind.strength is None:
+        return False
+    if facts.scheme == "riemann" and facts.model.variant == "elastic":
+        return False
+    fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in facts.bodies.values())
+    slowest = min(material_of_body(body).bulk_sound_speed for body in facts.bodies.values())
+    # some shapes know their size only where they stand
+    size = max((size for body in facts.bodies.values() for size in body.shape.extent()), default=math.inf)
+    slow = BOUNCING if math.isinf(kind.strength) else SLOW
+    if not (kind.pressure < ELASTIC * kind.strength and fastest < slow * slowest):
+        return False
+    lost = "" if facts.model.conserve_angular_momentum else " and loses spin"
+    crossings = case.duration * slowest / size
+    takes_elastic = facts.scheme == "riemann" and facts.model.variant == "corrected" and not facts.gases
+    takes_elastic = takes_elastic and not KINEMATICS[case.kinematics].revolved
+    takes = {"instead": "total_lagrangian", "setting": "formulation={type: total_lagrangian}"}
+    if takes_elastic:
+        takes = {"instead": "variant: elastic, or total_lagrangian", "setting": "formulation.variant=elastic"}
+    return crossings > CROSSINGS and {"scheme": facts.scheme, "lost": lost, "crossings": crossings} | takes
+
+
+def _yielding(facts: Facts) -> Found:
+    """Impacts above the elastic limit by the variant for elastic bodies."""
+    if facts.scheme != "riemann" or facts.model.variant != "elastic":
+        return False
+    kind = facts.kind
+    strength = kind.strength or 0.0
+    return kind.pressure >= ELASTIC * strength and {"pressure": 1e-9 * kind.pressure, "strength": 1e-9 * strength}
+
+
+def _fixed_smoothing_length(facts: Facts) -> Found:
+    """Gases whose smoothing length does not follow their density."""
+    if not facts.gases or facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed":
+        return False
+    wanted = following(facts.bodies.values(), facts.case.kinematics)
+    return {"gases": facts.gases, "wanted": "{" + ", ".join(f"{key}: {value}" for key, value in wanted.items()) + "}"}
+
+
+def _initial_overlap(facts: Facts) -> Found:
+    """Bodies placed nearer than a spacing, between which repulsion begins with energy of its own."""
+    contact = getattr(facts.model, "contact", None)
+    if contact is None or contact.type != "penalty" or facts.scheme != "eulerian":
+        return False
+    near = [
+        name
+        for name, body in list(facts.bodies.items())[1:]
+        if body.position is None and body.gap < 0.5 * facts.case.resolution
+    ]
+    return [{"name": name, "gap": facts.case.resolution} for name in near[:1]]
+
+
+def _eroding(facts: Facts) -> Found:
+    """Rods that erode in thick metal, with few particles across."""
+    pair = facts.impact_pair
+    if pair is None or facts.scheme != "riemann" or facts.dim == 1 or facts.kind.velocity >= ERODING:
+        return False
+    rod, struck = (facts.bodies[name].shape.extent() for name in (pair.first, pair.second))
+    if facts.overload < SHOCK or not rod or not struck or not min(rod[1:]) > 0.0:
+        return False
+    width = max(rod[1:])
+    eroding = rod[0] > SLENDER * width and struck[0] > width and width < EVEN * facts.case.resolution
+    return eroding and {"finer": width / EVEN}
+
+
+def _thin_walls(facts: Facts) -> Iterator[Values]:
+    """Meshes of sheet that the spacing does not resolve; of shapes with sizes these are refused."""
+    from hvisph.setup.shapes import shape_of
+
+    for name, body in facts.bodies.items():
+        if body.shape.type != "mesh":
+            continue
+        try:
+            shape, dx = shape_of(body.shape, facts.case.drawing_dimensions), body.spacing(facts.case)
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
+        wall = getattr(shape, "thickness", math.inf)
+        if wall < min(FEWEST_IN_WALL * dx, SHEET * min(shape.extent())):
+            yield {"name": name, "wall": 1e3 * wall, "count": wall / dx, "finer": 1e3 * wall / FEWEST_IN_WALL}
+
+
+FORMULATION_RULES = (
+    Rule(lambda f: f.is_motionless and not f.moving,
+         "bodies: none has a velocity, and nothing else sets them in motion: nothing will happen"),
+    Rule(_receding, "bodies.{name}.velocity: no two bodies approach each other: nothing will be struck{row}"),
+    Rule(_slow,
+         "formulation: the bodies stay elastic and move slowly over {crossings:.3g} crossings of their waves; "
+         "'{scheme}' damps vibration and rebound{lost}; take {instead}", "verification", "{setting}"),
+    Rule(_yielding,
+         "formulation.variant: 'elastic' overshoots in shocks beyond the elastic limit (5 % in aluminium at 600 m/s); "
+         "the impact pressure is {pressure:.3g} GPa, the least strength {strength:.3g} GPa; take 'corrected'",
+         "theory/default-scheme", "formulation.variant=corrected"),
+    Rule(lambda f: (f.scheme == "riemann" and f.case.time.step is None and f.case.time.cfl > LONGEST_STEP)
+         and {"cfl": f.case.time.cfl, "most": LONGEST_STEP},
+         "time.cfl: {cfl:g} is beyond {most:g}, up to which 'riemann' was verified; from 0.5 on yielded metal, liquids "
+         "and gases stay noisy; leave it out and take the default", "verification", "time.cfl={most:g}"),
+    Rule(lambda f: f.scheme == "riemann" and f.model.variant == "original" and f.strength_of_shock > STRONG / 2,
+         "formulation.variant: 'original' underestimates the stress behind strong shocks, by 2 % at 3 km/s and "
+         "37 % at 24 km/s in aluminium; take 'corrected'", "verification", "formulation.variant=corrected"),
+    Rule(lambda f: f.scheme == "eulerian" and f.model.density_form == "volume" and f.strength_of_shock > 1.5 * STRONG,
+         "formulation.density_form: 'volume' is off by up to 6 % of the stress in shocks this strong (24 km/s in "
+         "aluminium); take 'mass', or the formulation riemann", "verification", "formulation.density_form=mass"),
+    Rule(lambda f: f.scheme == "total_lagrangian" and f.overload > SHOCK,
+         "formulation: at an impact pressure above ten times the strength strains exceed what reference kernels "
+         "resolve; take riemann or adaptive, or give reference_update_strain: 0.3",
+         "verification", "formulation={{type: riemann}}"),
+    Rule(lambda f: ({"name": name} for name, body in f.bodies.items()
+                    if f.overload >= SHOCK and body.arrangement == "lattice_two_rings"),
+         "bodies.{name}.arrangement: single particles on the axis of 'lattice_two_rings' show 1.3 times the pressure "
+         "of 'square' and 'rings'; take one of these, or a mean, where peaks count",
+         "verification", "bodies.{name}.arrangement=rings"),
+    Rule(lambda f: (f.scheme == "eulerian" and f.dim == 3 and f.overload >= SHOCK
+                    and any(body.shape.type == "sphere" for body in f.bodies.values())),
+         "formulation: in 3D 'eulerian' leaves single particles at the rim of the contact of a sphere at up to 1.2 "
+         "times the pressure of a flat impact (riemann: 1.09); take riemann where peaks count",
+         "verification", "formulation={{type: riemann}}"),
+    Rule(lambda f: f.gases != "" and f.scheme in ("total_lagrangian", "adaptive") and {"gases": f.gases},
+         "formulation: {gases} is a gas or becomes one, which no reference kernel follows; take riemann, or give such "
+         "bodies `formulation: eulerian`", "verification", "formulation={{type: riemann}}"),
+    Rule(_fixed_smoothing_length,
+         "formulation.smoothing_length: fixed, and {gases} is a gas or becomes one, which expands beyond the reach of "
+         "a fixed kernel; give {wanted}", "verification", "formulation.smoothing_length={wanted}"),
+    Rule(lambda f: (f.gases != "" and f.scheme == "eulerian" and f.model.correction.type == "none"
+                    and f.model.density_form == "volume"
+                    and all(body.material.eos.type == "ideal_gas" for body in f.bodies.values())),
+         "formulation.density_form: with 'volume' density and pressure of a gas are a fifth too high behind a shock "
+         "that compresses it fourfold; take 'mass', or the formulation riemann",
+         "verification", "formulation.density_form=mass"),
+    Rule(_initial_overlap,
+         "formulation.contact: 'penalty' starts loaded where bodies touch: bodies.{name} is pushed off at rest; give "
+         "it a gap of {gap:g}, or take 'frictional'", "verification", "bodies.{name}.gap={gap:g}"),
+    # a limit came out 8 % too high with 60 particles across and by more than 12 % with 40
+    Rule(lambda f: (bool(f.plug_damage) and f.flat and f.across < BAND)
+         and {"finer": f.case.resolution * f.across / RESOLVED_BAND},
+         "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; "
+         "with 40 the ballistic limit is 12 % too high; compare with an experiment",
+         "validation", "resolution={finer:.3g}"),
+    Rule(lambda f: [{"name": name} for name, damage in f.plug_damage.items() if not damage.softening][:1],
+         "bodies.{name}.material.damage: damage does not reduce the yield stress, so that plugs leave a metal that "
+         "hardens too late; give `softening`, D_c, if the damage was published with one: 0.3 of Weldox 460 E",
+         "validation", "bodies.{name}.material.damage.softening=0.3"),
+    # a flat steel core at 850 m/s leaves 10 mm of aluminium at 616 m/s at 8 particles across, at 648 at 12, for 680
+    Rule(lambda f: bool(f.plug_damage) and f.flat and f.scheme == "riemann" and f.across < COARSE,
+         "formulation: a projectile that punches a plate at this speed loses up to 10 % too much of it in 'riemann' "
+         "with few particles across; take adaptive, and compare with eulerian",
+         "validation", "formulation={{type: adaptive, conversion: {{damage: true}}}}"),
+    Rule(_eroding,
+         "resolution: a rod that erodes stops too early with few particles across it: tungsten at 1.5 km/s penetrates "
+         "0.75 of its length into steel at 8 across and 0.91 at 14; compare with a finer one",
+         "validation", "resolution={finer:.3g}"),
+    Rule(lambda f: (f.dim == 3 and f.scheme == "riemann" and f.model.h_over_dx < WIDE and f.impact_pair is None
+                    and f.overload > SHOCK) and {"wide": WIDE},
+         "formulation.h_over_dx: in a foot that flattens against a wall in 3D particles separate beyond the reach of "
+         "their kernels; it spreads by 9 % too much at 1.2, within 3 % at {wide:g}; give that, or take axisymmetric",
+         "validation", "formulation.h_over_dx={wide:g}"),
+    Rule(_thin_walls,
+         "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
+         "it a `resolution` of {finer:.3g} mm or finer", setting="bodies.{name}.resolution={finer:.3g} mm"),
+)  # fmt: skip

@@ -1,0 +1,235 @@
+"""Advice on materials: strength, damage, cracks, melting; conditions, each with its sentence and page."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from hvisph.case.formulations.riemann import bears_any_tension
+from hvisph.core.catalogues import KINEMATICS
+
+from .facts import BALLISTIC, Facts, Found, Rule, Values
+from .regime import SHOCK, material_of_body
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
+
+# Impact pressure up to which strength matters [Pa], and materials of the library that are liquids.
+FELT = 20e9
+LIQUIDS = ("water",)
+LATTICE_NOISE = 1e-6  # pressure of the disorder of a lattice at rest, over the bulk modulus
+LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most rock
+# Softening displacements over the width of the band, between which a crack takes its energy: bars with a weak row took
+# up to 2.7 times as much below the first; above the second a lattice tears before the crack has opened.
+SHARPEST, WIDEST_CRACK = 0.1, 1.0
+AT_ONSET = 0.1  # plastic strain at which metals begin to crack, for estimates of their strength then
+SOLID = ("mie_gruneisen", "us_up_table", "murnaghan", "polynomial")  # equations of state without liquid and vapour
+VAPOUR = "-tillotson"  # what names of the library's variants with liquid and vapour end with
+
+
+def _spalling(facts: Facts) -> Found:
+    """Shocked plates whose damage depends on plastic strain alone; elsewhere plates are bent and punched first."""
+    shocked = facts.overload >= SHOCK and facts.kind.velocity >= BALLISTIC
+    if facts.overload < 1.0 or (facts.dim > 1 and not shocked):
+        return False
+    names = [name for name, body in reversed(list(facts.bodies.items())[1:]) if _strain_alone(body)]
+    return [{"name": name} | _spalling_like(facts.bodies[name]) for name in names[:1]]
+
+
+def _spalling_like(body: Body) -> dict[str, object]:
+    """Return the library's material of nearest density with a spall strength [Pa], which stands for an unknown one."""
+    from hvisph.casefile.material_library import load_material, material_names
+
+    known: dict[float, dict[str, object]] = {}
+    for material in map(load_material, material_names()):
+        strength = getattr(material.damage, "spall_strength", None)
+        if strength and material.strength.type != "none" and material.porosity is None:
+            known[abs(math.log(material.density / body.material.density))] = {"of": material.name, "like": strength}
+    return known[min(known)]
+
+
+def _strain_alone(body: Body) -> bool:
+    damage: Any = body.material.damage
+    return damage.type == "johnson_cook" and damage.spall_strength is None and damage.pressure_cutoff is None
+
+
+def _brittle(facts: Facts) -> Iterator[Values]:
+    """Fits of the strain to failure that fall to zero in tension."""
+    from hvisph.materials.damage.johnson_cook import TRIAXIALITY_LIMIT
+
+    for name, body in facts.bodies.items() if facts.overload >= 1.0 else ():
+        damage: Any = body.material.damage
+        if damage.type != "johnson_cook" or damage.high_triaxiality == "void_growth":
+            continue
+        if damage.d1 < 0.0 and damage.d2 > -damage.d1 and damage.d3 < 0.0:
+            end = math.log(-damage.d1 / damage.d2) / damage.d3
+            if end < TRIAXIALITY_LIMIT:
+                yield {"name": name, "end": end}
+
+
+def _liquid(facts: Facts) -> Iterator[Values]:
+    """Solids of the library without a strength, where an impact is weak enough for strength to matter."""
+    from hvisph.casefile.material_library import library_of
+
+    if facts.kind.velocity <= 0.0 or facts.kind.pressure > FELT or facts.case.units != "si":
+        return
+    library = library_of()
+    for name, body in facts.bodies.items():
+        model = body.material
+        if model.strength.type == "none" and model.name in library.files and not model.name.startswith(LIQUIDS):
+            family = re.split(r"[-0-9]", model.name)[0]
+            kin = [
+                one for one in library.names() if one.startswith(family) and library.load(one).strength.type != "none"
+            ]
+            yield {"name": name, "material": model.name, "remedy": f"; '{kin[0]}' has one" if kin else "",
+                   "setting": f"bodies.{name}.material={kin[0]}" if kin else ""}  # fmt: skip
+
+
+def _held_by_hoops(facts: Facts) -> Iterator[Values]:
+    """Bodies about the axis whose tension nothing limits."""
+    for name, body in facts.bodies.items() if KINEMATICS[facts.case.kinematics].revolved else ():
+        if bears_any_tension(body):
+            yield {"name": name} | _spalling_like(body)
+
+
+def _moduli_apart(facts: Facts) -> Iterator[Values]:
+    """Isotropic solids whose shear modulus is too high for their bulk modulus."""
+    for name, body in facts.bodies.items():
+        material = material_of_body(body)
+        if getattr(body.material.strength, "shear_modulus", None) is None or material.has_axes:
+            continue
+        bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
+        poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
+        if poisson < LEAST_POISSON:
+            usual = 1.5 * bulk * (1.0 - 2.0 * USUAL_POISSON) / (1.0 + USUAL_POISSON)
+            yield {"name": name, "poisson": poisson, "least": LEAST_POISSON, "usual": USUAL_POISSON, "shear": usual}
+
+
+def _weak_cohesion(facts: Facts) -> Iterator[Values]:
+    """Bodies of rock whose cohesion is below the noise of the pressure of a lattice."""
+    for name, body in facts.bodies.items():
+        strength = body.material.strength
+        if strength.type == "rock":
+            material = material_of_body(body)
+            least = LATTICE_NOISE * material.density * material.bulk_sound_speed**2
+            if 0.0 < strength.cohesion < least:
+                yield {"name": name, "cohesion": strength.cohesion, "least": least, "share": LATTICE_NOISE}
+
+
+def _cracks(facts: Facts) -> Iterator[tuple[str, float, float, float]]:
+    """Return body, width of its bands, l_max and w_f [m] of bodies with a fracture energy.
+
+    The flow stress at onset is that at a strain of `AT_ONSET`, slow and cold; the tension is the spall strength or the
+    cut-off, else the mean stress of uniaxial tension. w_f is that of flow; of what never yields, that of tension.
+    """
+    from hvisph.materials.damage.fracture_energy import largest_widths
+    from hvisph.setup.formulations import formulation_of
+    from hvisph.setup.material_point import flow_at
+
+    for name, body in facts.bodies.items():
+        damage: Any = body.material.damage
+        material = material_of_body(body)
+        if material.fracture is None:
+            continue
+        energy, shear = material.fracture.energy, material.shear_modulus
+        flow = 0.0 if body.material.strength.type == "elastic" else flow_at(material, None, AT_ONSET, 1.0)
+        if damage.type == "principal_stress":
+            flow, tension = damage.tensile_strength, damage.tensile_strength
+        else:
+            cut = getattr(damage, "pressure", None) or getattr(damage, "pressure_cutoff", None) or 0.0
+            tension = getattr(damage, "spall_strength", None) or -cut or flow / 3.0
+        modulus = material.density * material.bulk_sound_speed**2 + 4.0 * shear / 3.0
+        width = body.spacing(facts.case) * getattr(formulation_of(facts.case), "band_spacings", 1.0)
+        yield name, width, largest_widths(energy, flow, tension, shear, modulus), 2.0 * energy / (flow or tension)
+
+
+def _too_wide(facts: Facts) -> Iterator[Values]:
+    """Bands that would snap back, or take more than the energy of their crack."""
+    for name, width, stable, opening in _cracks(facts):
+        most = min(stable, opening / SHARPEST)
+        if width <= most:
+            continue
+        own = facts.bodies[name].resolution
+        finer = most * (own or facts.case.resolution) / width
+        left = 100.0 * math.sqrt(stable / width)
+        effect = f"its strength falls to {left:.2g} %" if width > stable else "cracks may take three times their energy"
+        yield {"name": name, "width": 1e3 * width, "stable": 1e3 * stable, "opening": 1e3 * opening, "effect": effect,
+               "of": f"bodies.{name}." if own else "",
+               "finer": math.floor(1e6 * finer) if finer > 1e-6 else 1e6 * finer}  # fmt: skip
+
+
+def _too_narrow(facts: Facts) -> Iterator[Values]:
+    """Bands narrower than the displacement over which they soften."""
+    for name, width, _, opening in _cracks(facts):
+        if width < WIDEST_CRACK * opening:
+            own = facts.bodies[name].resolution
+            yield {"name": name, "width": 1e3 * width, "opening": 1e3 * opening, "of": f"bodies.{name}." if own else "",
+                   "coarser": math.ceil(1e6 * opening * (own or facts.case.resolution) / width)}  # fmt: skip
+
+
+def _molten(facts: Facts) -> Iterator[Values]:
+    """Bodies whose first shock leaves them molten, with an equation of state that has no liquid and no vapour."""
+    from hvisph.casefile.material_library import library_of
+
+    from .hugoniot_check import plane_shock
+
+    pair, shock = facts.impact_pair, plane_shock(facts.case)[0]
+    if pair is None or shock is None:
+        return
+    names = library_of().files
+    for name, behind in ((pair.first, shock.projectile), (pair.second, shock.target)):
+        body = facts.bodies[name]
+        material, model = material_of_body(body), body.material
+        melts = material.melting_point
+        if model.eos.type not in SOLID or material.porosity is not None or material.total_energy or melts == math.inf:
+            continue
+        hot = material.released_temperature(behind.density, behind.energy)
+        if hot > melts:
+            kin = f"{model.name}{VAPOUR}"
+            known = kin in names
+            yield {"name": name, "eos": model.eos.type, "shock": 1e-9 * behind.pressure, "hot": hot, "melts": melts,
+                   "remedy": f"take {kin}" if known else "`tillotson` and `table` have both",
+                   "setting": f"bodies.{name}.material={kin}" if known else ""}  # fmt: skip
+
+
+MATERIAL_RULES = (
+    Rule(_brittle,
+         "bodies.{name}.material.damage: the strain to failure falls to zero at a triaxiality of {end:.3g}, so that "
+         "the tension of a release fails it at once; give high_triaxiality: void_growth, or damage none",
+         "validation", "bodies.{name}.material.damage.high_triaxiality=void_growth"),
+    Rule(_spalling,
+         "bodies.{name}.material.damage: johnson_cook adds up plastic strain, of which a release makes little, so that "
+         "plates spall too late; give spall_strength where spall decides, '{of}' has {like:.3g} Pa",
+         "validation", "bodies.{name}.material.damage.spall_strength={like:.3g}"),
+    Rule(_liquid,
+         "bodies.{name}.material: the library has no strength of '{material}', a liquid here: bending, penetration and "
+         "shape are those of a liquid{remedy}", setting="{setting}"),
+    Rule(_held_by_hoops,
+         "bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round the axis: "
+         "a cloud of debris is held by its own hoops, and what is drawn beyond all that its equation of state bears "
+         "runs away; give one, such as the spall strength of '{of}'",
+         setting="bodies.{name}.material.damage={{type: pressure_cutoff, pressure: -{like:.3g}}}"),
+    Rule(_moduli_apart,
+         "bodies.{name}.material: shear and bulk modulus give a Poisson's ratio of {poisson:.2g}, below {least:g}, "
+         "so that they are of different measurements; give the shear modulus of a ratio of {usual:g} unless both are "
+         "measured",
+         setting="bodies.{name}.material.strength.shear_modulus={shear:.3g}"),
+    Rule(_too_wide,
+         "bodies.{name}.material.damage: the bands of its cracks are {width:.3g} mm wide: {effect}; its strength is "
+         "borne up to l_max = {stable:.3g} mm, and the energy is right up to ten times the displacement of "
+         "{opening:.3g} mm over which it softens; give a finer resolution",
+         "materials", "{of}resolution={finer:.4g} um"),
+    Rule(_too_narrow,
+         "bodies.{name}.material.damage: bands of {width:.3g} mm are narrower than the displacement of {opening:.3g} "
+         "mm over which they soften: the lattice tears before a crack has taken its energy, 0.6 to 1 of it; give a "
+         "coarser resolution", "materials", "{of}resolution={coarser:.4g} um"),
+    Rule(_weak_cohesion,
+         "bodies.{name}.material.strength: a cohesion of {cohesion:.3g} Pa is lost in the pressure of the lattice's "
+         "disorder, {share:g} of the bulk modulus; the smallest that counts is {least:.3g} Pa", "materials"),
+    Rule(_molten,
+         "bodies.{name}.material.eos: after a shock of {shock:.0f} GPa and its release '{eos}' is at {hot:.0f} K, "
+         "above the melting point of {melts:g} K, and has no liquid and no vapour; {remedy}",
+         "materials", "{setting}"),
+)  # fmt: skip
