@@ -30,6 +30,7 @@ from hvisph.setup.materials import material_of
 from .warnings import Holds, remarks
 
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
 
 
@@ -168,7 +169,7 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
     return [*remarks(now, start, list(case.bodies), whole, case.resolution, holds, moments(), cracks), *unread]
 
 
-def _holds(body: Any, unitless: bool) -> Holds:
+def _holds(body: Body, unitless: bool) -> Holds:
     material = material_of(body.material, body.internal_energy)
     holds = range_of(material)
     damage: Any = body.material.damage

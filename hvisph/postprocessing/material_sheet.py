@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,12 +22,17 @@ from hvisph.setup.material_point import drive, flow_at, knows_heat
 from hvisph.setup.materials import material_of
 from hvisph.visualization.curves import Panel, panels_picture
 
+if TYPE_CHECKING:
+    from hvisph.case.materials.material import Material as MaterialModel
+    from hvisph.casefile.material_library import Notes
+    from hvisph.setup.material_point import PointRecord
+
 SHOCKS = (250.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0)  # particle velocities [m/s]
 RATES = (1.0, 1e3, 1e6)  # [1/s]
 IN_BIN, LEAST_IN_BIN = 5, 4  # measured points
 
 
-def derive_properties(model: Any) -> dict[str, tuple[float, str]]:
+def derive_properties(model: MaterialModel) -> dict[str, tuple[float, str]]:
     """Return what follows from a case's material: name to value and SI unit."""
     material = material_of(model)
     rho, c, g = material.density, material.bulk_sound_speed, material.shear_modulus
@@ -70,7 +75,9 @@ def derive_properties(model: Any) -> dict[str, tuple[float, str]]:
     return numbers
 
 
-def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[float, float, float, float, float]]:
+def hugoniot(
+    model: MaterialModel, velocities: Sequence[float] = SHOCKS
+) -> list[tuple[float, float, float, float, float]]:
     """Return particle velocity, shock speed, pressure, density and temperature behind shocks, where there are any.
 
     There are none of detonation products, which are never at rest.
@@ -91,7 +98,7 @@ def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[flo
 
 
 def compare_hugoniot(
-    model: Any, points: Sequence[tuple[float, float]], strength: bool = True
+    model: MaterialModel, points: Sequence[tuple[float, float]], strength: bool = True
 ) -> list[tuple[float, float, float]]:
     """Return particle velocity, measured and model's shock speed [m/s] of points [up, Us], as far as the model goes.
 
@@ -124,7 +131,7 @@ def worst_bin(beside: Sequence[tuple[float, float, float]]) -> tuple[float, floa
     return float(bins[worst].mean()), float(places[worst]), scatter
 
 
-def picture(models: Sequence[Any], path: str | os.PathLike[str], notes: Any = None) -> Path:
+def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes: Notes | None = None) -> Path:
     """Draw Hugoniot, release, strength against strain, rate, temperature and pressure of materials, and store it.
 
     Parameters
@@ -184,7 +191,7 @@ def flow_stress_curves(material: Material) -> list[tuple[str, np.ndarray, np.nda
     return curves
 
 
-def _release_curves(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
+def _release_curves(label: str, model: MaterialModel, rows: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the Hugoniot and three release isentropes, pressure [GPa] over density."""
     pressure = material_of(model).pressure_function()
     curves = [(f"{label}, Hugoniot", rows[:, 3], rows[:, 2] * 1e-9)]
@@ -214,7 +221,7 @@ def _thermal_softening_curves(label: str, material: Any) -> list[tuple[str, np.n
     return curves
 
 
-def point_picture(record: Any, path: str | os.PathLike[str], title: str) -> Path:
+def point_picture(record: PointRecord, path: str | os.PathLike[str], title: str) -> Path:
     """Draw what a material point went through, and store it."""
     strain = record.strain
     stresses = Panel("strain", "stress [MPa]")

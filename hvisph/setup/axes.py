@@ -12,12 +12,13 @@ from hvisph.geometry.placement import rotation_matrix
 from hvisph.materials.material_table import Material
 
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
 
 _ALONG = 1e-6  # sine of the angle between directions that are the same
 
 
-def material_axes(case: Case, name: str, model: Any, material: Material) -> np.ndarray:
+def material_axes(case: Case, name: str, model: Body, material: Material) -> np.ndarray:
     """Return the unit quaternion (4,) that turns x, y, z into the material axes of the body `name`.
 
     Raises

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import fill, refuse_sparse
@@ -43,7 +44,7 @@ class PlacedBody:
     """
 
     name: str
-    model: Any
+    model: Body
     filling: Filling
     positions: np.ndarray
     volumes: np.ndarray
@@ -180,7 +181,7 @@ def _with_carried(case: Case) -> list[PlacedBody]:
 
 
 def _fill_body(
-    case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]
+    case: Case, model: Body, turn: np.ndarray | None, mirrors: Sequence[Mirror]
 ) -> tuple[Shape | None, Filling]:
     """Return the shape and the particles of a body about its origin."""
     dx = model.spacing(case)

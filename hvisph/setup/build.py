@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph.case.formulations.riemann import bears_any_tension
 from hvisph.core.particles import Particles
+from hvisph.core.text import Plain
 from hvisph.integrators.prescribed_motion import RIGID_GROUP, Motion, PrescribedMotion, RigidMotion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.integrators.time_step import Criteria
@@ -50,7 +51,7 @@ class Setup:
     bears_any_tension: tuple[bool, ...] = ()
     driven: bool = False
     substances: tuple[Material, ...] = ()
-    origin: dict[str, Any] = field(default_factory=dict)
+    origin: Plain = field(default_factory=dict)
 
     @property
     def particles(self) -> Particles:

@@ -12,6 +12,7 @@ from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CRACK, MEMORY
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
+from hvisph.core.text import Plain
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.material_table import Material
@@ -130,7 +131,7 @@ class Beginning:
     count: int
     watched: dict[str, np.ndarray] | None = None
     sequence: np.ndarray | None = None
-    origin: dict[str, Any] = field(default_factory=dict)
+    origin: Plain = field(default_factory=dict)
 
 
 def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:

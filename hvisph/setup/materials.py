@@ -18,6 +18,7 @@ from hvisph.materials.slots import KEEPS_STRESS
 from hvisph.output.eos_table import SUFFIXES, read_eos_table
 
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.materials.damage import Damage as DamageModel
     from hvisph.case.materials.eos import Eos as EosModel
     from hvisph.case.materials.material import Material as MaterialModel
@@ -143,7 +144,7 @@ def _failed_friction(model: DamageModel) -> float:
     return rest.get(getattr(model, "failed_strength", ""), 0.0)
 
 
-def start_of(name: str, model: Any, material: Material) -> tuple[float, float]:
+def start_of(name: str, model: Body, material: Material) -> tuple[float, float]:
     """Return initial density [kg/m^3] and specific internal energy [J/kg] of a body.
 
     Raises

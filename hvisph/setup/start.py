@@ -26,6 +26,7 @@ from hvisph.casefile.loader import case_hash, load_case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.fields import AXES, CATALOGUE, CRACK, MEMORY, OF_STATE
 from hvisph.core.particles import BASE_FIELDS
+from hvisph.core.text import Plain
 from hvisph.materials.material_table import Material
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_time
 from hvisph.output.snapshot import Snapshot
@@ -61,7 +62,7 @@ class Origin:
             lengths = first.fields["smoothing_length"][order[np.searchsorted(first.id, now.id, sorter=order)]]
         return np.asarray(lengths / h_over_dx)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Plain:
         """Return the plain form for the summary: folder, time, hash of the case, and what is lost.
 
         `lost_on_mapping` is the energy of the run [J] that no particle has, its `contact_energy`: it does not go on.

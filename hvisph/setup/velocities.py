@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
 
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body, LinearField, RadialField, SpinField, TableField, UniformField
+
 # A field may differ by so much of its largest velocity from its mirror image.
 UNLIKE = 1e-6
 
 
-def initial_velocity(model: Any, positions: np.ndarray, middle: np.ndarray) -> np.ndarray:
+def initial_velocity(model: Body, positions: np.ndarray, middle: np.ndarray) -> np.ndarray:
     """Return the initial velocity of particles (n, dim) [m/s]; fields are centred at `middle` [m] by default."""
     velocity = np.tile(np.asarray(model.velocity, dtype=float), (len(positions), 1))
     for number, field in enumerate(model.initial_velocity):
@@ -25,7 +29,7 @@ def initial_velocity(model: Any, positions: np.ndarray, middle: np.ndarray) -> n
     return velocity
 
 
-def refuse_unlike_halves(model: Any, positions: np.ndarray, middle: np.ndarray, axis: int, at: float) -> None:
+def refuse_unlike_halves(model: Body, positions: np.ndarray, middle: np.ndarray, axis: int, at: float) -> None:
     """Raise an error for a field that is not symmetric about the plane `at` [m] across `axis`.
 
     Raises
@@ -50,17 +54,17 @@ def refuse_unlike_halves(model: Any, positions: np.ndarray, middle: np.ndarray, 
             )
 
 
-def _uniform(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+def _uniform(field: UniformField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     return np.tile(np.asarray(field.velocity, dtype=float), (len(positions), 1))
 
 
-def _spin(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+def _spin(field: SpinField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     if offset.shape[1] == 2:
         return field.rate * np.stack([-offset[:, 1], offset[:, 0]], axis=1)
     return np.cross(field.rate * _unit(field.axis), offset)
 
 
-def _radial(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+def _radial(field: RadialField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     if field.axis is not None and offset.shape[1] == 3:
         along = _unit(field.axis)
         offset = offset - np.outer(offset @ along, along)
@@ -70,11 +74,11 @@ def _radial(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray
     return offset * (speed / away)[:, None]
 
 
-def _linear(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+def _linear(field: LinearField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     return offset @ np.asarray(field.gradient).T
 
 
-def _table(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+def _table(field: TableField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     from hvisph.geometry.particle_file import read_columns
 
     dim = positions.shape[1]
@@ -88,7 +92,13 @@ def _table(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     return interpolate(points, values, positions)
 
 
-_FIELDS = {"uniform": _uniform, "spin": _spin, "radial": _radial, "linear": _linear, "table": _table}
+_FIELDS: dict[str, Callable[..., np.ndarray]] = {
+    "uniform": _uniform,
+    "spin": _spin,
+    "radial": _radial,
+    "linear": _linear,
+    "table": _table,
+}
 
 
 def _unit(direction: object) -> np.ndarray:

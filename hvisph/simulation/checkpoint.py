@@ -15,6 +15,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
+from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Budget, Peaks
 from hvisph.diagnostics.sanity_checks import Watch
 from hvisph.output.checkpoint_file import Checkpoint, Ordered
@@ -62,7 +63,7 @@ class Keeper:
         """Yield the state between two steps, with the next step `time_step`; None but on the first process."""
         share, rows, header = self.setup.subdomain, self._rows(), self._header(time_step)
         history = {f"{HISTORY}{name}": values for name, values in self.setup.stepper.history().items()}
-        arrays: dict[str, Any]
+        arrays: Plain
         if share.uses_slabs:
             with Slabs(share.world, rows, self.setup.particles.id.astype(np.int64), share.count).open() as slabs:
                 arrays = {name: slabs.whole(name) for name in rows} if slabs else {}
@@ -82,7 +83,7 @@ class Keeper:
         rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags, PEAKS: self.peaks.highest}
         return rows | {f"{CARRIED}{name}": values for name, values in carried.items()}
 
-    def _header(self, time_step: TimeStep) -> dict[str, Any]:
+    def _header(self, time_step: TimeStep) -> Plain:
         clock, budget = self.clock, self.budget
         return {
             "case": self.case.model_dump(mode="json"),
@@ -133,7 +134,7 @@ class Keeper:
         with _fits(checkpoint):
             return self._restore(checkpoint.header, mine, taken)
 
-    def _restore(self, header: dict[str, Any], rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
+    def _restore(self, header: Plain, rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
         clock, budget, particles, stepper = self.clock, self.budget, self.setup.particles, self.setup.stepper
         particles.data[...], particles.tags[...] = rows[STATE], rows[TAGS]
         self.peaks.highest[...] = rows[PEAKS]
@@ -240,7 +241,7 @@ def _short(value: object) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def refuse_misfit(given: Checkpoint, header: dict[str, Any],
+def refuse_misfit(given: Checkpoint, header: Plain,
                   own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:  # fmt: skip
     """Raise `ValueError` unless `given` has the types and shapes of `own` and `header`."""
     for name, value in header.items():

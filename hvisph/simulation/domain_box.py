@@ -7,10 +7,9 @@ and snapshots do not show it.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from hvisph.case.output import BoxRegion
 from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
 from hvisph.diagnostics.budgets import Budget
@@ -28,7 +27,7 @@ APART = 3.0
 class Domain:
     """Box that particles may not leave: the case's `domain`, None for none."""
 
-    def __init__(self, setup: Setup, box: Any):
+    def __init__(self, setup: Setup, box: BoxRegion | None):
         self._setup = setup
         dim = setup.particles.dim
         self._low, self._high = np.full(dim, -np.inf), np.full(dim, np.inf)

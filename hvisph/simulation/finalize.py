@@ -5,12 +5,12 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numba
 
 from hvisph.case.case import Case
 from hvisph.core.errors import HvisphError, OutputError
+from hvisph.core.text import Plain
 from hvisph.output import file_names
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.output.snapshot import Snapshot
@@ -25,12 +25,12 @@ class Outcome:
     """How a run ended."""
 
     folder: Path  # the run's folder
-    summary: dict[str, Any]  # the content of its ``summary.json``
+    summary: Plain  # the content of its ``summary.json``
     exit_code: int  # 0 done and as expected, 1 missed an expectation, 3 failed, 130 interrupted, 143 terminated
     signal: str = ""  # name of the signal that stopped it, empty if none did
 
 
-def exit_code_of(status: str, summary: dict[str, Any], signal: int) -> int:
+def exit_code_of(status: str, summary: Plain, signal: int) -> int:
     """Return the exit code of a run from its `status`, and the `signal` that interrupted it."""
     if status == "interrupted":
         return 128 + signal
@@ -39,8 +39,8 @@ def exit_code_of(status: str, summary: dict[str, Any], signal: int) -> int:
     return 0 if all(row["passed"] for row in summary["expected"]) else 1
 
 
-def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: dict[str, Any],
-           listener: Listener, origin: dict[str, Any]) -> dict[str, Any]:  # fmt: skip
+def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: Plain,
+           listener: Listener, origin: Plain) -> Plain:  # fmt: skip
     """Write and return the summary, measured from the run's files, with its warnings.
 
     `ended` has the arguments of `summarise` that describe the end of the run, `origin` tells of the one before it.

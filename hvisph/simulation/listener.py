@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hvisph.core.text import Plain
+
 # Wall time between two reports of progress [s].
 REPORT_EVERY = 0.1
 
@@ -45,7 +47,7 @@ class Listener:
     def message(self, text: str) -> None:
         """Report a text to the user."""
 
-    def finish(self, summary: dict[str, Any]) -> None:
+    def finish(self, summary: Plain) -> None:
         """Report that the summary is written."""
 
 

@@ -6,7 +6,6 @@ import time as wall
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numba
 import numpy as np
@@ -17,6 +16,7 @@ from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import dump_case
 from hvisph.core.errors import RunError
 from hvisph.core.particles import copy_rows
+from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Budget, Observer
 from hvisph.diagnostics.sanity_checks import Failure, Watch
 from hvisph.integrators.time_step import Limit
@@ -252,7 +252,7 @@ class Run:
         if shared:
             self.folder.log.write(shared)
         sums = self.setup.stepper.sums
-        ended: dict[str, Any] = {
+        ended: Plain = {
             "status": self.status, "time": self.clock.time, "steps": self.clock.steps,
             "failure": self.failure.as_dict() if self.failure else None, "particles": self.subdomain.count,
             "wall_seconds": self.reporter.seconds, "conservation": self.budget.as_dict(sums),
@@ -262,7 +262,7 @@ class Run:
         for one in (self.setup, self.writer):
             release_arrays(one)
 
-        def summary_of() -> dict[str, Any]:
+        def summary_of() -> Plain:
             assert last is not None
             return sum_up(self.case, self.text, self.writer, last(), ended, self.listener, self.setup.origin)
 

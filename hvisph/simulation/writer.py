@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as wall
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE
 from hvisph.core.lazy_arrays import Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
+from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Followed, Peaks
 from hvisph.exact.entropy import entropy
 from hvisph.integrators.gravity import SPHERE, Gravity
@@ -44,7 +45,7 @@ class SnapshotWriter:
 
     def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str):
         self.folder, self.setup, self.output = folder, setup, case.output
-        self.metadata: dict[str, Any] = {
+        self.metadata: Plain = {
             "spacing": case.resolution, "h_over_dx": case.formulation.h_over_dx,
             "kernel_reach": case.formulation.support_over_h, "kinematics": case.kinematics, "title": case.title,
             "units": case.units, "code_version": __version__, "case": text,
@@ -159,7 +160,7 @@ class SnapshotWriter:
                 start.metadata.update(self.metadata)
         return moment
 
-    def _reference(self, start: Snapshot) -> dict[str, Any]:
+    def _reference(self, start: Snapshot) -> Plain:
         surfaces = {
             name: {
                 "axis": int(np.abs(normal).argmax()),
@@ -261,7 +262,7 @@ def _impedance(start: Snapshot, number: int) -> float:
     return float(start.fields["density"][row] * start.fields["sound_speed"][row])
 
 
-def _field_of_gravity(field: Gravity) -> dict[str, Any]:
+def _field_of_gravity(field: Gravity) -> Plain:
     """Return the field of gravity as measures read it."""
     if field.kind == SPHERE:
         return {"centre": list(field.vector), "mass_parameter": field.strength, "radius": field.radius}

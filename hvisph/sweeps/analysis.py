@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.case import sweep as models
-from hvisph.core.measure_catalogue import format_of, main_measures
+from hvisph.core.measure_catalogue import NumberFormat, format_of, main_measures
 from hvisph.core.text import Plain, PlainMapping
 
 from .calibration import Calibration, parameter_text
@@ -277,7 +277,7 @@ def _limit_text(one: PlainMapping) -> str:
     return text + uncertainty_text(one.get("uncertainty"), 1.0, one["unit"]) + "."
 
 
-def _convergence_text(display: Any, one: PlainMapping) -> str:
+def _convergence_text(display: NumberFormat, one: PlainMapping) -> str:
     finest = one["values"][one["spacings"].index(min(one["spacings"]))]
     display = display.scale_to(abs(finest))
     text = (
@@ -286,7 +286,7 @@ def _convergence_text(display: Any, one: PlainMapping) -> str:
     return text + uncertainty_text(one.get("uncertainty"), display.factor, display.unit) + "."
 
 
-def _sample_text(display: Any, one: PlainMapping) -> str:
+def _sample_text(display: NumberFormat, one: PlainMapping) -> str:
     display = display.scale_to(abs(one["mean"]))
     mean, deviation = one["mean"] * display.factor, one["sd"] * display.factor
     text = f"The {display.label} is {mean:.4g} {display.unit}, standard deviation {deviation:.2g}"
@@ -297,7 +297,7 @@ def _sample_text(display: Any, one: PlainMapping) -> str:
     return text + "."
 
 
-def _experiment_text(display: Any, one: PlainMapping) -> str:
+def _experiment_text(display: NumberFormat, one: PlainMapping) -> str:
     if one["mean"] is None:
         return ""
     return (f"The {display.label} differs by {100.0 * one['mean']:+.2g} % in the mean of {len(one['cases'])} shots, by "

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hvisph.cli.guard import load, locate_errors
 from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
@@ -17,7 +17,9 @@ from hvisph.core.measure_catalogue import format_time
 from hvisph.core.text import Plain
 
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
+    from hvisph.exact.hugoniot import Impact
     from hvisph.precheck.estimate import BodyEstimate, Estimate
 
 
@@ -105,7 +107,7 @@ def _tested(warning: str, case: str, settings: list[str], resolution: str | None
     return warning
 
 
-def _plain(case: Case, taken: Estimate, shock: Any, reason: str) -> Plain:
+def _plain(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> Plain:
     from hvisph.precheck.regime import regime
 
     facts = {
@@ -122,7 +124,7 @@ def _plain(case: Case, taken: Estimate, shock: Any, reason: str) -> Plain:
     return facts
 
 
-def _words(case: Case, taken: Estimate, shock: Any, reason: str) -> str:
+def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> str:
     from hvisph.precheck.advice import tears
     from hvisph.precheck.impact_pair import impact_pair
     from hvisph.precheck.regime import experience, regime
@@ -242,7 +244,7 @@ def _filling(body: BodyEstimate, case: Case, number: Format) -> str:
     return f"{words}; {body.note}" if body.note else words
 
 
-def _shape(body: Any, number: Format) -> str:
+def _shape(body: Body, number: Format) -> str:
     sizes = " x ".join(number(side, "m") for side in dict.fromkeys(body.shape.extent()))
     if body.shape.type == "box":
         sizes = " x ".join(number(side, "m") for side in body.shape.size)

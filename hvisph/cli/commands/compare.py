@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,6 +18,7 @@ from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.text import Plain
 
 if TYPE_CHECKING:
+    from hvisph.postprocessing.comparison import Entry
     from hvisph.postprocessing.exact_solution import Overlay
 
 
@@ -115,7 +116,7 @@ def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
     return made
 
 
-def _complete(chosen: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
+def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:
     """Run what has not been run; an interrupt ends the command."""
     from hvisph.postprocessing.comparison import is_run
 
@@ -129,6 +130,7 @@ def _complete(chosen: Sequence[Any], threads: int | None, force: bool, silent: b
     for number, entry in enumerate(todo, 1):
         if not silent:
             say(f"[{number}/{len(todo)}] {entry.name}")
+        assert entry.case is not None
         listener = listener_for(entry.case, silent)
         listener.opening()
         try:
@@ -143,6 +145,6 @@ def _complete(chosen: Sequence[Any], threads: int | None, force: bool, silent: b
             sys.stdout.flush()
 
 
-def _unitless(entry: Any) -> bool:
+def _unitless(entry: Entry) -> bool:
     case = entry.case or case_of_run(entry.folder)
     return case is not None and case.units == "none"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,7 +15,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences
 
 if TYPE_CHECKING:
-    from hvisph.sweeps.folder import SweepFolder
+    from hvisph.sweeps.folder import Selection, SweepFolder
 
 
 FitOption = Annotated[str | None, option("--fit DIR", "Folder of the material's fit: its share of the uncertainty.")]
@@ -167,7 +167,7 @@ def _sixteenth(low: str, high: str) -> str:
     return f"{abs(b - a) / 16:.12g} {unit}".strip()
 
 
-def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) -> None:
+def _work(source: str, threads: int | None, chosen: Selection, wanted: Path | None) -> None:
     from hvisph.sweeps.driver import existing
     from hvisph.sweeps.worker import Worker
 
@@ -190,7 +190,7 @@ def _list(source: str, as_json: bool) -> None:
     say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
 
 
-def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
+def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -> None:
     """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
     from hvisph.cli.text.sweep_log import SweepLog
     from hvisph.sweeps.driver import driver

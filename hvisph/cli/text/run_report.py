@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -20,6 +20,7 @@ from .formatting import duration, echo_json, say, show
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+    from hvisph.simulation.finalize import Outcome
 
     from .progress import Silence
 
@@ -34,7 +35,7 @@ def listener_for(case: Case, silent: bool) -> Silence:
 
 
 def conclude(
-    outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: bool = False, everything: bool = False
+    outcome: Outcome, unitless: bool, quiet: bool, as_json: bool, report: bool = False, everything: bool = False
 ) -> None:
     """Print how a run ended, with `report` after writing its page, and leave the command with its exit code."""
     if not is_first():  # of several processes one speaks
