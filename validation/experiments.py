@@ -10,7 +10,7 @@ from typing import Any, Literal
 from hvisph.case.expectations import ExperimentSet
 from hvisph.casefile.loader import bundled_sets, case_document, load_set, read_table
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.sweeps.plan import EXPERIMENT, Values, plain, split
+from hvisph.sweeps.parameters import EXPERIMENT, Values, plain, split
 
 Form = Literal["full", "second", "coarse"]
 SHOT = f"{EXPERIMENT}shot"

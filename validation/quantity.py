@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.measures.debris.groups import connected_groups
-from hvisph.sweeps.plan import Values
+from hvisph.sweeps.parameters import Values
 from hvisph.verification.problem import Ran, vectors
 
 from .experiments import Measured

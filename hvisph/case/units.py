@@ -39,9 +39,11 @@ VELOCITY = Dimension("a velocity", "m/s", "3.1 km/s", "m/s=1 km/s=1e3 mm/us=1e3 
 ACCELERATION = Dimension("an acceleration", "m/s^2", "9.81 m/s^2", "m/s^2=1 m/s**2=1 km/s^2=1e3 mm/s^2=1e-3")
 PRESSURE = Dimension("a pressure", "Pa", "27.6 GPa", "Pa=1 kPa=1e3 MPa=1e6 GPa=1e9 TPa=1e12 bar=1e5 kbar=1e8 Mbar=1e11")
 DENSITY = Dimension(
-    "a density", "kg/m^3", "2785 kg/m^3",
+    "a density",
+    "kg/m^3",
+    "2785 kg/m^3",
     "kg/m^3=1 kg/m**3=1 g/cm^3=1e3 g/cm**3=1e3 g/cc=1e3 g/mm^3=1e6 kg/m3=1 g/cm3=1e3",
-)  # fmt: skip
+)
 SPECIFIC_ENERGY = Dimension("a specific energy", "J/kg", "1.2 MJ/kg", "J/kg=1 kJ/kg=1e3 MJ/kg=1e6 J/g=1e3 kJ/g=1e6")
 HEAT_CAPACITY = Dimension(
     "a specific heat capacity", "J/(kg K)", "875 J/(kg K)", "J/(kg_K)=1 J/(kg*K)=1 J/kg/K=1 kJ/(kg_K)=1e3"

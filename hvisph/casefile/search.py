@@ -110,8 +110,10 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     subject = SUBJECTS.get(asked)
     wanted = {asked, SYNONYMS.get(asked.replace("_", ""), asked), ALLOY.sub(r"aluminium_\1", asked)}
     everything = list(_entries(commands))
-    scored = [(9 if one.name == subject else max(_score(one, each) for each in wanted), k, one)
-              for k, one in enumerate(everything)]  # fmt: skip
+    scored = [
+        (9 if one.name == subject else max(_score(one, each) for each in wanted), k, one)
+        for k, one in enumerate(everything)
+    ]
     if " " in asked and not any(score for score, _, _ in scored):
         scored = [(min(_score(one, each) for each in asked.split()), k, one) for k, one in enumerate(everything)]
     ranked = sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1]))

@@ -65,25 +65,34 @@ class Watch:
             )
         if limit.criterion == "inverted":
             raise self._failure(
-                "inverted", self._setup.subdomain.look_up(limit.number), time, step,
+                "inverted",
+                self._setup.subdomain.look_up(limit.number),
+                time,
+                step,
                 "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
                 "bear; let particles turn Eulerian (formulation adaptive)",
-            )  # fmt: skip
+            )
         if limit.criterion == "passed_through":
             raise self._failure(
-                "passed_through", self._setup.subdomain.look_up(limit.number), time, step,
+                "passed_through",
+                self._setup.subdomain.look_up(limit.number),
+                time,
+                step,
                 "bodies pass through each other: particles from within one stand in the midst of another, because "
                 "the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
-            )  # fmt: skip
+            )
         if self.first is None:
             self.first = limit.dt
         smallest = self._limits.step_over_initial
         if limit.dt < smallest * self.first:
             raise self._failure(
-                "step_collapse", self._setup.subdomain.look_up(limit.number), time, step,
+                "step_collapse",
+                self._setup.subdomain.look_up(limit.number),
+                time,
+                step,
                 f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
                 f"'{limit.criterion}'",
-            )  # fmt: skip
+            )
 
     def check_state(self, drift: float | None, time: float, step: int) -> None:
         """Check the state after a step: finite, bounded speeds and densities, total energy conserved."""
@@ -97,10 +106,13 @@ class Watch:
             worst = self._setup.subdomain.worst(speed)
             assert worst is not None
             raise self._failure(
-                "runaway", worst, time, step,
+                "runaway",
+                worst,
+                time,
+                step,
                 f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of "
                 f"{self.speed_limit:.4g} m/s",
-            )  # fmt: skip
+            )
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
         missing, allowed = self._missing_energy(), self._limits.negative_energy
@@ -108,19 +120,25 @@ class Watch:
             particles = self._setup.particles
             coldest = self._setup.subdomain.worst(-particles["mass"] * particles["internal_energy"])
             raise self._failure(
-                "negative_energy", coldest, time, step,
+                "negative_energy",
+                coldest,
+                time,
+                step,
                 f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
                 f"more than {100.0 * allowed:g} %; it is lowest in",
-            )  # fmt: skip
+            )
         most = self._limits.energy_drift
         if most is not None and drift is not None and not abs(drift) <= most:
             stepper = self._setup.stepper
             hottest = self._setup.subdomain.worst(np.abs(stepper.rates[stepper.place, self._power]))
             raise self._failure(
-                "energy_drift", hottest, time, step,
+                "energy_drift",
+                hottest,
+                time,
+                step,
                 f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than "
                 f"{100.0 * most:g} %; energy changes fastest in",
-            )  # fmt: skip
+            )
 
     def warning(self, time: float) -> str:
         """Return a warning on the state after a step, each once; empty if there is none."""
@@ -157,12 +175,15 @@ class Watch:
         if worst:
             material = int(share.gather_values(np.array([worst.number]), particles.tags)[0, MATERIAL])
             raise self._failure(
-                "density", worst, time, step,
+                "density",
+                worst,
+                time,
+                step,
                 f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
                 f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3, as of {count} of "
                 f"{share.count} particles (where these are few, in a jet or a spike, limits.density: false goes on "
                 "without this limit)",
-            )  # fmt: skip
+            )
 
     def _first_of(self, chosen: Any) -> ParticleReport | None:
         """Return the particle of smallest number among the `chosen` (n,), bool, of all processes."""

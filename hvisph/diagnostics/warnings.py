@@ -199,8 +199,9 @@ def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spaci
         )
 
 
-def torn_without_damage(position: np.ndarray, before: np.ndarray, damage: np.ndarray,
-                        spacing: float) -> tuple[float, int]:  # fmt: skip
+def torn_without_damage(
+    position: np.ndarray, before: np.ndarray, damage: np.ndarray, spacing: float
+) -> tuple[float, int]:
     """Return the share of the cracks between sound particles [-], and the number of neighbours that it counts.
 
     Nearest neighbours at the start, at `before` (n, dim) [m], that are now in different pieces are apart across a crack

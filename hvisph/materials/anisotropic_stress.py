@@ -68,9 +68,7 @@ def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, me
     if damage >= 1.0:
         t, p = no_symmetric(3), max(p, 0.0)
     number = modes[0] + 2.0 * modes[1] + 4.0 * modes[2]
-    return (
-        rotate(t, out), plastic_strain, damage, p, c, memory, (after[0], after[1], after[2], after[3], number)
-    )  # fmt: skip
+    return (rotate(t, out), plastic_strain, damage, p, c, memory, (after[0], after[1], after[2], after[3], number))
 
 
 @inline
@@ -161,8 +159,10 @@ def squared_speeds(table, models, m, rho, c, shear, axes):
         first, second, third = table[m, fabric.E1] * per_mass, table[m, fabric.E2] * per_mass, 0.0 * per_mass
     else:
         first, second, third = (
-            table[m, orthotropic.R11] / rho, table[m, orthotropic.R22] / rho, table[m, orthotropic.R33] / rho
-        )  # fmt: skip
+            table[m, orthotropic.R11] / rho,
+            table[m, orthotropic.R22] / rho,
+            table[m, orthotropic.R33] / rho,
+        )
     least = _LEAST * square
     made = (max(square + first, least), max(square + second, least), max(square + third, least), 0.0, 0.0, 0.0)
     return rotate(made, quaternion_rotation((axes[0], axes[1], axes[2], axes[3])))

@@ -83,9 +83,13 @@ def range_of(material: Material) -> Range:
 
 
 def outside_range(
-    material: Material, density: np.ndarray, energy: np.ndarray, temperature: np.ndarray | None = None,
-    pressure: np.ndarray | None = None, damage: np.ndarray | None = None,
-) -> np.ndarray:  # fmt: skip
+    material: Material,
+    density: np.ndarray,
+    energy: np.ndarray,
+    temperature: np.ndarray | None = None,
+    pressure: np.ndarray | None = None,
+    damage: np.ndarray | None = None,
+) -> np.ndarray:
     """Tell which states lie where the models of a material do not hold.
 
     Parameters

@@ -315,11 +315,14 @@ def _single_wall(impact: Impact) -> Iterator[Correlation]:
         return
     held = wall.thickness
     text = (
-        "no incipient spall" if held >= 3.0 * depth
-        else "incipient spall" if held >= 2.2 * depth
-        else "detached spall" if held >= 1.8 * depth
+        "no incipient spall"
+        if held >= 3.0 * depth
+        else "incipient spall"
+        if held >= 2.2 * depth
+        else "detached spall"
+        if held >= 1.8 * depth
         else "perforated"
-    )  # fmt: skip
+    )
     yield Correlation("Cour-Palais", f"least thickness of {wall.name} that holds", 1.8 * depth, "m", text, span, DESIGN)
 
 

@@ -389,6 +389,10 @@ def _add_swing(now: Measures, earlier: Sequence[Measures]) -> Measures:
         return lambda one: next((layer.results for layer in one.layers if layer.body == body), {})
 
     layers = [replace(layer, results=swung(of_layer(layer.body))) for layer in now.layers]
-    return replace(now, results=swung(lambda one: one.results), layers=tuple(layers),
-                   projectile=swung(lambda one: one.projectile),
-                   cloud=replace(now.cloud, results=swung(lambda one: one.cloud.results)))  # fmt: skip
+    return replace(
+        now,
+        results=swung(lambda one: one.results),
+        layers=tuple(layers),
+        projectile=swung(lambda one: one.projectile),
+        cloud=replace(now.cloud, results=swung(lambda one: one.cloud.results)),
+    )

@@ -109,8 +109,10 @@ def pull_back(scene: Scene) -> Outcomes:
             continue
         time, fall, spread = found
         half = 0.5 * float(surface["impedance"])
-        return {"pull_back_velocity": Result(fall, scatter=spread, time=time),
-                "spall_strength": Result(half * fall, scatter=half * spread, time=time)}  # fmt: skip
+        return {
+            "pull_back_velocity": Result(fall, scatter=spread, time=time),
+            "spall_strength": Result(half * fall, scatter=half * spread, time=time),
+        }
     raise UndefinedMeasureError(reason)
 
 
@@ -125,8 +127,12 @@ def _fall(time: np.ndarray, velocity: np.ndarray, until: float) -> tuple[float, 
     for k in range(1, len(velocity)):
         fall = velocity[peak] - velocity[least]
         if fall > LEAST_FALL * highest and velocity[k] - velocity[least] > LEAST_RISE * fall:
-            around = np.concatenate([velocity[max(peak - 1, 0) : peak + 2] - velocity[peak],
-                                     velocity[max(least - 1, 0) : least + 2] - velocity[least]])  # fmt: skip
+            around = np.concatenate(
+                [
+                    velocity[max(peak - 1, 0) : peak + 2] - velocity[peak],
+                    velocity[max(least - 1, 0) : least + 2] - velocity[least],
+                ]
+            )
             return float(time[least]), float(fall), float(np.abs(around).max())
         if velocity[k] > velocity[peak]:
             peak = least = k
@@ -234,5 +240,8 @@ def temperatures(scene: Scene) -> Outcomes:
         own, weights = fields["temperature"][known], fields["mass"][known]
         return weighted_quantile(own, weights, MOST_OF_THE_MASS) if maximum else float(np.average(own, weights=weights))
 
-    return {"projectile_temperature": value(scene.is_projectile), "target_temperature": value(layers),
-            "temperature_max": value(scene.is_projectile | layers, maximum=True)}  # fmt: skip
+    return {
+        "projectile_temperature": value(scene.is_projectile),
+        "target_temperature": value(layers),
+        "temperature_max": value(scene.is_projectile | layers, maximum=True),
+    }

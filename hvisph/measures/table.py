@@ -43,8 +43,12 @@ class Row:
     note: str = ""
 
 
-def rows(results: Mapping[str, Result | float | None], expected: Sequence[PlainMapping] = (),
-         unitless: bool = False, variants: bool = False) -> list[Row]:  # fmt: skip
+def rows(
+    results: Mapping[str, Result | float | None],
+    expected: Sequence[PlainMapping] = (),
+    unitless: bool = False,
+    variants: bool = False,
+) -> list[Row]:
     """Return the table's rows in the order of `results`.
 
     Parameters

@@ -97,8 +97,11 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
         places["position"] = "VTKHDF/Points"
         lazily = lazily and h5[places["position"]].shape[0] > _SMALL
         sums = header.get("sums", {}) if lazily else {}  # else the seal holds them
-        arrays = {name: _array(h5, places[name], sums) for name in (field_layout.INDICES if lazily else places)
-                  if name in places}  # fmt: skip
+        arrays = {
+            name: _array(h5, places[name], sums)
+            for name in (field_layout.INDICES if lazily else places)
+            if name in places
+        }
     if lazily:  # what few values need
         arrays |= {name: arrays[name].astype(np.int32) for name in ("body", "material") if name in arrays}
     if "constants_in" in header:
@@ -203,8 +206,11 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
     def put(group: h5py.Group, place: str, values: np.ndarray, name: str = "") -> h5py.Dataset:
         """Write an array, a field as ParaView expects it, a piece at a time."""
         shape = field_layout.to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
-        pieces = {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1,
-                  "shuffle": True} if form.compress and n else {}  # fmt: skip
+        pieces = (
+            {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1, "shuffle": True}
+            if form.compress and n
+            else {}
+        )
         made = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
         size, total = PIECE if form.compress else _AT_ONCE, 0
         for begin in range(0, len(values), size):

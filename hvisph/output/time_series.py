@@ -119,9 +119,13 @@ def _write(h5: h5py.File, outlines: Sequence[_Outline]) -> None:
     for name in shared:
         if name.startswith("PointData/"):
             group[f"PointDataOffsets/{name.removeprefix('PointData/')}"] = begins
-    for name, offsets, size in ((TIME, np.arange(steps), 1),
-                                *((f"FieldData/{label}", np.zeros(steps, np.int64), len(texts))
-                                  for label, texts in zip(LABELS, outlines[0].labels, strict=True))):  # fmt: skip
+    for name, offsets, size in (
+        (TIME, np.arange(steps), 1),
+        *(
+            (f"FieldData/{label}", np.zeros(steps, np.int64), len(texts))
+            for label, texts in zip(LABELS, outlines[0].labels, strict=True)
+        ),
+    ):
         own = name.removeprefix("FieldData/")
         group[f"FieldDataOffsets/{own}"] = offsets
         group[f"FieldDataSizes/{own}"] = np.array([[1, size]] * steps)

@@ -83,8 +83,12 @@ def _liquid(facts: Facts) -> Iterator[Values]:
             kin = [
                 one for one in library.names() if one.startswith(family) and library.load(one).strength.type != "none"
             ]
-            yield {"name": name, "material": model.name, "remedy": f"; '{kin[0]}' has one" if kin else "",
-                   "setting": f"bodies.{name}.material={kin[0]}" if kin else ""}  # fmt: skip
+            yield {
+                "name": name,
+                "material": model.name,
+                "remedy": f"; '{kin[0]}' has one" if kin else "",
+                "setting": f"bodies.{name}.material={kin[0]}" if kin else "",
+            }
 
 
 def _held_by_hoops(facts: Facts) -> Iterator[Values]:

@@ -42,12 +42,15 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     The temperature is NaN without a heat capacity, and omitted where no material has one.
     """
     fields = {name: np.zeros(particles.count) for name in NAMES}
-    options = {"remembered_state": bind_models(thermodynamics.remembered_state, table, models),
-               "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
-               "REMEMBERS": int("history_variable" in particles.offsets),
-               "ANISOTROPIC": int("material_axes" in particles.offsets),
-               "FRACTURES": int("band_width" in particles.offsets), "softened_pressure": softened_pressure,
-               "COMPONENTS": particles["deviator"].shape[1]}  # fmt: skip
+    options = {
+        "remembered_state": bind_models(thermodynamics.remembered_state, table, models),
+        "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
+        "REMEMBERS": int("history_variable" in particles.offsets),
+        "ANISOTROPIC": int("material_axes" in particles.offsets),
+        "FRACTURES": int("band_width" in particles.offsets),
+        "softened_pressure": softened_pressure,
+        "COMPONENTS": particles["deviator"].shape[1],
+    }
     one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0, "S_ONSET_TENSION": 0} | particles.bindings())
     particle_loop(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state

@@ -127,8 +127,11 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         if not len(positions):
             places = zip("xyz", filling.positions.T + centre[:, None], strict=False)
             reach = ", ".join(f"{axis} from {x.min():.3g} to {x.max():.3g}" for axis, x in places)
-            raise CaseError(f"the symmetry planes leave no particle of this body, of {reach}; give it a `position`, or "
-                            "a plane its other side, `keep`", where=f"bodies.{name}")  # fmt: skip
+            raise CaseError(
+                f"the symmetry planes leave no particle of this body, of {reach}; give it a `position`, or "
+                "a plane its other side, `keep`",
+                where=f"bodies.{name}",
+            )
         _refuse_distance(name, positions, float(spacing.min()), case.units)
         surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
         middle = centre + filling.volumes @ filling.positions / filling.volumes.sum()

@@ -49,8 +49,9 @@ def with_cracks(material: Material, volume: float) -> Material:
     return replace(material, damage=damage)
 
 
-def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float,
-                    begins: float = 0.0) -> np.ndarray:  # fmt: skip
+def initial_history(
+    body: PlacedBody, material: Material, dim: int, drawn: int, dx: float, begins: float = 0.0
+) -> np.ndarray:
     """Return the initial history variables of a body's particles, (count, 9), in a run that begins at a time [s].
 
     The width of a crack band is the side of a particle's square or cube, of its section if axisymmetric.

@@ -76,8 +76,10 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         heat_of_melting=heat_of_melting,
     )  # fmt: skip
     if material.entropies and model.eos.type == "table" and of_state.grid.entropy is None:
-        raise CaseError("the table has no entropy and no free energy: leave out `melting: {entropies: ...}`",
-                        file=str(model.eos.file))  # fmt: skip
+        raise CaseError(
+            "the table has no entropy and no free energy: leave out `melting: {entropies: ...}`",
+            file=str(model.eos.file),
+        )
     if not getattr(model.damage, "breaks", False):
         return material
     return replace(material, fracture=_fracture(model.damage, model.fracture_toughness, material))
@@ -94,8 +96,10 @@ def parameters(kind: type[Any], model: object, **known: object) -> Any:
     Fields whose key the model lacks, or has as null, keep their defaults.
     """
     keys = KEYS.get(kind, {})
-    values = {one.name: getattr(model, keys[one.name]) if one.name in keys else getattr(model, one.name, None)
-              for one in fields(kind)}  # fmt: skip
+    values = {
+        one.name: getattr(model, keys[one.name]) if one.name in keys else getattr(model, one.name, None)
+        for one in fields(kind)
+    }
     values |= {name: value for name, value in known.items() if name in values}
     return kind(**{name: value for name, value in values.items() if value is not None})
 

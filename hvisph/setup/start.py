@@ -115,8 +115,10 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
     parent = origin.case
     needed = {"same": case.kinematics, "revolved": "axisymmetric", "extruded": "plane_strain"}[start.mapping]
     if parent.kinematics != needed:
-        ways = {"axisymmetric": " in the same kinematics, or `as: revolved`", "plane_strain": " in the same "
-                "kinematics, or `as: extruded`"}.get(parent.kinematics, " in the same kinematics")  # fmt: skip
+        ways = {
+            "axisymmetric": " in the same kinematics, or `as: revolved`",
+            "plane_strain": " in the same kinematics, or `as: extruded`",
+        }.get(parent.kinematics, " in the same kinematics")
         raise CaseError(f"that run is {parent.kinematics}; it goes on{ways}", where="start.as")
     if parent.units != case.units:
         raise CaseError(f"that run has units {parent.units}, and this case {case.units}", where="start.run")
@@ -156,8 +158,10 @@ def _refuse_other_bodies(case: Case, origin: Origin) -> None:
         now = case.bodies[name]
         if now.rigid is not None or before.rigid is not None:
             raise CaseError("a rigid body cannot start from another run", where=f"{where}.rigid")
-        for what, there, here in (("density", before.material.density, now.material.density),
-                                  ("eos.type", before.material.eos.type, now.material.eos.type)):  # fmt: skip
+        for what, there, here in (
+            ("density", before.material.density, now.material.density),
+            ("eos.type", before.material.eos.type, now.material.eos.type),
+        ):
             if there != here:
                 raise CaseError(f"is {there} in the run, and {here} here", where=f"{where}.material.{what}")
         old, new = (material_of(body.material, body.internal_energy) for body in (before, now))
@@ -233,8 +237,10 @@ def _revolve(fields: Fields, body: np.ndarray, planes: list[Any]) -> tuple[Field
 def _turned_stress(stress: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> np.ndarray:
     """Return the components xx, yy, zz, xy, xz, yz of a stress xx, rr, hoop, xr at angles from y about x (n, 6)."""
     xx, rr, hoop, xr = stress.T
-    return np.stack([xx, rr * cos**2 + hoop * sin**2, rr * sin**2 + hoop * cos**2, xr * cos, xr * sin,
-                     (rr - hoop) * cos * sin], axis=1)  # fmt: skip
+    return np.stack(
+        [xx, rr * cos**2 + hoop * sin**2, rr * sin**2 + hoop * cos**2, xr * cos, xr * sin, (rr - hoop) * cos * sin],
+        axis=1,
+    )
 
 
 def _turned_axes(axes: np.ndarray, angle: np.ndarray) -> np.ndarray:

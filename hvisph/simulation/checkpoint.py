@@ -241,8 +241,7 @@ def _short(value: object) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def refuse_misfit(given: Checkpoint, header: Plain,
-                  own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:  # fmt: skip
+def refuse_misfit(given: Checkpoint, header: Plain, own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:
     """Raise `ValueError` unless `given` has the types and shapes of `own` and `header`."""
     for name, value in header.items():
         if name != "case":

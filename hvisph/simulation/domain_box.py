@@ -35,8 +35,12 @@ class Domain:
             for axis, value in enumerate(corner):
                 if value is not None:
                     limit[axis] = value
-        sides = [(axis, limit[axis], sign) for limit, sign in ((self._low, -1.0), (self._high, 1.0))
-                 for axis in range(dim) if np.isfinite(limit[axis])]  # fmt: skip
+        sides = [
+            (axis, limit[axis], sign)
+            for limit, sign in ((self._low, -1.0), (self._high, 1.0))
+            for axis in range(dim)
+            if np.isfinite(limit[axis])
+        ]
         self._parking = sides[0] if sides else None
 
     def _is_outside(self) -> np.ndarray:

@@ -39,8 +39,9 @@ def exit_code_of(status: str, summary: Plain, signal: int) -> int:
     return 0 if all(row["passed"] for row in summary["expected"]) else 1
 
 
-def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: Plain,
-           listener: Listener, origin: Plain) -> Plain:  # fmt: skip
+def sum_up(
+    case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: Plain, listener: Listener, origin: Plain
+) -> Plain:
     """Write and return the summary, measured from the run's files, with its warnings.
 
     `ended` has the arguments of `summarise` that describe the end of the run, `origin` tells of the one before it.

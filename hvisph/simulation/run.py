@@ -174,8 +174,9 @@ def resume_case(run: str | os.PathLike[str], end: str | float | None = None, max
     return load_case(file, changes)
 
 
-def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None = None,
-               listener: Listener | None = None) -> Outcome:  # fmt: skip
+def resume_run(
+    run: str | os.PathLike[str], case: Case, *, threads: int | None = None, listener: Listener | None = None
+) -> Outcome:
     """Continue a run by a case of `resume_case`; arguments and errors as of `resume`."""
     world, path = world_here(), Path(run)
     listener = listener if listener and world.first else Listener()

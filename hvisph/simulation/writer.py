@@ -83,8 +83,9 @@ class SnapshotWriter:
         """Return a snapshot over all processes that is fetched by slabs; `own` is the part of this process."""
         share = self.setup.subdomain
         retired = np.sort(share.everybodys_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
-        arrays = Derived((*own.fields, *INDICES), lambda name: (
-            getattr(own, name) if name in INDICES else own.fields[name]))  # fmt: skip
+        arrays = Derived(
+            (*own.fields, *INDICES), lambda name: getattr(own, name) if name in INDICES else own.fields[name]
+        )
         places = own.id - np.searchsorted(retired, own.id)
         slabs = Slabs(share.world, arrays, places, share.count - len(retired))
         if not share.world.first:

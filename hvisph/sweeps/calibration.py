@@ -202,8 +202,11 @@ class Calibration:
         for u in points:
             values = self._parameters(u)
             for shot, settings in self.shots.items():
-                own = {path: plain(str(cell)) if isinstance(cell, str) else cell for path, cell in settings.items()
-                       if path != "shot" and not path.startswith(EXPERIMENT)}  # fmt: skip
+                own = {
+                    path: plain(str(cell)) if isinstance(cell, str) else cell
+                    for path, cell in settings.items()
+                    if path != "shot" and not path.startswith(EXPERIMENT)
+                }
                 if (key := self._key(shot, values)) not in self.folders:
                     cases[key] = {SHOT: shot} | own | values
         return list(cases.values())
@@ -314,19 +317,25 @@ class Calibration:
         for k, (path, scale) in enumerate(zip(self.fit.parameters, self.scales, strict=True)):
             low, high = (float(self.lower[k] + self.range[k] * one[k]) for one in bounds)
             parameters[path] = {
-                "value": float(self.lower[k] + self.range[k] * u[k]), "unit": scale.unit,
-                "deviation": float(self.range[k] * deviation[k]), "interval": [low, high],
+                "value": float(self.lower[k] + self.range[k] * u[k]),
+                "unit": scale.unit,
+                "deviation": float(self.range[k] * deviation[k]),
+                "interval": [low, high],
                 "determined": bool(deviation[k] < DETERMINED / np.sqrt(PRIOR)),
                 "at_bound": bool(min(u[k], 1.0 - u[k]) < 1e-3),
-            }  # fmt: skip
+            }
         material = self.fit.material.model_dump() if self.fit.material else None
         return more | {
-            "parameters": parameters, "material": material,
+            "parameters": parameters,
+            "material": material,
             "correlation": (covariance / np.outer(deviation, deviation)).tolist(),
-            "sum_of_squares": float(residuals @ residuals), "freedom": max(len(residuals) - len(u), 0),
-            "data": [asdict(one) | {"computed": float(value), "residual": float(residual)}
-                     for one, value, residual in zip(self.data, computed, residuals, strict=True)],
-        }  # fmt: skip
+            "sum_of_squares": float(residuals @ residuals),
+            "freedom": max(len(residuals) - len(u), 0),
+            "data": [
+                asdict(one) | {"computed": float(value), "residual": float(residual)}
+                for one, value, residual in zip(self.data, computed, residuals, strict=True)
+            ],
+        }
 
 
 def material_document(fit: PlainMapping, day: str, version: str) -> Plain:

@@ -283,8 +283,11 @@ def begin(source: Source, out: str | os.PathLike[str] | None = None) -> SweepFol
         there = SweepFolder(source)
         if there.exists:
             if out is not None and Path(out).resolve() != there.path.resolve():
-                raise CaseError(f"{source} is a sweep that was begun, and goes on where it is; leave this out, or give "
-                                "the sweep's own file to begin it elsewhere", where="--out")  # fmt: skip
+                raise CaseError(
+                    f"{source} is a sweep that was begun, and goes on where it is; leave this out, or give "
+                    "the sweep's own file to begin it elsewhere",
+                    where="--out",
+                )
             return there
         if there.path.is_dir():
             raise CaseError(f"{source} is no sweep's folder")

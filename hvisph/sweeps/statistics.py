@@ -249,9 +249,12 @@ def perturbations(fit: Any, base: PlainMapping) -> list[Values]:
 
 
 def combine_uncertainties(
-    spacings: Sequence[float], values: Sequence[float], time: float, perturbed: Sequence[float | None],
+    spacings: Sequence[float],
+    values: Sequence[float],
+    time: float,
+    perturbed: Sequence[float | None],
     correlation: Sequence[Sequence[float]],
-) -> Plain | None:  # fmt: skip
+) -> Plain | None:
     """Return half-width and shares; None where a perturbed value is missing.
 
     Parameters
@@ -275,5 +278,9 @@ def combine_uncertainties(
     if len(g):
         parts["material"] = 2.0 * float(np.sqrt(max(g @ np.array(correlation) @ g, 0.0)))
     total = float(np.sqrt(sum(one**2 for one in parts.values())))
-    return {"value": finest, "half_width": total, "parts": parts,
-            "shares": {kind: (one / total) ** 2 if total else 0.0 for kind, one in parts.items()}}  # fmt: skip
+    return {
+        "value": finest,
+        "half_width": total,
+        "parts": parts,
+        "shares": {kind: (one / total) ** 2 if total else 0.0 for kind, one in parts.items()},
+    }

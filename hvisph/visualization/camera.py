@@ -64,8 +64,10 @@ def facing_the_struck_side(
     if widths[0] > FLAT**2 * widths[1] or -(normal @ shot) > OBLIQUE * np.linalg.norm(shot):
         return None
     yaw, pitch = VIEWS["3d"]
-    return max(((sy * yaw, sp * pitch) for sy in (1.0, -1.0) for sp in (1.0, -1.0)),
-               key=lambda angles: float(rotate_view(normal[None], *angles)[0, 2]) + 1e-9 * angles[1])  # fmt: skip
+    return max(
+        ((sy * yaw, sp * pitch) for sy in (1.0, -1.0) for sp in (1.0, -1.0)),
+        key=lambda angles: float(rotate_view(normal[None], *angles)[0, 2]) + 1e-9 * angles[1],
+    )
 
 
 def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:

@@ -243,8 +243,10 @@ def _legend(figure: Figure, axes: np.ndarray, moments: Sequence[Moment], look: L
     first = moments[0].snapshot
     if look.field in SHARES:
         names = first.bodies if look.field == "body" else first.materials
-        marks = [Line2D([], [], ls="", marker="o", color=BODY_COLOURS[k % len(BODY_COLOURS)], label=name)
-                 for k, name in enumerate(names)]  # fmt: skip
+        marks = [
+            Line2D([], [], ls="", marker="o", color=BODY_COLOURS[k % len(BODY_COLOURS)], label=name)
+            for k, name in enumerate(names)
+        ]
         axes[0].legend(handles=marks, fontsize=8, loc="upper left")
         return
     label, _, colours, _ = appearance(first, look.field)

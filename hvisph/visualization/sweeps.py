@@ -128,8 +128,11 @@ def _tornado(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
     """Change of the measure over 5 to 95 % of each input, the largest on top."""
     found = one.get("sensitivity") or {"inputs": {}, "swing": []}
     swings = sorted(zip(found["inputs"], found["swing"], strict=True), key=lambda pair: abs(pair[1]))
-    axes.barh([".".join(path.split(".")[-3:]) for path, _ in swings], [swing * display.factor for _, swing in swings],
-              color=[INK if swing >= 0.0 else ACCENT for _, swing in swings])  # fmt: skip
+    axes.barh(
+        [".".join(path.split(".")[-3:]) for path, _ in swings],
+        [swing * display.factor for _, swing in swings],
+        color=[INK if swing >= 0.0 else ACCENT for _, swing in swings],
+    )
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.set_xlabel(f"change over 5 to 95 % of the input [{display.unit or '-'}]")
     spread = f"{one['mean'] * display.factor:.4g} ± {one['sd'] * display.factor:.2g} {display.unit}"
@@ -266,9 +269,11 @@ def result_lines(results: PlainMapping, record: Sequence[str] | None = None) -> 
     """
     if results.get("fit"):
         return _fit_lines(results["fit"])
-    kinds = {"converge": (["", "unit", "finest", "order", "extrapolated", "index", ""], _convergence_cells),
-             "sample": (["", "unit", "mean", "sd", "5 %", "50 %", "95 %"], _sample_cells),
-             "experiment": (["against the experiment", "shots", "mean", "worst"], _difference_cells)}  # fmt: skip
+    kinds = {
+        "converge": (["", "unit", "finest", "order", "extrapolated", "index", ""], _convergence_cells),
+        "sample": (["", "unit", "mean", "sd", "5 %", "50 %", "95 %"], _sample_cells),
+        "experiment": (["against the experiment", "shots", "mean", "worst"], _difference_cells),
+    }
     for kind, (heads, cells) in kinds.items():
         if kind in results:
             names = [name for name in results[kind] if record is None or name in record or kind == "experiment"]

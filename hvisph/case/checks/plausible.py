@@ -58,8 +58,10 @@ def implausible(case: Surroundings) -> list[str]:
         law = body.material.melting or body.material.strength
         melts = getattr(law, "melt_temperature", getattr(law, "temperature", None))
         if body.temperature is not None and melts is not None and body.temperature >= melts:
-            doubts.append(f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its "
-                          f"strength, {melts:g} K: the body starts without strength")  # fmt: skip
+            doubts.append(
+                f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its "
+                f"strength, {melts:g} K: the body starts without strength"
+            )
     return [*doubts, *_end(case), *_output(case), *_pressure(case)]
 
 
@@ -104,8 +106,10 @@ def of_material(material: Material) -> Iterator[str]:
             yield from _check_range(f"strength.{key}", value, usual)
     points = getattr(material.temperature, "heat_capacities", ())
     if points and value is not None and not 0.9 <= value / points[0][1] <= 1.1:  # the heat capacity came last
-        yield (f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities counts, which "
-               f"begins with {points[0][1]:g}")  # fmt: skip
+        yield (
+            f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities counts, which "
+            f"begins with {points[0][1]:g}"
+        )
 
 
 def _ceramic(material: Material) -> Iterator[str]:
@@ -135,9 +139,13 @@ def bulk_speed(material: Material) -> float | None:
         return float(eos.us_up[0][1])
     if eos.type == "stiffened_gas":
         return float(eos.sound_speed)
-    modulus = {"linear": lambda: eos.modulus(material.density), "elastic": lambda: eos.bulk_modulus,
-               "tillotson": lambda: eos.bulk_modulus, "murnaghan": lambda: eos.bulk_modulus,
-               "polynomial": lambda: eos.a1}.get(eos.type)  # fmt: skip
+    modulus = {
+        "linear": lambda: eos.modulus(material.density),
+        "elastic": lambda: eos.bulk_modulus,
+        "tillotson": lambda: eos.bulk_modulus,
+        "murnaghan": lambda: eos.bulk_modulus,
+        "polynomial": lambda: eos.a1,
+    }.get(eos.type)
     return None if modulus is None else math.sqrt(modulus() / material.density)
 
 

@@ -97,8 +97,10 @@ class ProjectionFormulation(KernelOptions):
         """Yield warnings about this formulation in a valid `case`."""
         if case.time.integrator != "leapfrog":
             name = case.time.integrator
-            yield recommend(f"time.integrator: '{name}' is not used by projection, which has a step of its own",
-                            "time.integrator=leapfrog")  # fmt: skip
+            yield recommend(
+                f"time.integrator: '{name}' is not used by projection, which has a step of its own",
+                "time.integrator=leapfrog",
+            )
         densities = {body.material.density for body in case.bodies.values()}
         if self.pressure_gradient == "original" and len(densities) > 1:
             between = " and ".join(f"{density:g}" for density in (min(densities), max(densities)))

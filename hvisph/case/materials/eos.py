@@ -136,8 +136,11 @@ class MieGruneisenEos(StrictModel):
             return self
         if self.sound_speed is not None or self.s1 is not None or self.s2 or self.s3:
             refuse([Problem(("us_up",), "given beside coefficients of the Hugoniot; leave one out")])
-        needed = {1: "a line needs points at two", 2: "a curve of order 2 needs points at three",
-                  3: "a curve of order 3 needs points at four"}[self.us_up_order]  # fmt: skip
+        needed = {
+            1: "a line needs points at two",
+            2: "a curve of order 2 needs points at three",
+            3: "a curve of order 3 needs points at four",
+        }[self.us_up_order]
         if len({up for up, _ in self.us_up}) < self.us_up_order + 1:
             refuse([Problem(("us_up",), f"{needed} particle velocities at least")])
         c0, s1 = self.hugoniot[:2]
@@ -170,9 +173,10 @@ class UsUpTableEos(StrictModel):
 
     type: Literal["us_up_table"] = "us_up_table"
     us_up: tuple[tuple[NonNegativeVelocity, PositiveVelocity], ...] = Field(
-        description="Points [up, Us] of the Hugoniot [m/s], joined by lines; the first is [0, c0]", min_length=2,
+        description="Points [up, Us] of the Hugoniot [m/s], joined by lines; the first is [0, c0]",
+        min_length=2,
         max_length=64,
-    )  # fmt: skip
+    )
     gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
 
     @model_validator(mode="after")

@@ -270,8 +270,10 @@ class Material(StrictModel):
         if self.eos.type in ("ideal_gas", "jwl", "elastic"):
             yield Problem(("melting", "entropies"), f"a `{self.eos.type}` equation of state has no melt and no vapour")
         elif not self.temperature.is_known and getattr(self.strength, "heat_capacity", None) is None:
-            yield Problem(("temperature", "heat_capacity"), "missing: entropies are measured by it; give c_v, such as "
-                          "885 J/(kg K)")  # fmt: skip
+            yield Problem(
+                ("temperature", "heat_capacity"),
+                "missing: entropies are measured by it; give c_v, such as 885 J/(kg K)",
+            )
 
     def _cracks(self, has_shear: bool) -> Iterator[Problem]:
         """Yield the errors of a fracture energy."""
@@ -306,11 +308,16 @@ class Material(StrictModel):
         if directed and self.porosity is not None:
             yield Problem(("porosity",), "`orthotropic` moduli are those of the whole with its pores; leave it out")
         if not directed and self.porosity is None:
-            yield Problem(("porosity",), "missing: cloth is loose and crushes; give distension, elastic_pressure and "
-                          "solid_pressure")  # fmt: skip
+            yield Problem(
+                ("porosity",),
+                "missing: cloth is loose and crushes; give distension, elastic_pressure and solid_pressure",
+            )
         if self.eos.type in ("jwl", "ideal_gas", "elastic"):
-            yield Problem(("eos", "type"), f"`{self.strength.type}` strength needs a bulk modulus beside its own "
-                          f"constants: a `{self.eos.type}` equation of state has none; give mie_gruneisen")  # fmt: skip
+            yield Problem(
+                ("eos", "type"),
+                f"`{self.strength.type}` strength needs a bulk modulus beside its own "
+                f"constants: a `{self.eos.type}` equation of state has none; give mie_gruneisen",
+            )
 
     def _thermal(self) -> Iterator[Problem]:
         strength = self.strength

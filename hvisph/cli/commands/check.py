@@ -183,10 +183,13 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
             [number(one.shock_speed, "m/s") for one in (shock.projectile, shock.target)],
         )
         facts += [
-            ("plane shock", f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on "
-             f"{pair.second} at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}"),
+            (
+                "plane shock",
+                f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on "
+                f"{pair.second} at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}",
+            ),
             ("", f"shock speeds {' and '.join(speeds)} into the bodies at rest"),
-        ]  # fmt: skip
+        ]
     from hvisph.precheck.estimate import available_threads, compilation, of_cores
 
     threads = of_cores(taken.threads, available_threads())

@@ -21,8 +21,12 @@ PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic",
 
 # Materials of two bodies: of common models, of further ones, of those with history variables, an explosive.
 # One loop of each kinematics and formulation serves all materials of such a class.
-PAIRS = (("aluminium-6061-t6", "steel-4340"), ("tungsten", "tantalum"), ("granite", "tungsten"),
-         ("composition-b", "copper-ofhc"))  # fmt: skip
+PAIRS = (
+    ("aluminium-6061-t6", "steel-4340"),
+    ("tungsten", "tantalum"),
+    ("granite", "tungsten"),
+    ("composition-b", "copper-ofhc"),
+)
 
 
 def doctor(
@@ -54,8 +58,10 @@ def common_cases() -> Iterator[tuple[str, dict[str, Any]]]:
         for formulation in ("riemann", "eulerian"):
             for pair in PAIRS:
                 still = [0.0] * (dim - 1)
-                bodies = {name: {"material": name, "shape": shape, "velocity": [speed, *still]}
-                          for name, speed in zip(pair, (500.0, 0.0), strict=True)}  # fmt: skip
+                bodies = {
+                    name: {"material": name, "shape": shape, "velocity": [speed, *still]}
+                    for name, speed in zip(pair, (500.0, 0.0), strict=True)
+                }
                 case = {"kinematics": kinematics, "resolution": 1e-3, "bodies": bodies,
                         "formulation": {"type": formulation}, "time": {"end": 1e-6, "max_steps": 1}}  # fmt: skip
                 yield f"{kinematics}, {formulation}: {' on '.join(pair)}", case

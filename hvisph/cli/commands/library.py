@@ -139,16 +139,20 @@ def _sheet(known: Library, name: str, model: Material) -> str:
     for points, whose in notes.hugoniot_points:
         beside = compare_hugoniot(model, points)
         if beside:
-            words = (f"{whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the speed of its last wave is "
-                     f"{_format_deviation(beside)}")  # fmt: skip
+            words = (
+                f"{whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the speed of its last wave is "
+                f"{_format_deviation(beside)}"
+            )
             if model.strength.type != "none":
                 fluid = compare_hugoniot(model, points, strength=False)
                 words += f"; without its strength {_format_deviation(fluid)}"
             bins = worst_bin(beside) if points == notes.hugoniot else None
             if bins is not None:
                 off, where, scatter = bins
-                words += (f". In bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
-                          f"points scatter by {scatter:.1f} % about the mean of theirs")  # fmt: skip
+                words += (
+                    f". In bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
+                    f"points scatter by {scatter:.1f} % about the mean of theirs"
+                )
             lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks

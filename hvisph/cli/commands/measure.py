@@ -144,8 +144,11 @@ def _measures(source: str, measured: Measures, at: str | None) -> str:
     time = quantity(measured.time, "" if measured.unitless else "s")
     plain = measured.as_dict()
     unitless = measured.unitless
-    parts = (results_table(plain["measures"], expected, unitless, variants=True),
-             sections_table(plain, unitless, variants=True), bodies_table(plain, unitless))  # fmt: skip
+    parts = (
+        results_table(plain["measures"], expected, unitless, variants=True),
+        sections_table(plain, unitless, variants=True),
+        bodies_table(plain, unitless),
+    )
     shown = "\n\n".join(part for part in parts if part)
     head = f"{measured.answer}\n\n" if measured.answer else ""
     return f"t = {time}, step {measured.step}\n\n{head}{shown}"

@@ -97,8 +97,10 @@ def point(
     model = _material(subject, body)
     record = drive(material_of(model), path, rate, strain, steps)
     if as_json:
-        echo_json({"path": path, "rate": rate, "strain": record.strain.tolist()}
-                  | {name: record[name].tolist() for name in COLUMNS})  # fmt: skip
+        echo_json(
+            {"path": path, "rate": rate, "strain": record.strain.tolist()}
+            | {name: record[name].tolist() for name in COLUMNS}
+        )
     else:
         stress = "xy" if path in ("shear", "rotation") else "xx"
         rows = [("strain", f"stress {stress}", "von Mises", "pressure", "plastic strain", "damage", "temperature")]

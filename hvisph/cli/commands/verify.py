@@ -123,8 +123,12 @@ def _formulations(asked: list[str] | None) -> list[str]:
 def _list(problems: Mapping[str, Problem], as_json: bool) -> None:
     rows = [(p.name, "slow" if p.slow else "", p.title) for p in problems.values()]
     if as_json:
-        echo_json([{"name": p.name, "title": p.title, "slow": p.slow, "formulations": list(p.formulations)}
-                   for p in problems.values()])  # fmt: skip
+        echo_json(
+            [
+                {"name": p.name, "title": p.title, "slow": p.slow, "formulations": list(p.formulations)}
+                for p in problems.values()
+            ]
+        )
         return
     say(table(rows, indent=0))
     say("\nRun with: hvisph verify NAME... [--quick] [--formulation TYPE], or --all")
@@ -136,8 +140,11 @@ def _text(verdict: Verdict) -> str:
         return f"{head}\n    {'cannot run' if verdict.status == 'refused' else 'FAILED'}: {verdict.message}"
     rows = [("", "computed", "exact", "off", "asked", "")]
     for f in verdict.figures:
-        off, asked = (f"{100 * f.off:+.3g} %", f"{100 * f.tolerance:.3g} %") if f.relative else (
-            f"{f.off:+.3g}", f"{f.tolerance:.3g}")  # fmt: skip
+        off, asked = (
+            (f"{100 * f.off:+.3g} %", f"{100 * f.tolerance:.3g} %")
+            if f.relative
+            else (f"{f.off:+.3g}", f"{f.tolerance:.3g}")
+        )
         factor, unit = READABLE.get(f.unit, (1.0, f.unit))
         name = f"{f.name} [{unit}]" if unit else f.name
         rows.append(

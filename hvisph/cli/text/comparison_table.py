@@ -78,8 +78,10 @@ def _cost(rows: Sequence[Row]) -> str:
     drifts = list(dict.fromkeys(name for row in rows for name in row.conservation))
     # such as energy drift, on two lines
     words = [SHORT.get(name, name).replace("_", " ").rpartition(" ") for name in drifts]
-    lines = [["", "", *(of for of, _, _ in words), "particles", "steps", "us a particle-", "wall"],
-             ["", "", *(what for _, _, what in words), "", "", "step", ""]]  # fmt: skip
+    lines = [
+        ["", "", *(of for of, _, _ in words), "particles", "steps", "us a particle-", "wall"],
+        ["", "", *(what for _, _, what in words), "", "", "step", ""],
+    ]
     for row in rows:
         pace = row.cost.get("microseconds_per_particle_step")
         wall = row.cost.get("wall_seconds")

@@ -82,8 +82,11 @@ def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool =
         found = [{one: _result(values) for one, values in column["measures"].items()} for column in columns]
         cells = [{row.name: row for row in rows(one, unitless=unitless, variants=variants)} for one in found]
         known = dict.fromkeys(one for column in sorted(cells, key=len, reverse=True) for one in column)
-        names = [one for one in known if one != "perforated"
-                 and any(one in column and column[one].value != "-" for column in cells)]  # fmt: skip
+        names = [
+            one
+            for one in known
+            if one != "perforated" and any(one in column and column[one].value != "-" for column in cells)
+        ]
         if names:
             heads = [column["body"] if name == "layer" else "" for column in columns]
             lines = [(name, *heads)]

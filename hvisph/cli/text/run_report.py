@@ -78,15 +78,22 @@ def _page(folder: Path) -> Path | None:
         return None
 
 
-SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": "beyond the range of its material",
-          "negative_energy": "with negative energy"}  # fmt: skip
+SHARES = {
+    "failed": "failed",
+    "above_melting": "above melting",
+    "beyond_range": "beyond the range of its material",
+    "negative_energy": "with negative energy",
+}
 MOST_BODIES = 8  # in the table of bodies
 
 
 def _health(summary: Plain) -> str:
     """Return drifts of conserved quantities and mass fractions in one line."""
-    drifts = [f"{name.replace('_', ' ')} {value:.1e}" for name, value in summary["conservation"].items()
-              if value is not None and name.endswith("drift")]  # fmt: skip
+    drifts = [
+        f"{name.replace('_', ' ')} {value:.1e}"
+        for name, value in summary["conservation"].items()
+        if value is not None and name.endswith("drift")
+    ]
     shares = summary.get("shares") or {}
     parts = [f"{format_share(shares[name])} {word}" for name, word in SHARES.items() if shares.get(name)]
     mass = f"; of the mass: {', '.join(parts)}" if parts else ""

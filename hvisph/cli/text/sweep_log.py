@@ -134,20 +134,29 @@ def _limit(verdict: Plain) -> str:
     if verdict["open"]:
         return f"{where}no limit: {verdict['open']}"
     if verdict["mixed"]:
-        text = (f"mixed from {verdict['above']:.6g} to {verdict['below']:.6g}{unit}: "
-                "some shots beyond one where it happens are without")  # fmt: skip
+        text = (
+            f"mixed from {verdict['above']:.6g} to {verdict['below']:.6g}{unit}: "
+            "some shots beyond one where it happens are without"
+        )
     else:
         text = "limit between {:.6g} and {:.6g}".format(*sorted((verdict["below"], verdict["above"]))) + unit
     curve = verdict["lambert_jonas"]
     if curve:
-        text += (f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "
-                 f"off by {curve['deviation']:.3g} m/s")  # fmt: skip
+        text += (
+            f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "
+            f"off by {curve['deviation']:.3g} m/s"
+        )
     lines = [where + text]
-    lines += [f"  {one['name']}: {one['quantity']}: {one['value']:.0f} m/s ({one['range']})"
-              for one in verdict.get("correlations", [])]  # fmt: skip
+    lines += [
+        f"  {one['name']}: {one['quantity']}: {one['value']:.0f} m/s ({one['range']})"
+        for one in verdict.get("correlations", [])
+    ]
     if "recht_ipson" in verdict:
-        through = [(shot, one) for shot, one in zip(verdict["shots"], verdict["recht_ipson"]["residuals"], strict=True)
-                   if shot["happened"] and shot["residual"] is not None]  # fmt: skip
+        through = [
+            (shot, one)
+            for shot, one in zip(verdict["shots"], verdict["recht_ipson"]["residuals"], strict=True)
+            if shot["happened"] and shot["residual"] is not None
+        ]
         values = ", ".join(
             f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}" for shot, one in through
         )
@@ -178,8 +187,10 @@ def _fit(fit: Plain, folder: Path) -> str:
     for one in fit["data"]:
         at = "" if one["at"] is None else f" at {one['at']:g}"
         shots.setdefault(one["shot"], []).append(f"{one['quantity']}{at} {one['residual']:+.2f}")
-    residuals = [[shot, ", ".join(found[:SHOWN_RESIDUALS]) + (" ..." if len(found) > SHOWN_RESIDUALS else "")]
-                 for shot, found in shots.items()]  # fmt: skip
+    residuals = [
+        [shot, ", ".join(found[:SHOWN_RESIDUALS]) + (" ..." if len(found) > SHOWN_RESIDUALS else "")]
+        for shot, found in shots.items()
+    ]
     parts = [
         table(result_lines({"fit": fit})),
         "",

@@ -104,8 +104,9 @@ def softened_pressure(p, d, tension):
     return max(p, (d - 1.0) * tension) if tension > 0.0 else p
 
 
-def fracture_work(mass: np.ndarray, density: np.ndarray, d: np.ndarray, tension: np.ndarray, width: np.ndarray,
-                  energy: np.ndarray) -> np.ndarray:  # fmt: skip
+def fracture_work(
+    mass: np.ndarray, density: np.ndarray, d: np.ndarray, tension: np.ndarray, width: np.ndarray, energy: np.ndarray
+) -> np.ndarray:
     """Return the work of fracture of particles (n,) [J]: V/l G_f (1 - (1 - d)^2) of those past onset.
 
     Parameters

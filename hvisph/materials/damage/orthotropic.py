@@ -61,7 +61,11 @@ class Hashin:
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
         row[XT], row[XC], row[YT], row[YC] = (
-            self.fibre_tension, self.fibre_compression, self.matrix_tension, self.matrix_compression)  # fmt: skip
+            self.fibre_tension,
+            self.fibre_compression,
+            self.matrix_tension,
+            self.matrix_compression,
+        )
         row[S12], row[S23] = self.shear, self.transverse_shear
         row[ZT] = self.delamination_tension or self.matrix_tension
         row[SZ] = self.delamination_shear or self.shear

@@ -70,8 +70,9 @@ class JonesWilkinsLee:
         """Speed [m/s] and pressure [Pa] of the slowest front that ends on the Hugoniot of the products."""
         v = np.linspace(0.5, 0.95, 9001)
         w = self.omega
-        cold = sum(a * (1.0 - w / (r * v)) * np.exp(-r * v)
-                   for a, r in ((self.capital_a, self.r1), (self.capital_b, self.r2)))  # fmt: skip
+        cold = sum(
+            a * (1.0 - w / (r * v)) * np.exp(-r * v) for a, r in ((self.capital_a, self.r1), (self.capital_b, self.r2))
+        )
         # the heat of the front is E0 + p (1 - V)/2 per volume at the start
         p = (cold + w * self.detonation_energy / v) / (1.0 - 0.5 * w * (1.0 - v) / v)
         speed = np.sqrt(p / (1.0 - v) / self.reference_density)

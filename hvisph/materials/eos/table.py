@@ -94,10 +94,13 @@ class Table:
     def tail(self) -> np.ndarray:
         """The grid, as it stands behind the isentrope in the material's row, of shape (LENGTH,)."""
         start, first, second, end = self._stretches
-        nodes = np.concatenate([
-            np.linspace(start, first, LOW, endpoint=False), np.linspace(first, second, MIDDLE, endpoint=False),
-            np.linspace(second, end, HIGH + 1),
-        ])  # fmt: skip
+        nodes = np.concatenate(
+            [
+                np.linspace(start, first, LOW, endpoint=False),
+                np.linspace(first, second, MIDDLE, endpoint=False),
+                np.linspace(second, end, HIGH + 1),
+            ]
+        )
         x = np.linspace(0.0, 1.0, ENERGIES)
         shares = np.expm1(STRETCH * x) / _SCALE
         of_column = np.log(self.grid.density)

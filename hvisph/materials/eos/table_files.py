@@ -30,8 +30,11 @@ def read_table(path: Path, form: str | None = None, number: int | None = None) -
         If the file is none, holds the input of a program instead of a table, or does not fit its layout.
     """
     if path.name.upper().startswith("ANEOS.INPUT") or path.suffix.lower() == ".aneos":
-        raise CaseError("is the input of ANEOS, not a table: run ANEOS with it and give the table that it writes, "
-                        "such as NEW-SESAME-STD.TXT", file=str(path))  # fmt: skip
+        raise CaseError(
+            "is the input of ANEOS, not a table: run ANEOS with it and give the table that it writes, "
+            "such as NEW-SESAME-STD.TXT",
+            file=str(path),
+        )
     if form == "sesame" or path.suffix == ".csv" or not path.is_file() or path.stat().st_size > LARGEST:
         return read_grid(path, number)
     try:
@@ -65,8 +68,9 @@ def _layout(lines: list[str]) -> str:
 def _take(words: np.ndarray, n: int, m: int, fields: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Return the two axes and `fields` arrays of shape (n, m) behind two numbers n and m, density fastest."""
     if min(n, m) < 1 or len(words) != n + m + fields * n * m:
-        raise CaseError(f"does not fit: {len(words)} numbers for {n} by {m}, of which {fields} fields need "
-                        f"{n + m + fields * n * m}")  # fmt: skip
+        raise CaseError(
+            f"does not fit: {len(words)} numbers for {n} by {m}, of which {fields} fields need {n + m + fields * n * m}"
+        )
     return words[:n], words[n : n + m], [one.reshape(m, n).T for one in np.split(words[n + m :], fields)]
 
 
@@ -133,11 +137,17 @@ def check_units(grid: Grid, density: float, path: Path) -> None:
     if not 0.2 < ratio < 5.0:
         power = round(float(np.log10(ratio)))
         likely = "g/cm^3 taken for kg/m^3, or the reverse" if abs(power) == 3 else "another unit or material"
-        raise CaseError(f"has no pressure at {rho[at]:g} kg/m^3, 10^{power} times the material's density {density:g}: "
-                        f"likely {likely}; check the `format`", file=str(path))  # fmt: skip
+        raise CaseError(
+            f"has no pressure at {rho[at]:g} kg/m^3, 10^{power} times the material's density {density:g}: "
+            f"likely {likely}; check the `format`",
+            file=str(path),
+        )
     last = min(at + 2, len(rho) - 1)
     modulus = rho[at] * (p[last] - p[at]) / (rho[last] - rho[at])
     if not MODULI[0] < modulus < MODULI[1]:
-        raise CaseError(f"has a bulk modulus of {modulus:.3g} Pa at zero pressure, which no condensed matter has "
-                        f"({MODULI[0]:g} to {MODULI[1]:g}): likely pressures in GPa or dyn/cm^2 taken for Pa, or the "
-                        "reverse; check the `format`", file=str(path))  # fmt: skip
+        raise CaseError(
+            f"has a bulk modulus of {modulus:.3g} Pa at zero pressure, which no condensed matter has "
+            f"({MODULI[0]:g} to {MODULI[1]:g}): likely pressures in GPa or dyn/cm^2 taken for Pa, or the "
+            "reverse; check the `format`",
+            file=str(path),
+        )

@@ -53,12 +53,16 @@ class Orthotropic:
             raise CaseError(
                 "no stable solid has these Poisson's ratios: the stiffness must be positive definite, which needs "
                 "|nu_ij| < sqrt(E_i/E_j) and more; is nu_ij (strain along j over that along i, pulled along i) meant "
-                "as nu_ji?", where=self.name)  # fmt: skip
+                "as nu_ji?",
+                where=self.name,
+            )
         if not self.fastest > self.bulk_modulus:
             raise CaseError(
                 f"the bulk modulus of the equation of state, {self.bulk_modulus:.4g} Pa, must be below the stiffness "
                 f"of the fastest wave, {self.fastest:.4g} Pa; choose it between {self.reuss:.4g} and {self.voigt:.4g} "
-                "Pa (Reuss and Voigt)", where=self.name)  # fmt: skip
+                "Pa (Reuss and Voigt)",
+                where=self.name,
+            )
 
     @cached_property
     def compliance(self) -> np.ndarray:
@@ -131,11 +135,14 @@ class Orthotropic:
         c, s = self.stiffness, self.compliance
         along = {(0, 1): 3, (0, 2): 4, (1, 2): 5}
         pairs = (
-            (c[i, i], c[j, j]), (c[i, axis], c[j, axis]),
-            (c[along[min(i, axis), max(i, axis)]][along[min(i, axis), max(i, axis)]],
-             c[along[min(j, axis), max(j, axis)]][along[min(j, axis), max(j, axis)]]),
+            (c[i, i], c[j, j]),
+            (c[i, axis], c[j, axis]),
+            (
+                c[along[min(i, axis), max(i, axis)]][along[min(i, axis), max(i, axis)]],
+                c[along[min(j, axis), max(j, axis)]][along[min(j, axis), max(j, axis)]],
+            ),
             (1.0 / s[along[i, j], along[i, j]], 0.5 * (c[i, i] - c[i, j])),
-        )  # fmt: skip
+        )
         return all(abs(a - b) <= _ALIKE * max(abs(a), abs(b)) for a, b in pairs)
 
     def pack(self, row: np.ndarray, density: float) -> None:

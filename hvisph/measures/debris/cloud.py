@@ -165,8 +165,10 @@ def cloud_velocity(scene: Scene) -> Outcomes:
     radial = np.asarray((velocity[:, 1:] * scene.lateral[rows]).sum(axis=1) / radius)
     shares = {"front": 0.999, "front_99": 0.99, "front_90": 0.9, "rear": 0.01, "radial": 0.999, "radial_99": 0.99,
               "radial_90": 0.9}  # fmt: skip
-    return {name: weighted_quantile(radial if name.startswith("radial") else velocity[:, 0], mass, share)
-            for name, share in shares.items()}  # fmt: skip
+    return {
+        name: weighted_quantile(radial if name.startswith("radial") else velocity[:, 0], mass, share)
+        for name, share in shares.items()
+    }
 
 
 @measures("cloud", "cloud_length", "cloud_width", "cloud_half_angle")
@@ -186,8 +188,11 @@ def content(scene: Scene) -> Outcomes:
     """Return mass [kg], axial momentum [N s] and kinetic energy [J] of the cloud."""
     rows = members(scene)
     mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
-    return {"cloud_mass": float(mass.sum()), "cloud_momentum": float((mass * velocity[:, 0]).sum()),
-            "cloud_energy": float((0.5 * mass * (velocity**2).sum(axis=1)).sum())}  # fmt: skip
+    return {
+        "cloud_mass": float(mass.sum()),
+        "cloud_momentum": float((mass * velocity[:, 0]).sum()),
+        "cloud_energy": float((0.5 * mass * (velocity**2).sum(axis=1)).sum()),
+    }
 
 
 def cloud(scene: Scene, witness: float | None = None) -> Cloud:

@@ -222,8 +222,10 @@ class Grid:
         counts = [count - 2 * self.pad for count in self.shape[1:]]
         if not self.plate.edges:
             return np.ones(counts, dtype=bool)
-        axes = [corner + (np.arange(count) + 0.5 - SHIFT) * self.cell
-                for corner, count in zip(self.low[1:], counts, strict=True)]  # fmt: skip
+        axes = [
+            corner + (np.arange(count) + 0.5 - SHIFT) * self.cell
+            for corner, count in zip(self.low[1:], counts, strict=True)
+        ]
         middles = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(counts))
         return np.asarray((self.plate.outward(middles) <= RIM).reshape(counts))
 

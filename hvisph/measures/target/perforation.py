@@ -159,8 +159,12 @@ def _is_open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
         return is_open(plate, place, scene.spacing)
     own = np.flatnonzero(scene.start.body == plate.body)
     position = scene.start.fields["position"][own] + _rim_displacement(scene, plate)
-    return has_opened(plate, place, place_of(plate, position, own_spacings(scene.start, own, scene.spacing),
-                                             scene.spacing), scene.spacing)  # fmt: skip
+    return has_opened(
+        plate,
+        place,
+        place_of(plate, position, own_spacings(scene.start, own, scene.spacing), scene.spacing),
+        scene.spacing,
+    )
 
 
 def _rim_displacement(scene: Scene, plate: Plate) -> np.ndarray:

@@ -283,8 +283,12 @@ def crater(scene: Scene, plate: Plate) -> Outcomes:
     for variants, name in ((depths, "depth"), (diameters, "diameter"), (volumes, "volume")):
         found = largest if isinstance(largest, str) else getattr(largest, name)
         variants["transient"] = found if isinstance(found, str) else Result(found, time=getattr(largest, "time", None))
-    return {"crater_depth": depths, "crater_outer_diameter": diameters, "crater_volume": volumes,
-            "bulge_height": now.bulge}  # fmt: skip
+    return {
+        "crater_depth": depths,
+        "crater_outer_diameter": diameters,
+        "crater_volume": volumes,
+        "bulge_height": now.bulge,
+    }
 
 
 def _front_surface(
@@ -333,10 +337,12 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
     parts = scene.fragments(plate.body)
     loose = np.flatnonzero(~scene.attached_groups(plate.body) & (parts.groups.counts >= FEWEST))
     pieces = [
-        piece for piece in map(parts.__getitem__, loose.tolist())
-        if piece.velocity @ along > rest and plate.depth(piece.centre) > 0.5 * plate.thickness
+        piece
+        for piece in map(parts.__getitem__, loose.tolist())
+        if piece.velocity @ along > rest
+        and plate.depth(piece.centre) > 0.5 * plate.thickness
         and plate.depth(piece.centre) > _rear(depth, across, fixed, piece.particles)
-    ]  # fmt: skip
+    ]
     if not pieces:
         raise UndefinedMeasureError("nothing is detached from the rear")
     rows = np.concatenate([piece.particles for piece in pieces])

@@ -74,8 +74,12 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
             and "contact_energy" in ran.history
         ):
             energy = energy + ran.history["contact_energy"]
-        yield limit("drift of total energy", float(np.abs(energy / energy[0] - 1.0).max()), 1e-3,
-                    why="energy of contact that is booked nowhere is missing here")  # fmt: skip
+        yield limit(
+            "drift of total energy",
+            float(np.abs(energy / energy[0] - 1.0).max()),
+            1e-3,
+            why="energy of contact that is booked nowhere is missing here",
+        )
         yield limit("drift of momentum", ran.drift, 1e-12, why="round-off")
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:

@@ -64,8 +64,11 @@ def _trials(options: Options) -> Iterator[Trial]:
     for projectile, target in PAIRS:
         for speed in SPEEDS[1:4]:
             yield _trial(projectile, target, speed, dx, LONG)
-    for projectile, target, speed in (("aluminium", "aluminium", 3100.0), ("aluminium", "aluminium", 12000.0),
-                                      ("steel", "aluminium", 6000.0)):  # fmt: skip
+    for projectile, target, speed in (
+        ("aluminium", "aluminium", 3100.0),
+        ("aluminium", "aluminium", 12000.0),
+        ("steel", "aluminium", 6000.0),
+    ):
         yield _trial(projectile, target, speed, dx, STRIP[0], STRIP[1])
 
 
@@ -164,8 +167,11 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     cold = [body_material(ran.case, body) for body in ("projectile", "target")]
     at_rest = [cold[0], None, None, cold[1]]
     panels = {}
-    for column, computed in (("pressure", last.fields["pressure"]), ("density", last.fields["density"]),
-                          ("internal_energy", last.fields["internal_energy"])):  # fmt: skip
+    for column, computed in (
+        ("pressure", last.fields["pressure"]),
+        ("density", last.fields["density"]),
+        ("internal_energy", last.fields["internal_energy"]),
+    ):
         values = [
             {"pressure": s.pressure, "density": s.density, "internal_energy": s.energy}[column]
             if s

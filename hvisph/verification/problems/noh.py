@@ -87,9 +87,13 @@ def trial(gas: Implosion, options: Options) -> Trial:
         order = np.argsort(r)
         order = order[r[order] < 2.0 * exact.front * last.time]
         right = exact.sample(r[order], last.time)
-        return {name: [Curve("computed", r[order], last.fields[name][order]),
-                       Curve("exact", r[order], right[name], exact=True)]
-                for name in ("density", "pressure")}  # fmt: skip
+        return {
+            name: [
+                Curve("computed", r[order], last.fields[name][order]),
+                Curve("exact", r[order], right[name], exact=True),
+            ]
+            for name in ("density", "pressure")
+        }
 
     return Trial(gas.name, [Start(case, state=inwards)], figures, curves)
 

@@ -110,8 +110,10 @@ def colour_tables(names: Sequence[str]) -> dict[str, str]:
 
 
 # What is drawn over the snapshots, by SI unit: measures that share a unit for people, and what they are.
-OVER_TIME = {"m": (("crater_diameter", "penetration", "extension"), "Lengths"),
-             "m/s": (("residual_velocity", "plug_velocity"), "Velocities")}  # fmt: skip
+OVER_TIME = {
+    "m": (("crater_diameter", "penetration", "extension"), "Lengths"),
+    "m/s": (("residual_velocity", "plug_velocity"), "Velocities"),
+}
 TOUCHED = 1e-4  # share of the kinetic energy that is lost at contact
 
 

@@ -99,8 +99,12 @@ class RunReport(RunFiles):
         """Return the outcome of the run in words, and whether it is good."""
         status = self.summary.get("status", "unfinished")
         moment = f"{self.last.time:.4g}" if self.unitless else _in_micro(format_time(self.last.time))
-        begin = {"done": "ended as planned at", "interrupted": "was interrupted at", "failed": "failed at",
-                 "unfinished": "has not ended; shown up to"}  # fmt: skip
+        begin = {
+            "done": "ended as planned at",
+            "interrupted": "was interrupted at",
+            "failed": "failed at",
+            "unfinished": "has not ended; shown up to",
+        }
         parts = [f"The run {begin.get(status, status)} {moment}."]
         failure = self.summary.get("failure")
         if failure:
@@ -250,12 +254,16 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     names = "" if len(contents) == 1 else " / ".join(one["name"] for one in contents)
     title = ": ".join(part for part in (titles.pop() if len(titles) == 1 else "", names) if part)
     text = template("report.html.j2").render(
-        title=title or contents[0]["name"], sections=SECTIONS, runs=contents, differences=_differences(reports),
+        title=title or contents[0]["name"],
+        sections=SECTIONS,
+        runs=contents,
+        differences=_differences(reports),
         linked=lambda file: quote(os.path.relpath(file, target.parent).replace(os.sep, "/")),
         # a closing tag inside a script would end it
         packed=json.dumps(packed).replace("<", "\\u003c"),
-        css=(PAGE / "report.css").read_text(encoding="utf-8"), js=(PAGE / "viewer.js").read_text(encoding="utf-8"),
-    )  # fmt: skip
+        css=(PAGE / "report.css").read_text(encoding="utf-8"),
+        js=(PAGE / "viewer.js").read_text(encoding="utf-8"),
+    )
     write_text(target, text)
     return target
 
@@ -275,7 +283,9 @@ def _differences(reports: Sequence[RunReport]) -> list[Plain]:
     tables = [one.row_values() for one in reports]
     names = dict.fromkeys(name for table in tables for name, row in table.items() if row.value != "-")
     return [
-        {"label": next(table[name].label for table in tables if name in table),
-         "cells": [table[name].value if name in table else "-" for table in tables]}
+        {
+            "label": next(table[name].label for table in tables if name in table),
+            "cells": [table[name].value if name in table else "-" for table in tables],
+        }
         for name in names
-    ]  # fmt: skip
+    ]

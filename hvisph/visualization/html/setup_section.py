@@ -88,8 +88,12 @@ def picture(run: RunFiles) -> str:
 def facts(run: RunFiles) -> list[tuple[str, str]]:
     """Return names and texts of what was computed, and how."""
     last, metadata = run.last, run.last.metadata
-    rows = [("title", str(metadata.get("title", ""))), ("kinematics", str(metadata.get("kinematics", ""))),
-            ("dimensions", str(last.dimensions)), ("particles", str(last.count))]  # fmt: skip
+    rows = [
+        ("title", str(metadata.get("title", ""))),
+        ("kinematics", str(metadata.get("kinematics", ""))),
+        ("dimensions", str(last.dimensions)),
+        ("particles", str(last.count)),
+    ]
     if "spacing" in metadata:
         spacing = float(metadata["spacing"])
         rows.append(("resolution", f"{spacing:.4g}" if run.unitless else _length(spacing)))
@@ -112,11 +116,14 @@ def materials(run: RunFiles) -> list[dict[str, str]]:
     if run.case is None:
         return []
     return [
-        {"body": name, "name": body.material.name or "own",
-         "models": ", ".join((body.material.eos.type, body.material.strength.type, body.material.damage.type)),
-         "source": body.material.source}
+        {
+            "body": name,
+            "name": body.material.name or "own",
+            "models": ", ".join((body.material.eos.type, body.material.strength.type, body.material.damage.type)),
+            "source": body.material.source,
+        }
         for name, body in run.case.bodies.items()
-    ]  # fmt: skip
+    ]
 
 
 def reproduce(run: RunFiles) -> str:
