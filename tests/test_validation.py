@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hvisph_validation.comparison import Compared, verdicts
 from hvisph_validation.evaluators import judge_of
@@ -170,6 +171,30 @@ def test_the_page_draws_what_was_stored(tmp_path):
     assert "final length over initial" in text
     assert "not computed yet" in text
     assert (tmp_path / "page" / "taylor.outlines.png").stat().st_size > 10_000
+
+
+def test_fragments_have_share_place_speed_and_the_power_of_their_masses():
+    """Cubes of a target of spacing 1 that fly apart as their mass to the power -1/6; the largest from behind."""
+    from types import SimpleNamespace
+
+    from hvisph_validation.evaluators.fragments import _fragments
+
+    lattice = np.stack(np.meshgrid(*[np.arange(-8.0, 9.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = {(4, -2, -2): 5, (-6, -6, -6): 3, (-6, 4, 4): 2}  # lowest corner and particles along an edge
+    damage, velocity = np.ones(len(lattice)), np.zeros_like(lattice)
+    for low, size in corners.items():
+        inside = ((lattice >= low) & (lattice < np.add(low, size))).all(axis=1)
+        damage[inside], velocity[inside, 1] = 0.0, 10.0 * float(size**3) ** (-1 / 6)
+    fields = {"position": lattice, "velocity": velocity, "damage": damage, "mass": np.ones(len(lattice))}
+    start = SimpleNamespace(count=len(lattice), id=np.arange(len(lattice)), body=np.ones(len(lattice)), fields=fields)
+    turned = np.arange(len(lattice))[::-1]  # particles in another order, somewhere else
+    end = SimpleNamespace(count=len(lattice), id=turned, body=start.body,
+                          fields={name: values[turned] for name, values in fields.items()} | {"position": lattice[turned] + 7.0})  # fmt: skip
+    found = _fragments(SimpleNamespace(ran=SimpleNamespace(first=start, last=end, dx=1.0)))
+    assert found["largest_fragment"] == pytest.approx(125 / len(lattice))
+    assert found["largest_place"] == pytest.approx(6.0 / (8.0 * 3**0.5))
+    assert found["largest_speed"] == pytest.approx(10.0 * 125 ** (-1 / 6))
+    assert found["speed_power"] == pytest.approx(-1 / 6)
 
 
 def test_the_middle_of_a_wide_bracket_is_no_limit(monkeypatch):
