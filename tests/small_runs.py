@@ -105,3 +105,25 @@ def cracked_bar(formulation="riemann", **further):
             "initial_velocity": [{"type": "linear", "gradient": [[7e4, 0.0], [0.0, 0.0]]}]}  # fmt: skip
     return load_case({"kinematics": "axisymmetric", "resolution": 0.5e-3, "bodies": {"bar": body},
                       "formulation": {"type": formulation}, "time": {"end": 2e-6}, "output": {"every": 1e-6}} | further)  # fmt: skip
+
+
+ORTHOTROPIC = {"density": 1500.0, "eos": {"type": "mie_gruneisen", "sound_speed": 3228.2, "s1": 1.5, "gamma": 1.0},
+               "strength": {"type": "orthotropic", "moduli": [60e9, 30e9, 12e9], "poisson": [0.25, 0.3, 0.2],
+                            "shear_moduli": [8e9, 6e9, 4e9]},
+               "damage": {"type": "hashin", "fibre_tension": 1.2e9, "fibre_compression": 1e9, "matrix_tension": 6e7,
+                          "matrix_compression": 2e8, "shear": 8e7, "transverse_shear": 7e7}}  # fmt: skip
+CLOTH = {"density": 2700.0, "eos": {"type": "mie_gruneisen", "sound_speed": 6000.0, "s1": 1.3, "gamma": 1.0},
+         "strength": {"type": "fabric", "moduli": [20e9, 10e9], "tensile_strength": [400e6, 400e6]},
+         "porosity": {"distension": 3.0, "elastic_pressure": 1e6, "solid_pressure": 1e9}}  # fmt: skip
+
+
+def struck_laminate(**further):
+    """A quarter of a sphere that strikes a cloth on a laminate: modes open in both within 1.5 us."""
+    axes = {"axes": {"one": "y", "two": "z"}}
+    bodies = {
+        "ball": {"material": METAL, "shape": {"type": "sphere", "diameter": 3e-3}, "velocity": [1500.0, 0.0, 0.0]},
+        "cloth": {"material": CLOTH, "shape": {"type": "box", "size": [1.5e-3, 6e-3, 6e-3]}, **axes},
+        "plate": {"material": ORTHOTROPIC, "shape": {"type": "box", "size": [2e-3, 6e-3, 6e-3]}, **axes},
+    }
+    return load_case({"kinematics": "three_d", "resolution": 0.5e-3, "symmetry": [{"axis": "y"}, {"axis": "z"}],
+                      "bodies": bodies, "time": {"end": 1.5e-6}, "output": {"every": 5e-7}} | further)  # fmt: skip

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_runs import METAL, row_of
+from small_runs import CLOTH, METAL, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.compiler.jit import python_twin
@@ -309,11 +309,6 @@ def test_plate_impact(axis, up, stress, speed, tmp_path):
     behind = np.abs(now.fields["position"][:, 0] - up * now.time) < 0.4 * far
     found = (now.fields["pressure"] - now.fields["deviator"][:, 0])[behind].mean()
     assert found == pytest.approx(stress * 1e9, rel=0.015)
-
-
-CLOTH = {"density": 2700.0, "eos": {"type": "mie_gruneisen", "sound_speed": 6000.0, "s1": 1.3, "gamma": 1.0},
-         "strength": {"type": "fabric", "moduli": [20e9, 10e9], "tensile_strength": [400e6, 400e6]},
-         "porosity": {"distension": 3.0, "elastic_pressure": 1e6, "solid_pressure": 1e9}}  # fmt: skip
 
 
 @pytest.mark.parametrize(("axis", "modulus"), [(1, 20e9), (2, 10e9)])

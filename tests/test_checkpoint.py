@@ -17,6 +17,7 @@ from small_runs import (
     every_material,
     final,
     row_of,
+    struck_laminate,
 )
 
 import hvisph
@@ -126,6 +127,14 @@ def test_cracks_about_the_axis_resume_with_the_same_bits(formulation, tmp_path):
     assert area == pytest.approx(summary["energies"]["fracture_work"] / 10e3, rel=1e-12)
     assert 0.5 < area / (np.pi * 2e-3**2) < 6.0
     assert (final(whole).fields["damage"] > 0.0).any()
+
+
+def test_axes_and_open_modes_resume_with_the_same_bits(tmp_path):
+    whole, parts = stopped_and_resumed(struck_laminate(), tmp_path)
+    assert_same_results(whole, parts)
+    last = final(whole)
+    for body in (1, 2):
+        assert (last.fields["failure_modes"][last.body == body] > 0.0).any()
 
 
 def test_a_run_extended_at_an_output_is_the_longer_run(tmp_path):

@@ -11,7 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_runs import DAMAGED, GAS, HARDENING, LIQUID, METAL, assert_same_results, cracked_bar, document_of, row_of
+from small_runs import (
+    DAMAGED,
+    GAS,
+    HARDENING,
+    LIQUID,
+    METAL,
+    assert_same_results,
+    cracked_bar,
+    document_of,
+    row_of,
+    struck_laminate,
+)
 
 import hvisph
 from hvisph.casefile.loader import dump_case, load_case
@@ -126,6 +137,8 @@ CASES = {
     ),
     # cracks about the axis: softened particles are neighbours over the cuts
     "cracks": cracked_bar,
+    # axes and open modes go with particles that change processes
+    "laminate": struck_laminate,
     "gas": lambda: row_of(
         [GAS, GAS],
         dim=1,
@@ -192,6 +205,7 @@ def test_a_run_that_starts_from_another_is_the_same(tmp_path):
         ("piston", 3, 1),
         ("rigid", 2, 1),
         ("cracks", 3, 1),
+        ("laminate", 2, 1),
     ],
 )
 def test_any_number_of_processes_gives_the_same_bits(name, processes, threads, tmp_path):

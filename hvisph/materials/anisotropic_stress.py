@@ -1,6 +1,7 @@
 """Stress update of materials with directions: orthotropic solids and fabrics.
 
-The axes of a particle are a unit quaternion that turns with the rotation R of the step (`materials.stress_update`).
+The axes of a particle are a unit quaternion that turns with the rotation R of the step (`materials.stress_update`),
+yarns out of their sheet as material lines.
 In material axes T = R_q^T (sigma + p I) R_q does not turn:
 
     T += (C - K0 I I) : (D_before + D_after)/2 dt,    D_before, D_after  in the axes before and after the step
@@ -15,7 +16,7 @@ from __future__ import annotations
 from math import sqrt
 
 from hvisph.compiler.jit import inline
-from hvisph.compiler.tensors import add, add_identity, multiply, no_symmetric, transpose
+from hvisph.compiler.tensors import add, add_identity, dot_rows, multiply, no_symmetric, transpose
 from hvisph.compiler.tensors3d import curl, quaternion_product, quaternion_rotation, rotate, symmetric_part
 
 from . import tags
@@ -49,9 +50,12 @@ def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, me
     damage = spall_damage(damage, solid, dt, e, row)
     p = damaged_pressure(harm, solid, felt_damage(damage, row), row)
     q, modes = (axes[0], axes[1], axes[2], axes[3]), open_modes(axes[4])
-    after = rotate_axes(q, multiply(0.25 * dt, curl(l)))
-    into, out = transpose(quaternion_rotation(q)), quaternion_rotation(after)
-    d = symmetric_part(l)
+    into = transpose(quaternion_rotation(q))
+    d, turn = symmetric_part(l), multiply(0.25 * dt, curl(l))
+    if models[m, STRENGTH_TAG] == tags.FABRIC:
+        turn = add(turn, _yarn_turn(d, into, 0.5 * dt))
+    after = rotate_axes(q, turn)
+    out = quaternion_rotation(after)
     strain = multiply(0.5 * dt, add(rotate(d, into), rotate(d, transpose(out))))
     t = rotate(s, into)
     if models[m, STRENGTH_TAG] == tags.FABRIC:
@@ -86,6 +90,16 @@ def open_modes(number):
     rest = number - 4.0 * third
     second = 1.0 if rest >= 2.0 else 0.0
     return rest - 2.0 * second, second, third
+
+
+@inline
+def _yarn_turn(d, into, half_step):
+    """Return the half-angle vector by which yarns turn beyond R: both stay in the sheet, a material surface.
+
+    `into` turns into material axes. There R takes axis k out of the sheet at W_3k, yarns at L_3k = W_3k + D_3k.
+    """
+    own = rotate(d, into)
+    return dot_rows(transpose(into), (half_step * own[5], -half_step * own[4], 0.0 * half_step))
 
 
 @inline

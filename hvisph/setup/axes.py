@@ -74,6 +74,10 @@ def _refuse_kinematics(case: Case, where: str) -> None:
     if kind == "projection":
         raise CaseError("'projection' has no trace of the stress beside its own pressure, which an anisotropic "
                         "material needs; use another formulation", where="formulation.type")  # fmt: skip
+    if getattr(case.formulation, "variant", None) == "elastic":
+        raise CaseError(
+            "the elastic variant extrapolates the stress with isotropic moduli, which an anisotropic material does not "
+            "have; use the default variant, or total_lagrangian", where="formulation.variant")  # fmt: skip
     if revolved and (kind in ("total_lagrangian", "adaptive") or (contact is not None and contact.type == "penalty")):
         raise CaseError(f"'{kind}' takes the hoop stress from a deviator without trace, which an anisotropic material "
                         "does not have; use riemann, eulerian or three_d", where="formulation.type")  # fmt: skip
