@@ -1,6 +1,6 @@
 """hvisph: smoothed particle hydrodynamics for solids under high-velocity impact.
 
-What `__all__` names is imported when first used, so that importing the package stays light.
+The names of `__all__` are imported at first use, so that importing the package is fast.
 """
 
 from importlib import import_module

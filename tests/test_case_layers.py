@@ -92,7 +92,7 @@ def test_bodies_whose_particles_would_be_rounded_together_are_refused():
     case = two_layers()
     for body, place in zip("ab", (0.0, 1e20), strict=True):
         case["bodies"][body]["position"] = place
-    with pytest.raises(CaseError, match=r"bodies.b: lies so far from the origin.*told apart to 1.6e\+04 only"):
+    with pytest.raises(CaseError, match=r"bodies.b: lies so far from the origin.*resolved to 1.6e\+04 only"):
         placed_bodies(load_case(case))
     case["bodies"]["b"]["position"] = 1e3
     assert len(placed_bodies(load_case(case))) == 2

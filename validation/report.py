@@ -102,7 +102,7 @@ def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
 
 
 def _missed(one: Experiments, result: SetResult | None) -> Iterator[str]:
-    """Yield a line for every quantity that is not as asked, or was not computed, with its reason."""
+    """Yield a line for every quantity beyond its tolerance or not computed, with its reason."""
     words = judge_of(one.model.judge).quantities
     if result is None:
         wrong = list(one.model.asked)

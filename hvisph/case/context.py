@@ -63,4 +63,4 @@ class Surroundings(Protocol):
 
     @property
     def output(self) -> Output:
-        """What is written, and how often."""
+        """Output options."""

@@ -130,7 +130,7 @@ class Library:
         return sorted({*self.files, *self.documents})
 
     def name_of(self, name: str) -> str:
-        """Return the proper name of what is called `name`: that itself, or the one that has it as an alias.
+        """Return the proper name of a material: `name` itself, or the name whose alias it is.
 
         Raises
         ------
@@ -148,7 +148,7 @@ class Library:
         raise CaseError(f"unknown '{shown}'{self._like(name[:64], wanted)}")
 
     def _like(self, name: str, wanted: str) -> str:
-        """Return what to say of a name that is none: who is called so in part, or what it is close to."""
+        """Return the remedy for an unknown name: the names that contain it, or the nearest one."""
         if wanted.startswith(EXPLOSIVES):
             own = [one for one in self.names() if _letters(one).startswith(EXPLOSIVES)]
             return f"; the library's explosives are {', '.join(own)}; another is an eos {{type: jwl}} written out"

@@ -123,7 +123,7 @@ def inner_of(spot: Spot) -> Spot:
 def places(
     model: type[BaseModel], above: str = "", parents: tuple[object, ...] = ()
 ) -> Iterator[tuple[str, str, FieldInfo, Spot]]:
-    """Yield every key below `model`: its path, the path of what is below, its field and what may stand there."""
+    """Yield every key below `model`: its path, the path of its items, its field and the allowed content."""
     for name, info, spot, alternatives in _spots_of(model):
         path = f"{above}.{name}" if above else name
         below = f"{path}.NAME" if spot.named else path

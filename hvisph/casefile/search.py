@@ -38,7 +38,7 @@ SYNONYMS = {
     "detonation": "jwl",
     "bumper": "whipple",
 }
-# Where the answer to a word stands that is no name here.
+# Pages for words that are no names in hvisph.
 SUBJECTS = {
     "v50": "hvisph ballistic-limit",
     "limit": "hvisph ballistic-limit",

@@ -34,7 +34,7 @@ PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", "
 def guard_errors(command: Callable[..., None]) -> Callable[..., None]:
     """Return `command` with its errors turned into a message on standard error and an exit code.
 
-    Errors of hvisph's own say what is wrong and bring their code: 2 for bad input, 3 for a failed run.
+    Errors of hvisph have a message and an exit code: 2 for bad input, 3 for a failed run.
     Anything else is a bug: it is named as one with code 3, and its traceback shown if the variable
     ``HVISPH_DEBUG`` is set.
     """
@@ -112,7 +112,7 @@ def raise_noted() -> None:
 
 @contextmanager
 def ends_like_ctrl_c() -> Iterator[None]:
-    """Take SIGTERM, and SIGHUP of a closed terminal, for Ctrl-C in this block: who is asked to end stops workers first.
+    """Treat SIGTERM, and SIGHUP of a closed terminal, as Ctrl-C in this block, so that workers are stopped first.
 
     Signals that the parent had ignored stay ignored.
     """
@@ -183,7 +183,7 @@ def case_of_run(folder: Path) -> Case | None:
 def locate_errors(case: str) -> Iterator[None]:
     """Add file and line to a `CaseError` that names a field of the case, raised in this block.
 
-    What shows only when particles are made, such as bodies that overlap, knows the field alone.
+    Errors that appear when particles are made, such as overlapping bodies, name the field alone.
     """
     try:
         yield
@@ -199,7 +199,7 @@ def locate_errors(case: str) -> Iterator[None]:
 
 
 def run_folder(case: str) -> Path:
-    """Return where a case runs unless told otherwise: under ``runs``, by its file's or its bundled name.
+    """Return the default folder of a run: under ``runs``, by its file's or its bundled name.
 
     Raises `CaseError` where that makes no name for a folder.
     """

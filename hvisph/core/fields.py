@@ -127,7 +127,7 @@ def field_of(column: str) -> Field:
 MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
 CRACK = ("onset_damage", "onset_flow_stress", "onset_tension", "band_width")
 AXES = ("material_axes", "failure_modes")
-# What snapshots can hold: of the state, what follows from it, and what is known of the past.
+# Fields of snapshots: of the state, derived from it, and of its history.
 OF_STATE = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
             "plastic_strain", "damage", "kernel_type", "thickness", *MEMORY, *CRACK, *AXES, "density_correction",
             "torque_residual", "viscosity_factor")  # fmt: skip

@@ -133,7 +133,7 @@ DRIFTS = {
 def axis_unit(unit: str, values: Iterable[float]) -> tuple[str, float]:
     """Return the unit of an axis that shows `values` [SI], and how many of it the SI unit has.
 
-    It is `unit`, that of people, unless they are very small or large; what is not finite does not count.
+    It is `unit` unless the values are very small or large; values that are not finite are ignored.
     """
     finite = [abs(float(value)) for value in values if math.isfinite(value)]
     display = NumberFormat("", "", unit, -1).scale_to(max(finite, default=0.0), _SHORT)

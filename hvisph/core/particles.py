@@ -41,7 +41,7 @@ class Particles:
     extra
         Names of the fields that a formulation needs beside `BASE_FIELDS`.
     kinematics
-        What is assumed of the dimensions that are not computed: no strain, unless given.
+        Assumption for the dimensions that are not computed; no strain unless given.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ from hvisph.setup.build import Setup
 
 # Steps between two looks at all densities.
 DENSITY_EVERY = 8
-# Share of the energy at the start that the internal energy may be below zero without a word: a first step of contact
+# Share of the energy at the start that the internal energy may be below zero without a warning: a first step of contact
 # of bodies at zero energy ends so by 2e-5, for that step.
 UNNOTICED = 1e-4
 # A liquid or metal that is drawn beyond the largest tension of its isentrope falls into itself at any step.

@@ -121,7 +121,7 @@ LINK = 2.0
 NEXT = 1.3
 # Damage past onset at which three quarters of the fracture energy are taken.
 SOFT = 0.5
-# Share of the crack between sound particles from which on it is told.
+# Share of the crack between sound particles that causes a warning.
 TORN_CRACK = 0.05
 # A piece of at least this share of the largest was cut off, not torn, where its edge had flowed by this plastic strain.
 PIECE, CUT = 0.25, 0.5

@@ -27,7 +27,7 @@ class GasState:
 
 @dataclass(frozen=True)
 class RiemannSolution:
-    """What comes of two states of one gas that meet at x = 0."""
+    """Solution of the Riemann problem of one gas, with the initial discontinuity at x = 0."""
 
     # the states
     left: GasState

@@ -39,7 +39,7 @@ from hvisph.materials.porosity import crush_curve
 
 @dataclass(frozen=True)
 class ShockState:
-    """What is behind a shock into material at rest."""
+    """State behind a shock into material at rest."""
 
     particle_velocity: float  # u, in the direction of the shock [m/s]
     shock_speed: float  # U, relative to the material ahead [m/s]

@@ -125,7 +125,7 @@ def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Fill
     Parameters
     ----------
     shape
-        What is filled.
+        Shape that is filled.
     dx
         Spacing asked for [m].
     arrange

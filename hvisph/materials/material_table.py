@@ -36,7 +36,7 @@ _COLD = 0.25  # homologous temperature up to which a Johnson-Cook metal is looke
 
 @dataclass(frozen=True)
 class Material:
-    """What a body is made of."""
+    """Material of a body."""
 
     name: str  # name for messages
     # reference density rho0 [kg/m^3]

@@ -93,7 +93,7 @@ def values(row: np.ndarray) -> tuple[float, ...]:
 
 
 class Model(Protocol):
-    """What an equation of state, a strength model and a damage model have in common."""
+    """Interface of equations of state, strength models and damage models."""
 
     name: ClassVar[str]
     tag: ClassVar[int]

@@ -1,1 +1,1 @@
-"""What is measured on a run's files alone: lengths, peaks, voids, fragments, and comparison with expected values."""
+"""Measures of a run from its files alone: lengths, peaks, voids, fragments, comparison with expected values."""

@@ -157,9 +157,9 @@ def compare_expected(results: Mapping[str, Result | float | None], expected: Exp
 
 
 def is_within(value: float | None, expected: float, tolerance: float) -> bool:
-    """Whether a measured value is as expected; what has no value is not.
+    """Whether a measured value is within the tolerance; a missing value is not.
 
-    What was written in decimals may sit on the limit, so a few ulp beyond it pass.
+    Decimal numbers may lie on the limit, so a few ulp beyond it pass.
     """
     slack = 1e-12 * (abs(expected) + tolerance)
     return value is not None and abs(value - expected) <= tolerance + slack

@@ -57,7 +57,7 @@ ALLOYS = {
 
 
 def alloy_of(material: str) -> Alloy | None:
-    """Return what is known of a material of the library by its name; None for any other than aluminium alloys."""
+    """Return the constants of an aluminium alloy by the name of a material; None for other materials."""
     return next((alloy for name, alloy in ALLOYS.items() if material.startswith(name)), None)
 
 

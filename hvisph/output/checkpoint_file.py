@@ -153,7 +153,7 @@ def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: b
     folder
         Where they are.
     tell
-        Called with what is wrong with each that had to be passed over.
+        Called with the reason for each that is skipped.
     lazily
         As for `read_checkpoint`.
 

@@ -118,7 +118,7 @@ class HistoryWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Write what is pending; on failure cut the file back to its last whole line."""
+        """Write pending records; on failure cut the file back to its last whole line."""
         self._last = time.monotonic()
         if not self._pending or self._handle is None:
             return
@@ -137,7 +137,7 @@ class HistoryWriter:
         self._pending.clear()
 
     def sync(self) -> None:
-        """Write what is pending and force it to the disk."""
+        """Write pending records and flush them to the disk."""
         if self._handle is None:
             return
         self.flush()
@@ -147,7 +147,7 @@ class HistoryWriter:
             raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
 
     def close(self) -> None:
-        """Write what is pending, force it to the disk, close the file."""
+        """Write pending records, flush them to the disk, and close the file."""
         if self._handle is None:
             return
         try:

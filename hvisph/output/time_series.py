@@ -30,7 +30,7 @@ TIME = "FieldData/TimeValue"
 
 @dataclass(frozen=True)
 class _Outline:
-    """What the series needs to know of a snapshot's file: its arrays' shapes, types and files, time, names."""
+    """Description of a snapshot's file for the series: shapes, types and files of its arrays, time, names."""
 
     path: Path
     arrays: dict[str, tuple[tuple[int, ...], np.dtype, str]]

@@ -22,7 +22,7 @@ from .collectives import Collectives
 from .halo import Halo
 from .world import Alone, Ranks
 
-# Steps between two cuts of the space, and between two looks at who left a part.
+# Steps between two cuts of the space, and between two checks for particles that left their part.
 CUT_EVERY, MOVE_EVERY = 128, 16
 # Largest share of the mean work that a process may have before the space is cut again: where particles change sides
 # between any two steps, and where all must be built anew for it, which is looked at so many times less often.

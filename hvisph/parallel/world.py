@@ -86,7 +86,7 @@ class Alone:
 
     @contextmanager
     def end_together(self) -> Iterator[None]:
-        """End all processes when one of them leaves the block by an error of its own."""
+        """End all processes when one of them leaves the block by an error."""
         yield
 
 
@@ -219,7 +219,7 @@ class Ranks(Alone):
 
     @contextmanager
     def end_together(self) -> Iterator[None]:
-        """End all processes when one of them leaves the block by an error of its own."""
+        """End all processes when one of them leaves the block by an error."""
         try:
             yield
         except BaseException as error:

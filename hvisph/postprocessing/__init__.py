@@ -1,1 +1,1 @@
-"""What is around a run: several of them side by side, and the exact solution of a case."""
+"""Runs as objects, comparison of runs, exact solutions of cases, sheets of materials."""

@@ -157,7 +157,7 @@ class OpenRun:
 
     @cached_property
     def summary(self) -> Summary:
-        """What the run ended with; of one that has not ended, what can be measured now."""
+        """Summary of a finished run; measures of the present state of an unfinished one."""
         try:
             return Summary(read_summary(self.path))
         except OutputError:

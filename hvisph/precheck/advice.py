@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from hvisph.case.case import Case
 
 FEWEST_ACROSS = 5  # particles across a body, below which its waves and its bending are not resolved
-# The contact may take the step to this share of the material's without a word.
+# Ratio of the time steps by contact and by material below which a warning is given.
 SHARE = 0.5
 
 
 def advice(case: Case) -> list[str]:
-    """Return what a user should consider of formulation, contact, smoothing length, spacing and damage."""
+    """Return advice on formulation, contact, smoothing length, spacing and material."""
     facts = Facts(case)
     texts = [rule.texts(facts) for rule in (*FORMULATION_RULES, *MATERIAL_RULES)]
     return [*texts[0], *texts[1], *hugoniot_warnings(case), *(text for one in texts[2:] for text in one)]
@@ -62,7 +62,7 @@ def tears(case: Case) -> str:
 
 
 def contact_warnings(case: Case) -> list[str]:
-    """Return what is doubtful about the contact of the two bodies that meet first; nothing where there is none."""
+    """Return warnings about the contact between the impact pair."""
     model = getattr(case.formulation, "contact", None)
     chosen = isinstance(model, PenaltyContact) or getattr(model, "stiffness", None) is not None
     if not chosen or len(case.bodies) < 2:

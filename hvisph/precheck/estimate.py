@@ -1,4 +1,4 @@
-"""What a case will take before it runs: particles, steps, time, memory and disk. Compiles nothing.
+"""Estimated cost of a case: particles, steps, time, memory and disk. Compiles nothing.
 
 Steps follow from the time-step criterion at the start of the impact, time from speeds measured on
 a laptop core: both are there to tell a minute from a day.
@@ -148,7 +148,7 @@ def refuse_impossible(
     case
         The case.
     free
-        Memory that may be used [bytes]; asked of the system unless given.
+        Memory that may be used [bytes]; that of the system unless given.
     processes, beside
         All processes, and those of this machine, each of which has its part.
     begins
@@ -157,7 +157,7 @@ def refuse_impossible(
     Raises
     ------
     CaseError
-        Naming what is needed, what there is, and a resolution that fits.
+        With the memory needed, the memory available, and a resolution that fits.
     """
     count = rough_count(case)
     each, interpreter = memory_each(case) * beside / processes, beside * INTERPRETER
@@ -285,7 +285,7 @@ def _coarse_estimates(case: Case) -> list[BodyEstimate]:
 
 
 def memory_each(case: Case) -> float:
-    """Return what a particle takes of the memory of a run [bytes]."""
+    """Return the memory of a run per particle [bytes]."""
     kind, dim = case.formulation.type, case.dim
     reach = case.formulation.support_over_h * case.formulation.h_over_dx
     neighbours = {1: 2.0, 2: math.pi, 3: 4.0 / 3.0 * math.pi}[dim] * reach**dim

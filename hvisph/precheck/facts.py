@@ -24,7 +24,7 @@ POINTED, ROUND_NOSED = ("cone", "ogive"), ("sphere", "hollow_sphere", "disc", "a
 
 
 class Facts:
-    """What the conditions of the rules depend on."""
+    """Properties of a case on which the conditions of rules depend."""
 
     def __init__(self, case: Case):
         self.case, self.bodies, self.dim = case, case.bodies, case.dim
@@ -38,7 +38,7 @@ class Facts:
 
     @cached_property
     def impact_pair(self) -> ImpactPair | None:
-        """The two bodies that meet first."""
+        """First two bodies in contact."""
         return impact_pair(self.case)
 
     @cached_property

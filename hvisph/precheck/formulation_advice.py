@@ -85,7 +85,7 @@ def _fixed_smoothing_length(facts: Facts) -> Found:
 
 
 def _initial_overlap(facts: Facts) -> Found:
-    """Bodies placed nearer than a spacing, between which repulsion begins with energy of its own."""
+    """Bodies placed nearer than a spacing, between which repulsion starts with stored energy."""
     contact = getattr(facts.model, "contact", None)
     if contact is None or contact.type != "penalty" or facts.scheme != "eulerian":
         return False

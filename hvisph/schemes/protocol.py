@@ -144,7 +144,7 @@ class AnyFormulation(Protocol):
 
     @property
     def repels(self) -> bool:
-        """Whether contact is an algorithm with an energy of its own."""
+        """Whether contact stores energy."""
 
     @property
     def stepper(self) -> Any:

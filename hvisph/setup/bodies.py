@@ -29,7 +29,7 @@ from .velocities import initial_velocity, refuse_unlike_halves
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
 FACED = (Interval, Disc, Sphere, Box, Cylinder)
-# Largest rounding of places, in spacings: strains between neighbours are told from it to this size.
+# Largest rounding of places, in spacings: strains between neighbours are resolved to this size.
 ROUNDING = 1e-6
 
 
@@ -239,7 +239,7 @@ def _refuse_distance(name: str, positions: np.ndarray, spacing: float, units: st
     if rounding > ROUNDING * spacing:
         unit = " m" if units == "si" else ""
         raise CaseError(
-            f"lies so far from the origin that places are told apart to {rounding:.2g}{unit} only, and its particles "
+            f"lies so far from the origin that places are resolved to {rounding:.2g}{unit} only, and its particles "
             f"are {spacing:.2g}{unit} apart; move it nearer (position, gap)",
             where=f"bodies.{name}",
         )

@@ -1,4 +1,4 @@
-"""Workers on a Dask cluster: Dask only starts them, the folder says who computes what.
+"""Workers on a Dask cluster: Dask only starts them, the folder assigns the cases.
 
 Needs `hvisph[dask]`. The sweep's folder must be on a disk that all machines share.
 """

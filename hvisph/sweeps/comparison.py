@@ -52,7 +52,7 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
 
 
 def _pair(row: Row, head: str, name: str) -> tuple[float, float] | None:
-    """Return what was measured and what was computed in a case [SI]; None where one of them is not known."""
+    """Return the measured and the computed value of a case [SI]; None where one of them is unknown."""
     one = row["measures"].get(name, {})
     if not isinstance(one.get("value"), int | float) or row["values"].get(head) is None:
         return None

@@ -30,7 +30,7 @@ from .comparison import beside_limit
 from .folder import ENDED, RESULTS, STEPPING, Row, Selection, SweepFolder, TableKeeper, row, rows
 from .plan import Member, load_plan
 
-LONGEST = 4.0  # times the end of a case: how far a shot that is not decided goes on unless told
+LONGEST = 4.0  # times the end of a case: how far an undecided shot continues by default
 POLL = 0.1  # least wall time between two looks [s]
 MOST_FAILURES = 5  # of workers in a row that end with an error
 
@@ -85,7 +85,7 @@ class LocalCrew:
         Further options of the command, such as a selection.
     """
 
-    waits_for_first = False  # who needs a loop that another makes waits for it
+    waits_for_first = False  # workers wait for loops that others compile
 
     def __init__(self, folder: SweepFolder, threads: int, options: Sequence[str] = ()):
         self.folder, self.threads, self.options = folder, threads, tuple(options)

@@ -33,7 +33,7 @@ SWEEP, BASE, CASES, TABLE, RESULTS = "sweep.yaml", "base.yaml", "cases.csv", "ta
 RUNS, CLAIMS = "runs", "claims"
 STEPPING = f"{CLAIMS}/stepping"  # made when the loops of the first case are compiled
 ENDED = ("done", "failed", "killed", "error")
-MOST_STARTS = 5  # of a case whose worker ends without a word and without a new checkpoint
+MOST_STARTS = 5  # of a case whose worker ends without a report and without a new checkpoint
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ class SweepFolder:
         if starts and not held and self._is_claimed(member):
             return Standing("running")
         if starts >= MOST_STARTS:
-            return Standing("killed", f"the process that computed it ended {starts} times without a word")
+            return Standing("killed", f"the process that computed it ended {starts} times without a report")
         if events:
             return Standing("interrupted", str(last.get("reason", "")), summary)
         return Standing("waiting")

@@ -42,7 +42,7 @@ LOWEST, HIGHEST = 1e-3, 20.0  # orders that are looked for
 
 @dataclass(frozen=True)
 class Convergence:
-    """What several resolutions say of a result."""
+    """Convergence of a result over several resolutions."""
 
     # ``converging``, ``not converging``, ``not resolved`` (differences within the uncertainties), ``exact`` (no
     # differences) or ``too few``

@@ -29,7 +29,7 @@ TURN, RAISE = np.radians(-35.0), np.radians(22.0)  # from where a view is seen
 class DrawnBody:
     """A body of a set-up."""
 
-    # its name, and what stands beside it: material, size
+    # name, and label with material and size
     name: str
     label: str
     # particles (n, dim) and how wide each is drawn (n,) [m]
@@ -41,7 +41,7 @@ class DrawnBody:
 
 @dataclass(frozen=True)
 class Setup:
-    """What a picture of a set-up shows."""
+    """Content of a picture of a set-up."""
 
     title: str  # title of the case
     bodies: Sequence[DrawnBody]  # its bodies
@@ -81,7 +81,7 @@ def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
     Parameters
     ----------
     setup
-        What is drawn.
+        Set-up.
     path
         File to write; its ending tells the format.
     """

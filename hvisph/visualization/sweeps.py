@@ -112,7 +112,7 @@ def _convergence(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
 
 
 def _against(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
-    """Draw what was computed over what was measured, and the line on which both are the same."""
+    """Draw computed over measured values, with the line of equality."""
     measured, computed = (np.array(one[key]) * display.factor for key in ("measured", "computed"))
     low, high = min(0.0, *measured, *computed), max(*measured, *computed)
     axes.plot([low, high], [low, high], color=FAINT)

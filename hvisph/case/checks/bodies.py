@@ -19,7 +19,7 @@ MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
 AXES = ("x", "y", "z")
 # Whose laws take every particle's own smoothing length.
 UNLIKE_SPACINGS = ("eulerian", "riemann")
-# Ratio of spacings and of masses of particles from which a word is due.
+# Ratio of spacings and of masses of particles that cause a warning.
 UNLIKE, MOST_UNEQUAL = 1.1, 3.0
 
 

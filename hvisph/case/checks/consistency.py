@@ -47,7 +47,7 @@ class Case(Surroundings, Protocol):
 
     @property
     def output(self) -> Output:
-        """What is written, and how often."""
+        """Output options."""
 
     @property
     def measures(self) -> Sequence[str] | None:

@@ -1,6 +1,6 @@
 """Plausibility of numbers: errors of units, digits and signs.
 
-Each warning says the number, the usual range, and what was probably meant. The ranges hold every material of
+Each warning gives the number, the usual range, and the value that was probably meant. The ranges hold every material of
 the library; they are about solids and liquids under impact, and gases have none.
 """
 

@@ -58,7 +58,7 @@ def _commands(context: typer.Context) -> list[tuple[str, str]]:
 
 
 def _places(word: str, commands: Sequence[tuple[str, str]]) -> str:
-    """Return where a word stands, as a table; empty where nowhere."""
+    """Return the places of a word as a table; empty without any."""
     from hvisph.casefile.search import search
 
     places = search(word, commands)

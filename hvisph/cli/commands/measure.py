@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 HEADING = 14  # of a column's name, which is broken where it is longer
 
-# Share of a time that is known for by which the nearest snapshot may miss it without a word.
+# Largest relative distance of the nearest snapshot from the requested time without a note.
 FAR = 0.1
 
 
@@ -136,7 +136,7 @@ def _fragments(measured: Measures, fewest: int) -> str:
 
 
 def _measures(source: str, measured: Measures, at: str | None) -> str:
-    """Return the measures of the moment beside what is expected of them, or of all moments."""
+    """Return the measures of the moment with their expected values, or of all moments."""
     if measured.series:
         return _series(measured.series, measured.unitless)
     case = case_of_run(Path(source))

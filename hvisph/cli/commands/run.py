@@ -126,7 +126,7 @@ def watch(
 
 
 def _look(folder: Path) -> tuple[str, bool, int]:
-    """Return what is to be seen now, whether the run has ended, and how many snapshots it has."""
+    """Return progress and measures as text, whether the run has ended, and its number of snapshots."""
     from hvisph.postprocessing.run_data import run_progress
 
     sight = run_progress(folder)

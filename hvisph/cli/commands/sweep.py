@@ -130,7 +130,7 @@ def ballistic_limit(
 
 
 def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
-    """Run a sweep that a command describes, and say what came out."""
+    """Run a sweep that a command describes, and print its results."""
     from hvisph.sweeps.driver import SWEEPS, begin
     from hvisph.sweeps.folder import Selection
     from hvisph.sweeps.parameters import plain
@@ -191,7 +191,7 @@ def _list(source: str, as_json: bool) -> None:
 
 
 def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -> None:
-    """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
+    """Compute the remaining cases, report the end of each, and leave the command on an interrupt."""
     from hvisph.cli.text.sweep_log import SweepLog
     from hvisph.sweeps.driver import driver
 
@@ -207,7 +207,7 @@ def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -
 
 
 def _show(folder: SweepFolder, how: How) -> None:
-    """Print how a sweep stands and what it says, and leave the command with its exit code."""
+    """Print state and results of a sweep, and leave the command with its exit code."""
     from hvisph.sweeps.driver import driver
     from hvisph.sweeps.folder import Selection, rows
 

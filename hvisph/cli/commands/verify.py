@@ -95,7 +95,7 @@ def verify(
         echo_json([one.as_dict() for one in results])
     elif not quiet:
         refused = f"; {len(results) - len(judged)} could not run" if len(results) > len(judged) else ""
-        say(f"\n{good} of {len(judged)} as asked{refused}" if judged else "\nnothing was judged: no trial could run")
+        say(f"\n{good} of {len(judged)} passed{refused}" if judged else "\nno trial could run")
     raise typer.Exit(0 if judged and good == len(judged) else 1)
 
 
@@ -174,7 +174,7 @@ def validate(
 ) -> None:
     """Compute sets of experiments and print measured and computed values; the command continues an interrupted set.
 
-    Exit codes: 0 all as asked, 1 some not, 2 invalid input, 3 a shot failed, 130 interrupted.
+    Exit codes: 0 all within tolerance, 1 some not, 2 invalid input, 3 a shot failed, 130 interrupted.
     """
     from hvisph.verification.runner import require_module
 

@@ -22,7 +22,7 @@ MISSED = " *"  # behind a value that is further from the published one than its 
 
 
 def comparison_tables(rows: Sequence[Row], unitless: bool = False, every: bool = False) -> str:
-    """Return the tables of measures and of costs, and a word on what is not shown, on brackets and on marks.
+    """Return the tables of measures and of costs, with notes on omitted measures, brackets and marks.
 
     Parameters
     ----------

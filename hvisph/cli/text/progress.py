@@ -111,7 +111,7 @@ REFRESH = 10  # per second
 
 
 class _Terminal(Console):
-    """A terminal that may be closed while the run goes on: what it cannot be told is left out."""
+    """A terminal that may be closed during the run; output that it cannot receive is discarded."""
 
     def _write_buffer(self) -> None:
         try:

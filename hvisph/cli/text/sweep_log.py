@@ -90,7 +90,7 @@ def _format_measures(row: Plain, names: Sequence[str]) -> str:
 
 
 def summary(sweep: Sweep, rows: Sequence[Plain], results: Plain, path: Path) -> str:
-    """Return what a sweep says, in words and tables."""
+    """Return the results of a sweep in words and tables."""
     parts = ["", paragraph(results["finding"]), ""] if results.get("finding") else [""]
     if results.get("fit"):
         return "\n".join([*parts, _fit(results["fit"], path), "", f"{len(rows)} runs: {path / 'table.csv'}"])
@@ -165,7 +165,7 @@ def _limit(verdict: Plain) -> str:
 
 
 def _slopes(verdict: Plain, record: Sequence[str] | None) -> list[str]:
-    """Return the table of what the measures of a sample depend on; nothing where that is not known."""
+    """Return the table of sensitivities of the measures of a sample; empty where they are unknown."""
     lines = [["", "slope", "", "variance", "total Sobol", "R2", "left out"]]
     for name, one in verdict.items():
         found = one.get("sensitivity")

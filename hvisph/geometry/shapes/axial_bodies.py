@@ -237,7 +237,7 @@ class RoundedCylinder(Profile):
 class Nosed(Centred):
     """A profile turned about its axis (3D), or its section through the axis (2D)."""
 
-    profile: Profile  # what is turned
+    profile: Profile  # meridian
     dim: int = field(default=3)  # 2 or 3
     axis: str = "x"  # ``x``, ``y`` or ``z``: where the nose points
 

@@ -85,7 +85,7 @@ class Measured(Shape):
 
 
 class OfParts(Measured):
-    """What parts make, each with its say."""
+    """Combination of shapes."""
 
     parts: Sequence[Shape]
 
@@ -151,7 +151,7 @@ class Intersection(OfParts):
 
 @dataclass(frozen=True)
 class Difference(Measured):
-    """What is left of a shape when others are cut out."""
+    """Difference: a shape without the parts that are cut out."""
 
     whole: Shape
     removed: Sequence[Shape]
@@ -185,7 +185,7 @@ class Difference(Measured):
 class Repeat(Measured):
     """Copies of a shape in a row or on a lattice, centred about the origin."""
 
-    shape: Shape  # what is repeated
+    shape: Shape  # shape of one copy
     vectors: Sequence[Sequence[float]]  # one to three steps from copy to copy, (k, dim) [m]
     counts: Sequence[int]  # number of copies along each
     _inverse: np.ndarray = field(init=False, repr=False, compare=False)

@@ -56,7 +56,7 @@ def require_tension(pressure_minimum: float, where: str) -> None:
 
 @inline
 def limited_pressure(p, row):
-    """Pressure [Pa] after the cut-off; what is not a number passes through."""
+    """Pressure [Pa] after the cut-off; NaN passes through."""
     return row[PRESSURE_MINIMUM] if p < row[PRESSURE_MINIMUM] else p
 
 

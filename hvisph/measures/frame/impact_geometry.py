@@ -98,7 +98,7 @@ def _is_behind(start: Snapshot, body: int, shot: np.ndarray, along: np.ndarray) 
 
 @dataclass(frozen=True)
 class Shot:
-    """What is known of a shot from its start."""
+    """Impact geometry from the start of a run."""
 
     roles: tuple[str, ...]  # of every body: ``projectile``, ``layer`` or ``other``
     whole: Whole = field(default_factory=Whole)  # how the whole follows from what was computed

@@ -65,7 +65,7 @@ def rim_between(own: np.ndarray, lateral: np.ndarray, main: np.ndarray, axis: np
 
 
 class InitialReference:
-    """What is known of a run's first snapshot `start`, as its file holds it: the same for all moments of the run."""
+    """Reference from a run's first snapshot `start` as stored, the same for all moments of the run."""
 
     def __init__(self, start: Snapshot):
         self.start = start
@@ -100,7 +100,7 @@ class Perforation:
 
     @property
     def opening(self) -> bool:
-        """Whether it has no state because openings of its own let the projectile through."""
+        """Whether it has no state because its initial openings let the projectile through."""
         return self.attached is not None and not self.state
 
 
@@ -135,8 +135,8 @@ class Scene:
 
     now: Snapshot  # the moment to measure: the whole model in the axes of the shot
     start: Snapshot | None = None  # the run's first snapshot, where there is one, likewise
-    shot: Shot = field(default_factory=lambda: Shot(()))  # what is known of the shot
-    # what is known of the start, the same for all moments of a run
+    shot: Shot = field(default_factory=lambda: Shot(()))  # impact geometry
+    # reference from the start, the same for all moments of a run
     initial: InitialReference | None = field(default=None, repr=False)
     # columns of ``history.csv`` by name, where there are any
     history: Mapping[str, np.ndarray] | None = field(default=None, repr=False)

@@ -1,4 +1,4 @@
-"""The whole model of what was computed in part: a half, a quarter, an eighth, or the section of a round one.
+"""Whole model from its computed part: a half, a quarter, an eighth, or the section of a solid of revolution.
 
 Everything is measured on the whole: `Whole.complete` adds the mirror images, so that lengths, masses, energies and
 counts need no factor of their own anywhere else. What is costly, the search for connected groups, is done on the

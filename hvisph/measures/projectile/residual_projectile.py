@@ -1,4 +1,4 @@
-"""What is left of the projectile: velocity, mass, length and direction of its fragments, momentum transfer."""
+"""Residual projectile: velocity, mass, length and direction of its fragments, momentum transfer."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Opening:
 
     @property
     def area(self) -> float:
-        """What the edge encloses [m^2]; in 3D only."""
+        """Area within the edge [m^2]; in 3D only."""
         return float(np.pi * (self.radii**2).mean())
 
 

@@ -37,7 +37,7 @@ class LayerMeasures:
     obliquity
         Angle between the shot line and the layer's normal [rad]; None where the start is not known.
     opening
-        Whether it has no state because openings of its own let the projectile through.
+        Whether it has no state because its initial openings let the projectile through.
     """
 
     body: str

@@ -1,7 +1,7 @@
 """Penalty contact pass of connected components: forces, contact energy and detection of interpenetration.
 
 A body in pieces is one that meets others, its own failed particles, or with a face one of its own that was far from
-it. Who is near a part of its own body that was far is looked up every few evaluations.
+it. Particles near a distant part of their body are searched every few evaluations.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hvisph.sph.neighbours.ghost_rows import Halo, Plane
 from hvisph.sph.neighbours.pairs import Pairs
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
-# Evaluations between two looks at whether bodies pass through each other, and who is near another part of its body.
+# Evaluations between two checks for penetration of bodies, and for particles near another part of their body.
 LOOK_EVERY = 16
 # A particle from within its body is inside another one where that fills more than this share of what is around it;
 # behind a sound contact it is below 0.3, in two lattices that mix 1 and more.

@@ -75,7 +75,7 @@ class Eulerian:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """What particles carry beside the state."""
+        """Fields of particles beside the state."""
         own = self.viscosity.fields
         own = (*own, "torque_residual") if self.spins else own
         return (*own, "previous_density_rate") if self.density_rate else own

@@ -86,7 +86,7 @@ class TotalLagrangian:
 
     @property
     def repels(self) -> bool:
-        """Whether contact is an algorithm with an energy of its own."""
+        """Whether contact stores energy."""
         return self.contact.parts
 
     @property

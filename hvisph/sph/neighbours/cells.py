@@ -221,7 +221,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
          place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int) -> None:  # fmt: skip
     """Put `rows` into cell order, and within a cell into that of their permanent numbers.
 
-    What is summed over neighbours in this order does not depend on the order of `rows`, nor on the torus' shape.
+    Sums over neighbours in this order depend neither on the order of `rows` nor on the shape of the torus.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ SMALLEST = {1: 3, 2: 9, 3: 27}
 def label_components(
     position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray, numbers: np.ndarray
 ) -> np.ndarray:
-    """Return the number of the piece that each particle belongs to (n,), those that have come apart told from another.
+    """Return the number of the piece that each particle belongs to (n,), with separated parts numbered differently.
 
     Of a piece that has come apart the largest part keeps the number, of equal ones that with the least particle; others
     of `SMALLEST` particles and more are given the next free numbers, in the order of their least particles.

@@ -108,7 +108,7 @@ class Pairs:
     halo, images
         Copies that are appended to them: rows of other processes, images at the planes.
     workspace
-        All numbers (k,) of the sorted rows and their columns. Who is done with an evaluation may use it until the next.
+        All numbers (k,) of the sorted rows and their columns. It is free between evaluations.
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,

@@ -109,7 +109,7 @@ def colour_tables(names: Sequence[str]) -> dict[str, str]:
     }
 
 
-# What is drawn over the snapshots, by SI unit: measures that share a unit for people, and what they are.
+# Measures drawn over the snapshots by SI unit, with the caption of their chart.
 OVER_TIME = {
     "m": (("crater_diameter", "penetration", "extension"), "Lengths"),
     "m/s": (("residual_velocity", "plug_velocity"), "Velocities"),
@@ -118,7 +118,7 @@ TOUCHED = 1e-4  # share of the kinetic energy that is lost at contact
 
 
 def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[list[Any], list[Any]]:
-    """Return charts of what was measured over time, and of the run's health."""
+    """Return charts of measured quantities over time, and of the run's conservation."""
     time = np.asarray(history["time"], float)
     if len(time) < 2:
         return [], []
@@ -206,7 +206,7 @@ def moments(
 
 
 def _contact(history: Mapping[str, np.ndarray]) -> float | None:
-    """Return when the bodies have touched: the first record with less kinetic energy; None where it cannot be told."""
+    """Return when the bodies have touched: the first record with less kinetic energy; None where it is unknown."""
     if "kinetic_energy" not in history:
         return None
     energy = _column(history, "kinetic_energy")

@@ -86,7 +86,7 @@ def picture(run: RunFiles) -> str:
 
 
 def facts(run: RunFiles) -> list[tuple[str, str]]:
-    """Return names and texts of what was computed, and how."""
+    """Return names and texts of case and formulation."""
     last, metadata = run.last, run.last.metadata
     rows = [
         ("title", str(metadata.get("title", ""))),
