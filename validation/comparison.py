@@ -111,7 +111,7 @@ class Verdict:
     of_curve
         Of verdicts: share that the limit curve has right of the same shots; None where it knows none.
     passed
-        Whether all are within their tolerances; None without any, or where shots have not been computed yet and none has failed.
+        Whether all are within their tolerances; None without any, or where shots are not computed yet and none failed.
     """
 
     quantity: str

@@ -62,7 +62,7 @@ class Clamp(Region):
     @model_validator(mode="before")
     @classmethod
     def _take_table(cls, data: Any) -> Any:
-        """Take rows that stand under `velocity` for the table."""
+        """Treat rows given as `velocity` as the table."""
         given = data.get("velocity") if isinstance(data, dict) else None
         if isinstance(given, list | tuple) and given and isinstance(given[0], list | tuple):
             data = {"velocity_table": given} | {key: value for key, value in data.items() if key != "velocity"}

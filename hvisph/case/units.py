@@ -126,7 +126,7 @@ def parse_quantity(text: str, dimension: Dimension) -> float:
 
 
 def _parse_with_pint(number: float, unit: str, text: str, dimension: Dimension) -> float:
-    """Convert by pint's registry what the short table of units lacks."""
+    """Convert a unit by pint's registry."""
     unknown = f"{_quote(text)}: unknown unit {_quote(unit)}{suggest_nearest(unit, spellings(dimension))}"
     if _UNIT.fullmatch(unit) is None:
         raise ValueError(unknown)
@@ -193,7 +193,7 @@ class Quantity:
         return {"anyOf": [number, {"type": "string"}], "examples": [self.dimension.example]}
 
     def validate(self, value: object, info: ValidationInfo) -> float:
-        """Return `value` in SI, or raise ValueError with what is expected."""
+        """Return `value` in SI, or raise ValueError with the expected range."""
         result = self._number(value, info)
         if not math.isfinite(result):
             raise ValueError(f"{value!r} is not a finite number")
@@ -245,7 +245,7 @@ class Quantity:
 
 
 def kind_of(value: object) -> str:
-    """Return what a value of a case file is, in words."""
+    """Return the kind of a value of a case file in words."""
     names: dict[type, str] = {
         dict: "a mapping",
         list: "a list",

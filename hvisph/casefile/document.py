@@ -85,7 +85,7 @@ def parse(text: str, name: str) -> Document:
 
 
 def _indent(text: str, line: int) -> str:
-    """Return what a line begins with before its first word."""
+    """Return the indentation and list marks of a line."""
     lines = text.splitlines()
     whole = lines[line] if line < len(lines) else ""
     return whole[: len(whole) - len(whole.lstrip())]
@@ -97,7 +97,7 @@ def dump(value: object, width: int = 100) -> str:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Quotes what this module would not read as text, beyond what YAML 1.1 has quoted."""
+    """Quotes text that this module would read otherwise, beyond YAML 1.1."""
 
     def ignore_aliases(self, data: object) -> bool:
         return True
@@ -206,7 +206,7 @@ LARGEST = 1_000_000  # [bytes]; a thousand times a usual case
 
 
 def read_yaml(path: pathlib.Path) -> Document:
-    """Return what the YAML file at `path` holds.
+    """Return the content of the YAML file at `path`.
 
     Raises
     ------
@@ -296,13 +296,13 @@ def _case(text: object) -> Plain:
 
 
 def formulation(text: object) -> str:
-    """Return the name of the formulation; empty where the text does not tell."""
+    """Return the name of the formulation; empty where it is unknown."""
     chosen = _case(text).get("formulation")
     return str(chosen.get("type", "")) if isinstance(chosen, dict) else ""
 
 
 def symmetry_axes(text: object) -> tuple[int, ...]:
-    """Return the axes whose coordinate plane is a mirror of the model; none where the text does not tell."""
+    """Return the axes whose coordinate plane is a mirror of the model; none where they are unknown."""
     planes = _case(text).get("symmetry")
     axes = [plane.get("axis") for plane in planes if isinstance(plane, dict)] if isinstance(planes, list) else []
     return tuple("xyz".index(axis) for axis in axes if axis in ("x", "y", "z"))

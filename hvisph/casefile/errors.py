@@ -156,7 +156,7 @@ def _models_with_key(parent: Spot, value: object, key: str, allowed: Sequence[st
 
 
 def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str:
-    """Return where below `root` a key stands that is unknown at `path`; empty where it is a slip, or stands in many."""
+    """Return the places below `root` of a key that is unknown at `path`; empty for slips and common keys."""
     key = str(path[-1])
     if get_close_matches(key, allowed, n=1, cutoff=SLIP):
         return ""
@@ -168,7 +168,7 @@ def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str
 
 @cache
 def _paths_by_key(root: type[BaseModel]) -> dict[str, set[str]]:
-    """Return below `root` all paths at which a key stands."""
+    """Return the paths of every key below `root`."""
     paths: dict[str, set[str]] = {}
     for path, *_ in places(root):
         paths.setdefault(path.rpartition(".")[2], set()).add(path)

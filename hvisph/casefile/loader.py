@@ -183,7 +183,7 @@ def _on_base(document: Document, path: Path, seen: tuple[Path, ...]) -> Document
 
 
 def _read_base(path: Path) -> Document:
-    """Return what the file that a case is based on holds; errors give nothing of a file away that is no case.
+    """Return the content of the file that a case is based on; errors quote nothing of a file that is no case.
 
     A case from another source may name any file of the user, so that messages do not repeat its content.
     """

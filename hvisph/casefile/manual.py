@@ -105,7 +105,7 @@ class _Sections:
 
 
 def _spot(path: str) -> Spot:
-    """Return what the models expect at a path without names of bodies."""
+    """Return the expected content at a path without names of bodies."""
     spot = Spot({"": Case})
     for key in path.split("."):
         while spot.item is not None and not spot.models:
@@ -224,7 +224,7 @@ def explain(path: str) -> str:
 
 
 def _of_type(keys: list[str], model: type[BaseModel]) -> str:
-    """Return what a model of some type is, and its keys, a line each."""
+    """Return the description of a model and its keys, a line each."""
     lines = [f"{'.'.join(keys[:-1])}: {{type: {keys[-1]}}}", f"  {(model.__doc__ or '').strip().splitlines()[0]}"]
     for name, info in model.model_fields.items():
         if name != "type":

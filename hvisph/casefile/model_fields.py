@@ -36,7 +36,7 @@ class Spot:
 
 
 def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
-    """Return what `annotation` expects."""
+    """Return the content that `annotation` allows."""
     metadata = list(info.metadata) if info else []
     tagged = bool(info and info.discriminator)
     while get_origin(annotation) is Annotated:
@@ -70,13 +70,13 @@ def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
 
 
 def tag_of(model: type[BaseModel]) -> str:
-    """Return the value of `type` that stands for `model`, empty if it has none."""
+    """Return the `type` of `model`, empty if it has none."""
     field = model.model_fields.get("type")
     return str(get_args(field.annotation)[0]) if field else ""
 
 
 def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None) -> Spot | None:
-    """Return what the models expect at the path `keys` below `root`, None where nothing can stand.
+    """Return the expected content at the path `keys` below `root`, None where nothing is allowed.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None)
 
 
 def keys_of(spot: Spot, value: object = None) -> list[str]:
-    """Return the keys that may stand in the mapping at `spot`, given its `type` in `value`."""
+    """Return the allowed keys of the mapping at `spot`, given its `type` in `value`."""
     kind = value.get("type") if isinstance(value, dict) else None
     names: list[str] = []
     for model in _models_of_kind(spot, kind):
@@ -116,7 +116,7 @@ def keys_of(spot: Spot, value: object = None) -> list[str]:
 
 
 def inner_of(spot: Spot) -> Spot:
-    """Return what stands in each entry of a list or of named blocks, or the spot itself."""
+    """Return the content of each entry of a list or of named blocks, or the spot itself."""
     return spot if spot.item is None else spot_of(spot.item)
 
 

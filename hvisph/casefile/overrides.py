@@ -57,7 +57,7 @@ def _other_type(old: Plain, new: Plain) -> bool:
 
 
 def _making_way(old: Plain, new: Plain) -> Plain:
-    """Return a copy of `old` without what keys of `new` stand for, see `INSTEAD`."""
+    """Return a copy of `old` without the keys that keys of `new` replace, see `INSTEAD`."""
     given = {key for key, item in new.items() if item is not None}
     gone: set[str] = set()
     for one, other in INSTEAD:
@@ -182,7 +182,7 @@ class _Setting:
         self.places, self.place, self.root, self.values_of = places, place, root, values_of
 
     def apply(self, value: object, path: Path, keys: list[str], new: object) -> object:
-        """Return `value`, which stands at `path`, with what lies at `keys` below it set to `new`."""
+        """Return `value`, found at `path`, with the entry at `keys` below it set to `new`."""
         if not keys:
             self.mark(path)
             return _merge(value, new, path, self.places, dict.fromkeys([path], self.place))
@@ -225,7 +225,7 @@ class _Setting:
         return CaseError(message, where=".".join(map(str, path)), file=self.place.file)
 
     def default_block(self, path: Path) -> Plain:
-        """Return the block that stands where the case has none: the `type` of the default, if it has one."""
+        """Return the block for a missing one: the `type` of the default, if it has one."""
         spot = walk(Case, path, self.root)
         default = spot.info.default if spot and spot.info else None
         kind = getattr(default, "type", None)

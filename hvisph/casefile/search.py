@@ -123,7 +123,7 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
 
 
 def nearest_names(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[str]:
-    """Return names that look like a word that finds nothing."""
+    """Return the names nearest to a word without results."""
     names = {one.name.split(".")[-1]: one.name for one in _entries(commands)}
     return [names[name] for name in get_close_matches(word.lower().replace("-", "_"), names, n=5, cutoff=0.6)]
 

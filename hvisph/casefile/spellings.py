@@ -20,19 +20,19 @@ def spellings(table: str) -> dict[str, Any]:
 
 
 def renamed_key(path: Keys, allowed: Sequence[str]) -> str:
-    """Return what the unknown key at the end of `path` is now called, if that is one of the `allowed`; else empty."""
+    """Return the present name of the unknown key at the end of `path`, if it is one of the `allowed`; else empty."""
     blocks = [str(part) for part in path[-3:-1]] or [""]
     present = [spellings("keys").get(block, {}).get(str(path[-1]), "") for block in blocks]
     return next((f"is now `{now}`" for now in present if now.partition(":")[0] in allowed), "")
 
 
 def renamed_value(key: str | int, value: object) -> str:
-    """Return what the unknown `value` of `key` is now called; empty where it never was one."""
+    """Return the present name of the unknown `value` of `key`; empty without one."""
     now = spellings("values").get(str(key), {}).get(str(value))
     return f"'{value}' is now `{now}`" if now else ""
 
 
 def present_name(table: str, name: object) -> str:
-    """Return what a state field or a measure (`table`) is now called; empty where it never was one."""
+    """Return the present name of a state field or a measure (`table`); empty without one."""
     now = spellings(table).get(str(name))
     return f"'{name}' is now `{now}`" if now else ""

@@ -1,4 +1,4 @@
-"""The command `hvisph`: its group of commands, which import what they need when they are called."""
+"""The command `hvisph`: its group of commands, with imports at their call."""
 
 from __future__ import annotations
 

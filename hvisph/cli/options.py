@@ -16,14 +16,14 @@ from hvisph.core.errors import CaseError
 
 
 def option(usage: str, help: str, **more: Any) -> Any:
-    """Return an option by its usage, such as ``--out, -o FILE``, and what it does; `more` goes to `typer.Option`."""
+    """Return an option by its usage, such as ``--out, -o FILE``, and its help; `more` goes to `typer.Option`."""
     *names, last = usage.split(", ")
     name, _, metavar = last.partition(" ")
     return typer.Option(*names, name, metavar=metavar or None, help=help, **more)
 
 
 def argument(metavar: str, help: str, **more: Any) -> Any:
-    """Return an argument by its name in the usage and what it is; `more` goes to `typer.Argument`."""
+    """Return an argument by its name in the usage and its help; `more` goes to `typer.Argument`."""
     return typer.Argument(metavar=metavar, help=help, **more)
 
 
@@ -47,7 +47,7 @@ OutOption = Annotated[Path | None, option("--out DIR", "Folder of the run; runs/
 
 @dataclass(frozen=True)
 class Running:
-    """Where cases are computed and how much is said; each field is an option of the command."""
+    """Workers and output of a command; each field is an option of it."""
 
     workers: Annotated[
         int | None, option("--workers N", "Number of worker processes; one per core unless given.", min=1)
@@ -65,11 +65,11 @@ class Running:
 
     @property
     def silent(self) -> bool:
-        """Whether nothing is said while it goes on."""
+        """Whether nothing is printed during the computation."""
         return self.quiet or self.as_json
 
     def crew(self) -> Any:
-        """Return what makes the workers; raises `CaseError` where there can be none."""
+        """Return the function that creates the workers; raises `CaseError` where there can be none."""
         if self.dask is not None and self.cluster is not None:
             raise CaseError("give either --dask or --cluster", where="--cluster")
         if self.dask is None and self.cluster is None:
@@ -100,7 +100,7 @@ class How(Running):
     plot: Annotated[Path | None, option("--plot FILE", "Draw the result: png, pdf, svg.")] = None
 
     def refuse(self) -> None:
-        """Refuse before anything runs what would fail after it all; raises `CaseError`."""
+        """Refuse an invalid picture before anything runs; raises `CaseError`."""
         if self.plot is not None:
             from hvisph.cli.guard import refuse_format
 

@@ -1,4 +1,4 @@
-"""Whether compiled code works on this machine, and what determines its last bits."""
+"""Test of compiled code on this machine, and identification of the build."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _powers(x, out):
 
 
 def build_id() -> str:
-    """Return what determines the last bits of results and must agree on all processes of a run.
+    """Return the identification of the build, which determines the last bits; equal on all processes of a run.
 
     It names the program, the compiler, the vectors and the processor.
     """

@@ -30,7 +30,7 @@ def free_memory() -> float:
 
 
 def peak_memory() -> float:
-    """Return the most memory that this process has had so far [bytes]; 0 where the system does not tell."""
+    """Return the peak memory of this process [bytes]; 0 where it is unknown."""
     try:
         import resource
     except ImportError:  # Windows has none
@@ -61,7 +61,7 @@ def group_memory(mount: Path = MOUNT, membership: Path = MEMBERSHIP) -> float:
 
 
 def own_memory() -> float:
-    """Return what this process may still take of its limits of address space and data [bytes], infinite without any."""
+    """Return the memory left to this process by its limits of address space and data [bytes], else infinite."""
     try:
         import resource
     except ImportError:  # Windows has none
@@ -100,7 +100,7 @@ def _upwards(root: Path, path: str) -> Iterator[Path]:
 
 
 def _reclaimable(folder: Path) -> float:
-    """Return what a group counts as used and gives up when asked: files that are held in memory [bytes]."""
+    """Return the memory of a group that can be reclaimed: files held in memory [bytes]."""
     try:
         text = (folder / "memory.stat").read_text(encoding="ascii")
     except (OSError, UnicodeDecodeError):

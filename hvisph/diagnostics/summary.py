@@ -38,7 +38,7 @@ BELOW_ZERO = 1e-9  # share of the mean energy of the start below which a negativ
 
 
 def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
-    """Return shares of the mass [-] by name; None for what no material tells.
+    """Return shares of the mass [-] by name; None where they are unknown.
 
     Parameters
     ----------

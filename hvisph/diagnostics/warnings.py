@@ -41,7 +41,7 @@ class _Seen:
 
 
 def validity_notes(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[Holds]) -> dict[str, list[str]]:
-    """Return what should be said of each body, from all moments of a run: at most one text of each kind.
+    """Return warnings on each body from all moments of a run, at most one of each kind.
 
     Parameters
     ----------

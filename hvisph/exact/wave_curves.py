@@ -257,7 +257,7 @@ class SolidLaw:
         )
 
     def _residue(self, state: State) -> float:
-        """Return what a state's stress lacks of its own law, from rounding and from waves left out: it is no wave."""
+        """Return the error of a state's stress by rounding and omitted waves; it is no wave."""
         return self.pressure(state.density, state.energy) - state.deviator - state.stress
 
     def _wave(self, state: State, volume: float, stress: float, deviator: float, direction: int) -> Wave:

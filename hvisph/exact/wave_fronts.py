@@ -31,7 +31,7 @@ class Layer:
 
 @dataclass
 class Front:
-    """A straight piece of a front's way through mass and time; None stands for no matter on a side."""
+    """A straight piece of a front's path through mass and time; None is for no matter on a side."""
 
     mass: float  # mass coordinate at birth [kg/m^2]
     born: float  # [s]
@@ -259,7 +259,7 @@ class _Tracker:
         return now + max(b.mass_at(now) - a.mass_at(now), 0.0) / closing
 
     def meet(self, first: int, last: int, now: float) -> None:
-        """Replace the fronts `first` to `last`, which are at one place, by what comes of their meeting."""
+        """Replace the fronts `first` to `last`, which are at one place, by those of their interaction."""
         old = self.alive[first : last + 1]
         still = [front for front in old if front.speed == 0.0]
         mass = still[0].mass if still else old[0].mass_at(now)

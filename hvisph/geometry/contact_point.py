@@ -23,7 +23,7 @@ NEAREST = 0.9  # [mean spacings] of particles of touching bodies
 
 @dataclass(frozen=True)
 class Solid:
-    """A body as it stands: its surface and its particles, in the same coordinates."""
+    """Surface and particles of a body in the same coordinates."""
 
     shape: Shape  # its surface
     positions: np.ndarray  # particle centres in the same coordinates, (n, dim) [m]

@@ -180,7 +180,7 @@ def _stretch_to_mass(shape: Shape, dx: float, arrange: Callable[[Shape, float], 
 
 
 def _note(shape: Shape, filling: Filling, dx: float, share: float) -> str:
-    """Return what gave way."""
+    """Return the adjustment in words."""
     notes = []
     change = float(filling.spacing / dx - 1)
     if abs(change) > ROUND_OFF:

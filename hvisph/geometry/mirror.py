@@ -38,7 +38,7 @@ def crosses(low: np.ndarray, high: np.ndarray, mirror: Mirror, spacing: float) -
 def cut(
     positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, mirrors: Sequence[Mirror]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what planes of symmetry leave of a body.
+    """Return the part of a body that planes of symmetry keep.
 
     Parameters
     ----------

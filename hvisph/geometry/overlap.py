@@ -67,7 +67,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two bodies that stand in each other."""
+    """Two overlapping bodies."""
 
     bodies: tuple[int, int]  # indices of the two bodies
     place: np.ndarray  # where, (dim,) [m]
@@ -76,7 +76,7 @@ class Overlap:
 
 
 def overlaps(bodies: Sequence[Standing]) -> list[Overlap]:
-    """Return the pairs of bodies that stand in each other by 0.4 spacings or more.
+    """Return the pairs of bodies that overlap by 0.4 spacings or more.
 
     Bodies whose particles are a spacing apart along an axis never do, and cost next to nothing.
     """
@@ -85,7 +85,7 @@ def overlaps(bodies: Sequence[Standing]) -> list[Overlap]:
 
 
 def _overlap(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
-    """Return where two bodies stand in each other, and how deep."""
+    """Return place and depth of the overlap of two bodies."""
     dx = min(one.spacing[0], other.spacing[0])
     if one.uniform and other.uniform and _boxes_are_separate(one.bounds(), other.bounds(), 1e-6 * dx):
         return None
@@ -146,7 +146,7 @@ def _project_on_surface(one: Standing, points: np.ndarray, dx: float) -> np.ndar
 
 
 def solid_of(surface: Shape | None) -> Shape:
-    """Return the surface itself, of a half-plane section one that goes on beyond the axis."""
+    """Return the surface; that of a half-plane section continued beyond the axis."""
     assert surface is not None
     shape = getattr(surface, "shape", surface)
     return _Mirrored(surface, shape) if isinstance(shape, Section) else surface
@@ -175,7 +175,7 @@ class _Mirrored(Shape):
 
 
 def _same_place(one: Standing, other: Standing, reach: float) -> tuple[np.ndarray, float] | None:
-    """Return where particles of both stand in one place."""
+    """Return a place occupied by particles of both bodies."""
     boxes = [(body.positions.min(axis=0) - reach, body.positions.max(axis=0) + reach) for body in (one, other)]
     low, high = np.maximum(boxes[0][0], boxes[1][0]), np.minimum(boxes[0][1], boxes[1][1])
     near = [body.positions[((body.positions >= low) & (body.positions <= high)).all(axis=1)] for body in (one, other)]

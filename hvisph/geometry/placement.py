@@ -56,7 +56,7 @@ def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1
 
 
 def needed_turn(shape: Shape, matrix: np.ndarray) -> np.ndarray | None:
-    """Return what of a turn changes a round shape, (dim, dim); None where nothing does.
+    """Return the part of a rotation that changes a round shape, (dim, dim); None without any.
 
     A ball or a disc is the same however it is turned, a solid of revolution as long as its axis points as it does. Its
     particles, which are not round, then stay mirror images across planes that are planes of symmetry of the shape.

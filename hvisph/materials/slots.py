@@ -88,7 +88,7 @@ parameters = inline(globals()["parameters"])
 
 
 def values(row: np.ndarray) -> tuple[float, ...]:
-    """Return what `parameters` gives for a whole row of the table, which must outlive it: for plain Python."""
+    """Return the result of `parameters` for a whole row of the table, which must outlive it, in plain Python."""
     return (*row[:SLOT_COUNT].tolist(), row_address(row[None], 0))
 
 

@@ -80,7 +80,7 @@ _SLOWEST, _FASTEST = 1e-6, 1e9
 
 @inline
 def half_tangent(a):
-    """Return the axis with the tangent of its length: what Cayley's rotation takes for an exact angle."""
+    """Return the axis with the tangent of its length, by which Cayley's rotation has the exact angle."""
     square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
     if square < _SMALL_ANGLE_SQUARED:
         series = 1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * (17.0 / 315.0 + square * 62.0 / 2835.0)))

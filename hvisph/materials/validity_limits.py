@@ -90,7 +90,7 @@ def outside_range(
     pressure: np.ndarray | None = None,
     damage: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Tell which states lie where the models of a material do not hold.
+    """Return which states are beyond the range of a material's models.
 
     Parameters
     ----------

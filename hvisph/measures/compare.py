@@ -68,7 +68,7 @@ class Row:
 
     @property
     def differences(self) -> dict[str, float | None]:
-        """Computed less published value by name of the measure; None where nothing could be measured."""
+        """Computed less published value by name of the measure; None without a value."""
         differences = {}
         for name, entry in self.published.items():
             value = self.value(name)

@@ -1,4 +1,4 @@
-"""Empirical correlations of impact engineering, to stand beside a result: never the truth, and silent out of range.
+"""Empirical correlations of impact engineering for comparison with a result, within their ranges.
 
 Spheres of any metal on plates of aluminium. Sources:
 
@@ -128,7 +128,7 @@ class Impact:
 
 @dataclass(frozen=True)
 class Correlation:
-    """One number of a correlation, in SI, or what it says in words."""
+    """One number of a correlation in SI, or its statement in words."""
 
     # whose it is, and of what
     name: str
@@ -300,7 +300,7 @@ def limit_speeds(impact: Impact) -> list[Correlation]:
 
 
 def _judges(one: Correlation) -> bool:
-    """Tell whether a correlation says if a wall is perforated."""
+    """Return whether a correlation decides on perforation."""
     return one.quantity.startswith(("least thickness", "critical diameter"))
 
 

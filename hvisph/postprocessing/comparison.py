@@ -135,7 +135,7 @@ def compare(*sources: str | os.PathLike[str]) -> list[Row]:
 
 
 def is_run(entry: Entry) -> bool:
-    """Tell whether the entry can be read as it is: the run is there and has ended, well or badly."""
+    """Return whether the run of an entry has ended."""
     return entry.case is None or _status(entry.folder) in ENDED
 
 

@@ -74,7 +74,7 @@ class ExactSolution:
     barotropic: bool  # whether pressure follows density alone
 
     def histories(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """Return ``gauge.<name>.<field>`` at `times` [s]: what the columns of history.csv should be."""
+        """Return ``gauge.<name>.<field>`` at `times` [s], the exact columns of history.csv."""
         return {f"gauge.{g.name}.{column}": g.sample(column, times) for g in self.gauges for column in g.columns}
 
     def columns(self) -> list[str]:

@@ -33,7 +33,7 @@ IN_BIN, LEAST_IN_BIN = 5, 4  # measured points
 
 
 def derive_properties(model: MaterialModel) -> dict[str, tuple[float, str]]:
-    """Return what follows from a case's material: name to value and SI unit."""
+    """Return derived properties of a case's material: name to value and SI unit."""
     material = material_of(model)
     rho, c, g = material.density, material.bulk_sound_speed, material.shear_modulus
     bulk, c_l = rho * c * c, material.longitudinal_sound_speed
@@ -222,7 +222,7 @@ def _thermal_softening_curves(label: str, material: Any) -> list[tuple[str, np.n
 
 
 def point_picture(record: PointRecord, path: str | os.PathLike[str], title: str) -> Path:
-    """Draw what a material point went through, and store it."""
+    """Draw the history of a material point and store it."""
     strain = record.strain
     stresses = Panel("strain", "stress [MPa]")
     for name in ("xx", "yy", "xy", "von_mises_stress"):

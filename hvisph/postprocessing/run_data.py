@@ -101,7 +101,7 @@ class Value(Result):
 
 
 class OpenRun:
-    """A run's folder: ``run[-1]`` is its last state, ``run.history`` and ``run.summary`` what it tells of itself.
+    """A run's folder: ``run[-1]`` is its last state; ``run.history`` and ``run.summary`` are its records.
 
     Parameters
     ----------

@@ -206,7 +206,7 @@ def _rough(body: Body, case: Case) -> float:
 
 
 def _filled_shape(body: Body, case: Case) -> Shape:
-    """Return what particles fill: of a solid of revolution its section."""
+    """Return the region filled by particles: of a solid of revolution its section."""
     shape = shape_of(body.shape, case.drawing_dimensions)
     return shape if case.drawing_dimensions == case.dim else Section(shape)
 

@@ -50,7 +50,7 @@ class Facts:
 
     @cached_property
     def is_motionless(self) -> bool:
-        """Whether nothing will happen: no bodies close, and nothing else sets them in motion."""
+        """Whether the case is at rest: no bodies approach, and there is no other load."""
         bodies = self.bodies.values()
         driven = any(body.initial_velocity or body.internal_energy or body.temperature for body in bodies)
         driven = driven or any(body.material.eos.type in ("jwl", "ideal_gas") for body in bodies)
@@ -105,7 +105,7 @@ class Facts:
 
 
 def shape_type(shape: Any) -> str:
-    """Return the type of a shape, or of what a hollow one is cut from."""
+    """Return the type of a shape, or of the outer shape of a hollow one."""
     return str(getattr(shape, "whole", shape).type)
 
 

@@ -17,7 +17,7 @@ APART = 0.3  # of the estimate: a difference that is worth a remark
 
 
 def plane_shock(case: Case) -> tuple[Impact | None, str]:
-    """Return what follows from impedance matching of the two bodies that meet first.
+    """Return the result of impedance matching of the impact pair.
 
     Returns
     -------

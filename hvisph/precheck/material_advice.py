@@ -39,7 +39,7 @@ def _spalling(facts: Facts) -> Found:
 
 
 def _spalling_like(body: Body) -> dict[str, object]:
-    """Return the library's material of nearest density with a spall strength [Pa], which stands for an unknown one."""
+    """Return the material of nearest density in the library with a spall strength [Pa]."""
     from hvisph.casefile.material_library import load_material, material_names
 
     known: dict[float, dict[str, object]] = {}

@@ -91,7 +91,7 @@ def material_of_body(body: Body) -> Material:
 
 
 def _strength(material: Material, pressure: float) -> float | None:
-    """Return what a material yields at, cold, slow and undamaged, under a pressure: rock bears more under more."""
+    """Return the yield stress, cold, slow and undamaged, under a pressure, on which that of rock depends."""
     from hvisph.setup.material_point import flow_at
 
     name = material.strength.name

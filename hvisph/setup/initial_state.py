@@ -194,7 +194,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
 
 
 def _carry_on(particles: Particles, placed: list[PlacedBody], name: str) -> None:
-    """Give the bodies that start from another run what a field of theirs was there."""
+    """Set a field of the bodies that start from another run to its values there."""
     for number, body in enumerate(placed):
         if name in body.carried and name in particles.offsets:
             particles[name][particles.body == number] = body.carried[name]

@@ -86,7 +86,7 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
 
 
 def _ends(model: Any) -> dict[str, float]:
-    """Return where a crush curve of points begins and ends [Pa]; nothing of another one."""
+    """Return both ends of a crush curve of points [Pa]; nothing for other curves."""
     return {"elastic_pressure": model.crush[0][0], "solid_pressure": model.crush[-1][0]} if model.crush else {}
 
 

@@ -63,7 +63,7 @@ class Origin:
         return np.asarray(lengths / h_over_dx)
 
     def as_dict(self) -> Plain:
-        """Return the plain form for the summary: folder, time, hash of the case, and what is lost.
+        """Return the plain form for the summary: folder, time, hash of the case, and lost properties.
 
         `lost_on_mapping` is the energy of the run [J] that no particle has, its `contact_energy`: it does not go on.
         """

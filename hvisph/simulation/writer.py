@@ -152,7 +152,7 @@ class SnapshotWriter:
         return self.folder.snapshot_path(number) if hdf5 else self.folder.vtu_path(int(number))
 
     def start(self, time: float) -> Moment:
-        """Return the initial snapshot, at a time [s], and store what measures of later ones need."""
+        """Return the initial snapshot, at a time [s], and store the reference for measures of later ones."""
         moment = self.snapshot(time, 0)
         with moment.open() as start:
             if start is not None:

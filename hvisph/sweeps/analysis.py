@@ -85,7 +85,7 @@ def _groups(vary: models.Bisect, base: PlainMapping, rows: Sequence[Row]) -> lis
 
 
 def undecided_shots(vary: Any, rows: Sequence[Row]) -> list[int]:
-    """Return the numbers of the shots of a limit that are done and do not tell on which side of it they are."""
+    """Return the numbers of the finished shots of a limit that are undecided."""
     if not isinstance(vary, models.Bisect):
         return []
     return [row["number"] for row in rows if row["status"] == "done" and _outcome(vary.event, row) is None]
@@ -110,7 +110,7 @@ def _add_uncertainty(vary: models.Bisect, base: PlainMapping, limits: Sequence[P
 
 
 def _outcome(event: models.Event, row: Row) -> bool | None:
-    """Return on which side of the limit a case is; None where its measure does not tell."""
+    """Return on which side of the limit a case is; None where it is undecided."""
     value = row["measures"].get(event.measure, {}).get("value")
     if value is None:
         return None if event.absent == "undecided" else event.absent == "above"
@@ -200,7 +200,7 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
 
 
 def _noise(measure: PlainMapping) -> float | None:
-    """Return the uncertainty of a measure without the estimated discretization error, which resolutions tell."""
+    """Return the uncertainty of a measure without the estimated discretization error."""
     kinds = measure.get("uncertainty_by") or {}
     if not kinds:
         return measure["uncertainty"]
@@ -228,7 +228,7 @@ def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Pla
 
 
 def finding(results: PlainMapping, rows: Sequence[PlainMapping]) -> str:
-    """Return what the results of a sweep say, the main measure first; empty where nothing is done.
+    """Return the results of a sweep in words, the main measure first; empty without any.
 
     Parameters
     ----------

@@ -181,7 +181,7 @@ class Calibration:
         self.folders = {self._key(str(row["values"].get(SHOT)), row["values"]): row["folder"] for row in rows}
 
     def _paths(self, path: str) -> list[str]:
-        """Return the settings that a parameter stands for."""
+        """Return the settings of a parameter."""
         if not path.startswith(MATERIAL):
             return [path]
         bodies = (self.fit.material.bodies if self.fit.material else None) or list(self.base.get("bodies") or ())
@@ -223,7 +223,7 @@ class Calibration:
             return self.cases(missing.points), {}
 
     def _evaluate(self, points: np.ndarray) -> np.ndarray:
-        """Return what the runs have given at points, (k, m)."""
+        """Return the results of the runs at points, (k, m)."""
         if self.cases(points):
             raise _MissingRunsError(points)
         keys = [self._parameters(u) for u in points]

@@ -108,7 +108,7 @@ class DaskCrew:
             return 0
 
     def stop(self) -> None:
-        """Ask all to keep what they have and end, and wait for them, a minute at most."""
+        """Ask all workers to write checkpoints and end, and wait for them, a minute at most."""
         self.wanted.unlink(missing_ok=True)
         distributed = _import("distributed")
         end = time.monotonic() + PATIENCE

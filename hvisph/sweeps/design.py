@@ -124,7 +124,7 @@ def variants(vary: models.Bisect, base: PlainMapping) -> list[Values]:
 
 
 def _unlike(vary: models.Converge, base: PlainMapping) -> list[Any]:
-    """Return the values of a convergence study; raises `CaseError` where two are the same, which shows nothing."""
+    """Return the values of a convergence study; raises `CaseError` where two are the same."""
     numbers = Scale(vary.path, vary.values, base).numbers
     for value, number in zip(vary.values, numbers, strict=True):
         if numbers.count(number) > 1:

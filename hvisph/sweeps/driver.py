@@ -44,7 +44,7 @@ class Crew(Protocol):
         """Have up to `wanted` workers at work, and return how many there are."""
 
     def stop(self) -> None:
-        """Ask all to keep what they have and end, and wait for them."""
+        """Ask all workers to write checkpoints and end, and wait for them."""
 
 
 class Failures:
@@ -54,7 +54,7 @@ class Failures:
         self.count = 0
 
     def add(self, code: int, output: str = "") -> None:
-        """Hear that a worker has ended; raises `OutputError` when it was one too many.
+        """Record the end of a worker; raises `OutputError` after too many failures.
 
         Parameters
         ----------
@@ -112,7 +112,7 @@ class LocalCrew:
         )
 
     def stop(self) -> None:
-        """Ask all to keep what they have and end, and wait for them."""
+        """Ask all workers to write checkpoints and end, and wait for them."""
         for process in self.processes:
             if process.poll() is None:
                 process.send_signal(signal.SIGTERM)
@@ -149,7 +149,7 @@ class Driver:
         self.members: list[Member] = folder.members()
 
     def go(self) -> Iterator[Row]:
-        """Compute all that is left, and give the row of each case as it ends; then write what they say."""
+        """Compute the remaining cases, yield the row of each at its end, and write the results."""
         self._take_up()
         try:
             while True:
@@ -164,7 +164,7 @@ class Driver:
             self.conclude()
 
     def conclude(self) -> Plain:
-        """Write the table and the results as they stand, and return the results."""
+        """Write the present table and results, and return the results."""
         self.table.write(self.members, last=True)
         results = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
         for limit in results.get("limits", []):
@@ -319,7 +319,7 @@ def update_sweep_of(run: Path) -> Path | None:
 
 def driver(folder: SweepFolder, workers: int | None, threads: int | None, selection: Selection, only: str | None,
            crew: Callable[[SweepFolder, int, tuple[str, ...]], Crew] | None = None) -> Driver:  # fmt: skip
-    """Return what drives the sweep in `folder`; a crew other than this machine's workers is made by `crew`."""
+    """Return the driver of the sweep in `folder`; `crew` creates workers other than those of this machine."""
     selection.require(folder.members())
     cores = available_threads()
     count = workers or cores

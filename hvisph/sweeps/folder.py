@@ -155,7 +155,7 @@ class SweepFolder:
             lock.release()
 
     def note(self, member: Member, event: str, **more: object) -> None:
-        """Add a line to a case's claim: what happened, when and to which process."""
+        """Add a line to a case's claim: event, time and process."""
         line = {"event": event, "pid": os.getpid(), "time": time.time(), **more}
         path = self.path / CLAIMS / f"{member.number:05d}.jsonl"
         try:
@@ -165,7 +165,7 @@ class SweepFolder:
             raise OutputError(f"cannot write {path}: {atomic_write.reason(error)}") from error
 
     def standing(self, member: Member, *, held: bool = False) -> Standing:
-        """Return how a case stands; `held` where this process holds its claim."""
+        """Return the state of a case; `held` where this process holds its claim."""
         if member.number in self._ended:
             return self._ended[member.number]
         standing = self._standing(member, held)
@@ -236,7 +236,7 @@ def _vain_starts(events: Sequence[Plain]) -> int:
 
 
 def _summary(folder: Path) -> Plain:
-    """Return what a sweep needs of a run's summary; empty where there is none."""
+    """Return the row of a run's summary for a sweep; empty without a summary."""
     try:
         summary = json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))
         measures = {
@@ -294,7 +294,7 @@ class Selection:
         return cls(statuses=("failed", "error", "killed") if text == "failed" else (text,))
 
     def takes(self, member: Member, standing: Standing) -> bool:
-        """Tell whether a case is to be computed."""
+        """Return whether a case is to be computed."""
         inside = self.first <= member.number <= self.last
         cut_off = standing.status == "interrupted" and standing.message == "limit"
         return inside and standing.status not in ENDED and not cut_off
@@ -331,7 +331,7 @@ def row(folder: SweepFolder, member: Member, standing: Standing) -> Row:
 
 
 def rows(folder: SweepFolder, members: Sequence[Member]) -> list[Row]:
-    """Return all cases as they stand."""
+    """Return the state of all cases."""
     return [row(folder, member, folder.standing(member)) for member in members]
 
 

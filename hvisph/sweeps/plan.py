@@ -96,7 +96,7 @@ class Plan:
             raise locate_error(("vary",), f"case {number} ({shown}): {error}", self.places) from None
 
     def _locate(self, path: tuple[str, ...], call: Callable[[], T]) -> T:
-        """Call, and add the sweep's file and line to what goes wrong."""
+        """Call, and add the sweep's file and line to errors."""
         try:
             return call()
         except CaseError as error:
@@ -106,7 +106,7 @@ class Plan:
 
 
 def _with_files(vary: Any, folder: Path) -> Any:
-    """Return what varies with the content of the files that it names, so that the sweep's folder holds all."""
+    """Return the varied settings with the content of their files, so that the sweep's folder is complete."""
     if isinstance(vary, Fit):
         return with_data(vary, folder)
     if getattr(vary, "fit", None) is not None:
@@ -120,7 +120,7 @@ def setting(document: Document, path: str, value: object) -> Document:
 
 
 def digest(case: Case) -> str:
-    """Return eight digits that tell a case from another."""
+    """Return a hash of a case in eight digits."""
     return hashlib.sha256(case.model_dump_json().encode()).hexdigest()[:8]
 
 

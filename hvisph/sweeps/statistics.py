@@ -77,7 +77,7 @@ def observed_order(f: Sequence[float], h: Sequence[float]) -> float | None:
 def convergence(
     results: Sequence[float], spacings: Sequence[float], uncertainties: Sequence[float | None] | None = None
 ) -> Convergence:
-    """Return what results at several resolutions say, by the three finest.
+    """Return the convergence of results at several resolutions, by the three finest.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ MATERIAL = "material."
 
 
 def read_fit(source: str | PlainMapping | None, folder: Path) -> Plain | None:
-    """Return what a fit's folder says of its material: name, parameters, correlation; raises `CaseError`."""
+    """Return name, parameters and correlation of a fit's material from its folder; raises `CaseError`."""
     if source is None or not isinstance(source, str):
         return None if source is None else dict(source)
     path = next((one for one in (folder / source, Path(source)) if one.is_dir()), Path(source))

@@ -70,7 +70,7 @@ class Worker:
         self.stepping = False
 
     def work(self) -> int:
-        """Compute until nothing is left; return 0, or 130 when a signal ended it."""
+        """Compute until no case is left; return 0, or 130 after a signal."""
         while True:
             members = self.folder.members()
             left = busy = 0

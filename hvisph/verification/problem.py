@@ -54,7 +54,7 @@ class Figure:
         return isfinite(self.found) and (self.off if self.at_most else abs(self.off)) <= self.tolerance
 
     def as_dict(self) -> Plain:
-        """Return the plain form, with None for what is not finite."""
+        """Return the plain form, with None for values that are not finite."""
         plain = asdict(self) | {"off": self.off, "relative": self.relative, "passed": self.passed}
         return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in plain.items()}
 

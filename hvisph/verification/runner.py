@@ -203,7 +203,7 @@ def run_trial(
 
 
 def with_formulation(start: Start, formulation: str, settings: Iterable[str]) -> Case:
-    """Return the case of a run by a formulation; what the problem itself asks of it stays."""
+    """Return the case of a run by a formulation, with the settings of the problem."""
     asked = dict(start.case.get("formulation", {}))
     if formulation == "adaptive":
         asked = {"conversion": {"strain": STRAIN, "damage": _can_fail(start.case)}} | asked

@@ -272,7 +272,7 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
 
 
 def _is_drawn(name: str) -> bool:
-    """Whether a column is drawn: not what another column shows, or what few look for."""
+    """Whether a column is drawn; duplicates and rarely needed ones are not."""
     if not name.startswith("fragments."):
         return "." not in name  # variants are in the CSV file
     return name.rpartition(".")[2] in ("number", "largest_mass_share", "largest_velocity_x")
@@ -306,7 +306,7 @@ WIDE = 0.99  # share of the mass that the map shows
 
 
 def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "") -> Path:
-    """Draw what the witness plane of a cloud receives, and store it.
+    """Draw the loads on the witness plane of a cloud and store the picture.
 
     Raises
     ------

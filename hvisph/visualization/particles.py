@@ -145,7 +145,7 @@ def scale_of(moments: Sequence[Moment], look: Look) -> Ends:
 
 
 def extent_of(projected: Sequence[Projected], moments: Sequence[Moment], look: Look) -> Extent:
-    """Return left, right, bottom and top of pictures that show all moments, or what is zoomed to [m]."""
+    """Return left, right, bottom and top of pictures of all moments, or of the zoomed region [m]."""
     if isinstance(look.zoom, tuple):
         return look.zoom
     margin = 2.0 * spacing_of(moments[0].snapshot)
@@ -210,7 +210,7 @@ def _profile(axes: Axes, moment: Moment, look: Look, ends: tuple[float, float], 
 def _image(
     snapshot: Snapshot, place: np.ndarray, owner: np.ndarray, look: Look, ends: Ends, extent: Extent, width: int
 ) -> np.ndarray:
-    """Return what is seen, RGB from 0 to 1, `width` pixels across, the lowest row first."""
+    """Return the image, RGB from 0 to 1, `width` pixels across, the lowest row first."""
     sight = visible_discs(place, RADIUS * spacing_of(snapshot), extent, width)
     colours = _colours(snapshot, look, ends)[owner]
     image = np.ones((*sight.index.shape, 3))

@@ -27,7 +27,7 @@ MOST_GROUPS = 12  # that a legend names
 
 def sweep_picture(results: Mapping[str, object], rows: Sequence[PlainMapping], path: str | os.PathLike[str],
                   title: str = "", record: Sequence[str] | None = None) -> Path:  # fmt: skip
-    """Draw what a sweep says and store it.
+    """Draw the results of a sweep and store the picture.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def sweep_picture(results: Mapping[str, object], rows: Sequence[PlainMapping], p
 
 
 def sweep_figure(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequence[str] | None = None) -> Figure:
-    """Return the figure of what a sweep says; raises `CaseError` when there is nothing to draw."""
+    """Return the figure of a sweep's results; raises `CaseError` without any."""
     if "limits" in results:
         return _limits(results["limits"])
     if results.get("fit"):
@@ -262,7 +262,7 @@ def _colours(count: int) -> list[Any]:
 
 
 def result_lines(results: PlainMapping, record: Sequence[str] | None = None) -> list[list[str]]:
-    """Return what all cases of a sweep say of each measure, or of each parameter of a fit, as text: heads, then rows.
+    """Return the results of a sweep by measure, or of a fit by parameter, as text: heads, then rows.
 
     `results` is the content of ``results.json``, `record` the measures to list, all unless given. A sweep that only
     varies something has no lines.
@@ -313,7 +313,7 @@ def _fit_lines(fit: PlainMapping) -> list[list[str]]:
 
 
 def shortest_paths(paths: Sequence[str]) -> list[str]:
-    """Return paths by as many of their last parts as tell them apart, a number with the key that it belongs to."""
+    """Return paths by as many of their last parts as distinguish them, a number with its key."""
     shown = []
     for path in paths:
         parts = path.split(".")

@@ -45,7 +45,7 @@ PRODUCTS_SHRINK, PRODUCTS_GROW = 1.0, 2.0
 
 
 def gas_formulation(data: Plain) -> Plain | None:
-    """Return the formulation of a raw case with what a gas has unless given, None where that is nothing.
+    """Return the formulation of a raw case with the defaults for gases, None without a change.
 
     `riemann` has a smoothing length that follows it. Where gases drive solids it gives no angular momentum back, which
     throws what has torn off them (a plate of 4340, at 5.9 km/s for 0.9). Standard SPH of gases alone has the density

@@ -264,7 +264,7 @@ class Material(StrictModel):
         yield from self._entropies()
 
     def _entropies(self) -> Iterator[Problem]:
-        """Yield the errors of entropies that nothing can be measured by."""
+        """Yield the errors of entropies."""
         if self.melting is None or self.melting.entropies is None or self.eos.type == "table":
             return
         if self.eos.type in ("ideal_gas", "jwl", "elastic"):
@@ -294,7 +294,7 @@ class Material(StrictModel):
             yield Problem(("strength", "hel_pressure"), "must be below the hugoniot_elastic_limit")
 
     def _anisotropic(self) -> Iterator[Problem]:
-        """Yield what is no solid with directions, or no cloth."""
+        """Yield the errors of anisotropic solids and of cloth."""
         directed = self.strength.type == "orthotropic"
         if self.damage.type in ("hashin", "max_stress") and not directed:
             yield Problem(("damage", "type"), f"'{self.damage.type}' goes with `strength: {{type: orthotropic}}`")

@@ -209,7 +209,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
 
 
 def _fit_residuals(case: Case, number: Format, unit: str) -> list[tuple[str, str]]:
-    """Return the lines through measured points of Hugoniots, and what they leave of each point."""
+    """Return the lines through measured points of Hugoniots, with the residual of each point."""
     facts = []
     for name, body in case.bodies.items():
         eos = body.material.eos
@@ -225,7 +225,7 @@ def _fit_residuals(case: Case, number: Format, unit: str) -> list[tuple[str, str
 
 
 def _filling(body: BodyEstimate, case: Case, number: Format) -> str:
-    """Return place, mass and volume of a body, and what was adjusted to make them exact."""
+    """Return place, mass and volume of a body, and the adjustments that make them exact."""
     if case.units == "si":
         depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawing_dimensions]
         millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.drawing_dimensions]

@@ -96,7 +96,7 @@ def compare(
 
 
 def _refuse_picture(picture: Path, field: str | None) -> None:
-    """Refuse before anything runs what would fail after it all."""
+    """Refuse an invalid picture before anything runs."""
     from hvisph.core.fields import CATALOGUE
 
     refuse_format(picture, "--picture")
@@ -117,7 +117,7 @@ def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
 
 
 def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:
-    """Run what has not been run; an interrupt ends the command."""
+    """Run the cases without results; an interrupt ends the command."""
     from hvisph.postprocessing.comparison import is_run
 
     todo = [entry for entry in chosen if entry.case is not None and (force or not is_run(entry))]

@@ -51,7 +51,7 @@ def help(
 
 
 def _commands(context: typer.Context) -> list[tuple[str, str]]:
-    """Return the names of all commands and what they do."""
+    """Return the names of all commands with their descriptions."""
     group = context.parent.command if context.parent is not None else None
     names = getattr(group, "commands", {})
     return [(name, (one.help or "").strip().splitlines()[0]) for name, one in names.items()]

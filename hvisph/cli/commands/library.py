@@ -1,4 +1,4 @@
-"""`hvisph cases`, `materials` and `schema`: what the package holds."""
+"""`hvisph cases`, `materials` and `schema`: contents of the package."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def materials(
 
 
 def _sheet(known: Library, name: str, model: Material) -> str:
-    """Return numbers, sources and what follows, as text."""
+    """Return numbers, sources and derived properties as text."""
     from hvisph.casefile.document import dump
     from hvisph.casefile.material_library import CONFIDENCE
     from hvisph.postprocessing.material_sheet import compare_hugoniot, derive_properties, hugoniot, worst_bin
@@ -177,7 +177,7 @@ def _format_deviation(beside: Sequence[tuple[float, float, float]]) -> str:
 
 
 def _comparison(models: list[Material]) -> str:
-    """Return materials in columns: models, then what follows from their numbers."""
+    """Return materials in columns: models, then derived properties."""
     from hvisph.postprocessing.material_sheet import derive_properties
 
     columns = [derive_properties(model) for model in models]

@@ -90,7 +90,7 @@ def measure(
 
 
 def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | None) -> None:
-    """Raise `CaseError` for options that say nothing together."""
+    """Raise `CaseError` for options that exclude each other."""
     if smallest is not None and not fragments:
         raise CaseError("it is an option of --fragments", where="--smallest")
     if plot is not None and fragments:
@@ -101,7 +101,7 @@ def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | 
 
 
 def _names(fields: list[str]) -> dict[str, str]:
-    """Return what `--field` says: the file's own name of each quantity."""
+    """Return the file's name of each quantity, from `--field`."""
     chosen = {}
     for text in fields:
         quantity, equals, name = text.partition("=")
@@ -155,7 +155,7 @@ def _measures(source: str, measured: Measures, at: str | None) -> str:
 
 
 def _compare_expected(case: Case | None, measured: Measures) -> list[Plain]:
-    """Return the comparison with what the case expects at its end; none before that."""
+    """Return the comparison with the expected values of the case at its end; none before."""
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []
     from hvisph.measures.compare import compare_expected
@@ -196,6 +196,6 @@ def _lines(columns: list[list[str]]) -> list[list[str]]:
 
 
 def _unit(values: list[str]) -> str:
-    """Return the unit that stands behind the numbers in `values`."""
+    """Return the unit of the numbers in `values`."""
     last = next(value for value in values if value != "-").split(" ")[-1]
     return "" if last[-1].isdigit() else last

@@ -61,7 +61,7 @@ def fit(
     how: How,
     source: Annotated[str, argument("FIT", "File of a fit, or the folder of one that was begun, to go on with.")],
 ) -> None:
-    """Fit parameters of a material to measured shots and write the material; the same command goes on.
+    """Fit parameters of a material to measured shots and write the material; the command continues an interrupted fit.
 
     Exit codes: 0 fitted, 1 a parameter is not determined or the fit not converged, 2 bad input, 3 a shot failed,
     130 interrupted.

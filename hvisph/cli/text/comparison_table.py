@@ -1,4 +1,4 @@
-"""Runs side by side as text: a line each, what they measured above, what they conserved and cost below."""
+"""Runs side by side as text: a line each, measures above, conservation and cost below."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def quantity(value: float, unit: str = "", digits: int = 4) -> str:
 
 
 def _prefix_of(size: float) -> tuple[str, float]:
-    """Return the prefix that suits a size, and its factor: the smallest one for what is smaller still."""
+    """Return the prefix that suits a size, and its factor; the smallest one for smaller sizes."""
     # a tenth of a unit reads better than a hundred of the next smaller: 0.1 mm, not 100 um
     return next((pair for pair in _PREFIXES.items() if size >= 0.0999 * pair[1]), ("p", 1e-12))
 

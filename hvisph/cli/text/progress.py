@@ -89,7 +89,7 @@ class Lines(Silence):
 
 
 def status_text(progress: Progress, unit: str) -> str:
-    """Return one line that says where a run is and what limits it."""
+    """Return one line with the progress of a run and the limit of its step."""
     drift = "" if progress.energy_drift is None else f", energy drift {1e2 * progress.energy_drift:+.1e} %"
     left = time_left(progress)
     remaining = f", {duration(left)} left" if left is not None else ""
@@ -123,7 +123,7 @@ class _Terminal(Console):
 
 
 class Live(Lines):
-    """Simulated and wall time, the step and what limits it, pace, energy drift, time left.
+    """Simulated and wall time, the step and its limit, pace, energy drift, time left.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def interrupt_notice(folder: Path | str) -> Iterator[None]:
 
 
 def _page(folder: Path) -> Path | None:
-    """Return the report of a run, just written; None where it cannot be, which is said and spoils nothing."""
+    """Write and return the report of a run; None, with a warning, where it cannot be written."""
     from hvisph.visualization.html.report import report
 
     try:

@@ -223,7 +223,7 @@ class Repeat(Measured):
 
     @property
     def volume(self) -> float:
-        """Area or volume: that of all copies where they stand apart, to 1e-4 where they meet [m^dim]."""
+        """Area or volume: that of all copies where they are separate, to 1e-4 where they overlap [m^dim]."""
         low, high = self.shape.bounds()
         steps = np.asarray(self.vectors)
         beside = [np.array(index) @ steps for index in itertools.product((-1, 0, 1), repeat=len(steps)) if any(index)]
@@ -233,7 +233,7 @@ class Repeat(Measured):
 
     @property
     def _all_near(self) -> bool:
-        """Whether a point's nearest copies are those of its cell and the cells beside it."""
+        """Whether a point's nearest copies are those of its cell and the adjacent cells."""
         low, high = self.shape.bounds()
         corners = np.array(list(itertools.product(*zip(low, high, strict=True)))) @ self._inverse
         return bool((np.ptp(corners, axis=0) <= 2.0).all())

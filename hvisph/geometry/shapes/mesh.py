@@ -152,7 +152,7 @@ class Mesh(Shape):
         return away, (apart, facing), (apart * facing).sum(axis=1)
 
     def _is_near_face(self, away: np.ndarray) -> np.ndarray:
-        """Return which distances to a sample are those of points beside its face."""
+        """Return which distances to a sample belong to points next to its face."""
         return np.asarray(away < self._sample_spacing * 2)
 
     @cached_property

@@ -58,7 +58,7 @@ class FractureEnergy:
 
 
 def largest_widths(energy: float, flow: float, tension: float, shear_modulus: float, modulus: float) -> float:
-    """Return l_max [m], up to which the strengths `flow` and `tension` [Pa] are borne; 0 stands for no such strength.
+    """Return l_max [m], up to which the strengths `flow` and `tension` [Pa] are reached; 0 is for no such strength.
 
     `modulus` is E' [Pa], `energy` G_f [J/m^2].
     """
@@ -100,7 +100,7 @@ def open_crack(d, p, rate, dt, tension, softening, stiffness):
 
 @inline
 def softened_pressure(p, d, tension):
-    """Return the pressure [Pa] limited by what a crack bears; `tension` is p_0, 0 before onset."""
+    """Return the pressure [Pa] limited by the strength of a crack; `tension` is p_0, 0 before onset."""
     return max(p, (d - 1.0) * tension) if tension > 0.0 else p
 
 

@@ -104,7 +104,7 @@ def require_share(value: float, where: str) -> None:
 
 @inline
 def hashin_modes(s, row):
-    """Return what the criteria of fibre, matrix and delamination come to [-], each 1 at failure.
+    """Return the criteria of fibre, matrix and delamination [-], each 1 at failure.
 
     `s` are six components of the stress [Pa] in material axes.
     """
@@ -125,7 +125,7 @@ def hashin_modes(s, row):
 
 @inline
 def max_stress_modes(s, row):
-    """Return what maximum stress along 1, 2 and 3 comes to [-], each 1 at failure; see `hashin_modes`."""
+    """Return the criteria of maximum stress along 1, 2 and 3 [-], each 1 at failure; see `hashin_modes`."""
     s11, s22, s33, s12, s13, s23 = s
     first = max(s11 / row[XT], (-s11 - max(-0.5 * (s22 + s33), 0.0)) / row[XC])
     second = max(max(s22 / row[YT], (-s22 - max(-0.5 * (s11 + s33), 0.0)) / row[YC]), abs(s12) / row[S12])

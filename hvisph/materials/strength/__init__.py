@@ -91,7 +91,7 @@ def _conditions_of_rare_models(tag, rho, e, p, temperature, melt, rate, damage, 
 
 @inline
 def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, damage, row):
-    """Return what a return leaves of the yield stress: Y = hardened(eps_p) factor + offset.
+    """Return the coefficients of the yield stress, constant during a return: Y = hardened(eps_p) factor + offset.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, dama
 
 @noinline
 def _further_yield(tag, plastic_strain, factor, offset, row):
-    """Return what `yield_stress` does, of the models that are seldom in the same loop."""
+    """Return the result of `yield_stress` for the rare models."""
     if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
         return steinberg.work_hardened(plastic_strain, row) * factor + offset
     if tag == tags.ZERILLI_ARMSTRONG:

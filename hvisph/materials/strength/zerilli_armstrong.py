@@ -71,7 +71,7 @@ def heat(rate, temperature, melt, row):
 
 @inline
 def yield_stress(plastic_strain, factor, offset, row):
-    """Yield stress [Pa]; `offset` holds what does not harden, `factor` the heat of what does."""
+    """Yield stress [Pa] with the constant part `offset` and the thermal `factor` of the hardening part."""
     if plastic_strain > 0.0:
         return offset + factor * row[HARDENING] * plastic_strain ** row[EXPONENT]
     return offset

@@ -50,7 +50,7 @@ def _pull(scene: Scene, normal: np.ndarray) -> float:
 
 
 def _escapes(scene: Scene, plate: Plate) -> np.ndarray | str:
-    """Return whether rising particles escape (n,), or why nothing is known of it."""
+    """Return whether rising particles escape (n,), or the reason why it is unknown."""
     rows, speed, _, _ = _launch(scene, plate)
     field: PlainMapping = scene.now.metadata.get("gravity", {})
     if "escape" in scene.now.metadata:

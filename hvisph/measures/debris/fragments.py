@@ -212,7 +212,7 @@ class BodyFragments:
         return MassDistribution(masses[last], last + 1, np.cumsum(masses)[last] / self.mass)
 
     def as_dict(self, fewest: int = FEWEST) -> Plain:
-        """Return the plain form for JSON: SI, null for what is not known.
+        """Return the plain form for JSON: SI, null for unknown values.
 
         Fragments of fewer than `fewest` particles are summed up under `smaller`.
         """

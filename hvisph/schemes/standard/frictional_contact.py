@@ -31,7 +31,7 @@ AHEAD = 8
 
 
 class NoContact:
-    """No contact beside the kernel sums."""
+    """No contact except the kernel sums."""
 
     def renumber(self, bodies: np.ndarray) -> None:
         """Set the bodies of the particles."""

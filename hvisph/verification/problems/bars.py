@@ -97,7 +97,7 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
 
 
 def _converging(dx: float) -> Trial:
-    """Return the bars at two spacings: what the striker keeps must fall with the spacing."""
+    """Return the bars at two spacings: the velocity that the striker keeps must fall with the spacing."""
     cases = [_case(1, spacing, SPEED, 0.0, 6e-6) for spacing in (dx, 0.5 * dx)]
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:

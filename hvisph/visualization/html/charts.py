@@ -144,7 +144,7 @@ def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[l
 
 def _scaled_chart(time: np.ndarray, lines: Mapping[str, np.ndarray], name: str, unit: str, caption: str, unitless: bool,
            bands: Mapping[str, np.ndarray] | None = None) -> dict[str, str]:  # fmt: skip
-    """Return a chart of lines [SI] in `unit`, or in what suits how large they are."""
+    """Return a chart of lines [SI] in `unit`, or in the unit that suits their size."""
     word, factor = ("", 1.0) if unitless else axis_unit(unit, np.concatenate(list(lines.values())))
     shown, spread = ({label: values * factor for label, values in part.items()} for part in (lines, bands or {}))
     return chart(time, shown, f"{name} [{word}]" if word else name, caption, unitless, spread)
@@ -215,7 +215,7 @@ def _contact(history: Mapping[str, np.ndarray]) -> float | None:
 
 
 def criteria(history: Mapping[str, np.ndarray]) -> Sequence[tuple[str, float]]:
-    """Return what limited the step, and its share of the steps recorded."""
+    """Return the criteria that limited the step, with their shares of the recorded steps."""
     if "criterion" not in history:
         return []
     names, counts = np.unique(np.asarray(history["criterion"], str), return_counts=True)

@@ -41,7 +41,7 @@ class Frames:
 
 
 def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
-    """Return the moments of a run, thinned to what a page can carry.
+    """Return the moments of a run, thinned to the capacity of a page.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def _box(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _view(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the box to look at first: without the few that have flown far, where they make it half as large again."""
+    """Return the initial view box, without the few particles that are far off where these enlarge it by half."""
     low, high = _box(positions)
     first = _box(positions[:1])
     ends = np.nanpercentile(positions.reshape(-1, positions.shape[-1]), OUTSIDE, axis=0)

@@ -26,7 +26,7 @@ PICTURE_DPI = 75
 
 
 class RunFiles:
-    """The folder of a run, ended or not, and what its files hold.
+    """The folder of a run, ended or not, and the content of its files.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def reproduce(run: RunFiles) -> str:
 
 
 def files(run: RunFiles) -> list[tuple[Path, str]]:
-    """Return the files of the run, and what they hold."""
+    """Return the files of the run with their content."""
     what = {
         file_names.CASE: "the effective case",
         file_names.SUMMARY: "measures and cost",

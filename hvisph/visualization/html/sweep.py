@@ -61,7 +61,7 @@ TABLE, RESULTS = "table.csv", "results.json"
 
 
 def is_sweep(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a folder is that of a sweep."""
+    """Return whether a folder is that of a sweep."""
     return (Path(path) / TABLE).is_file() and (Path(path) / RESULTS).is_file()
 
 
