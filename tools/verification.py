@@ -43,6 +43,9 @@ SHOWN = {
     "spacings": "axisymmetric, graded to 1:2",
 }
 NOT_RUN = "not run"
+# A variant of the default, its setting, and the problems it is for: a table of its own.
+ELASTIC, SETTING = "elastic", ["formulation.variant=elastic"]
+FOR_ELASTIC = ("cantilever", "elastic_ring", "rebound", "spinning_disc")
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg"), "m": (1e3, "mm"), "s": (1e6, "us")}
 TEXT = """\
 # Verification
@@ -77,7 +80,7 @@ def main() -> None:
     """Run what is asked and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", choices=[[], *PROBLEMS], help="problems; all unless given")
-    parser.add_argument("--formulation", action="append", choices=ALL, help="only this one; repeatable")
+    parser.add_argument("--formulation", action="append", choices=(*ALL, ELASTIC), help="only this one; repeatable")
     parser.add_argument("--spacing", type=float, help="in place of the problems' own, SI")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--page", action="store_true", help="only write the page from the results")
@@ -88,7 +91,7 @@ def main() -> None:
         jobs, shown = {}, {}
         with ProcessPoolExecutor(asked.jobs) as pool:
             for name in asked.names or PROBLEMS:
-                for chosen in _apart(name, asked.formulation or ALL):
+                for chosen in _apart(name, asked.formulation or (*ALL, ELASTIC)):
                     jobs[pool.submit(_run, name, chosen, asked.spacing)] = name
             for job in as_completed(jobs):
                 if (error := job.exception()) is not None:
@@ -100,7 +103,7 @@ def main() -> None:
         for name, verdicts_shown in shown.items():
             # a picture of one formulation must not replace that of all
             if len(verdicts_shown) > 1 or (verdicts_shown and not (FOLDER / file_name(name, SHOWN[name])).is_file()):
-                draw(sorted(verdicts_shown, key=lambda one: ALL.index(one.formulation)), FOLDER)
+                draw(sorted(verdicts_shown, key=lambda one: [*ALL, ELASTIC].index(one.formulation)), FOLDER)
     _write_page(json.loads(RESULTS.read_text(encoding="utf-8")))
     if failed:  # what the others found is kept
         raise failed[0]
@@ -109,12 +112,17 @@ def main() -> None:
 def _apart(name: str, formulations: Sequence[str]) -> list[list[str]]:
     """Return what runs as one piece: each formulation by itself, but where they are held against one another."""
     able = [one for one in formulations if one in PROBLEMS[name].formulations]
+    if ELASTIC in formulations and name in FOR_ELASTIC:
+        return [*([one] for one in able), [ELASTIC]]
     return [able] if PROBLEMS[name].agree is not None else [[one] for one in able]
 
 
 def _run(name: str, formulations: list[str], spacing: float | None) -> list[Verdict]:
     found = []
-    for verdict in verdicts(PROBLEMS[name], formulations, Options(spacing=spacing), threads=1):
+    settings = SETTING if formulations == [ELASTIC] else []
+    real = [default_formulation()] if settings else formulations
+    for verdict in verdicts(PROBLEMS[name], real, Options(spacing=spacing), settings, threads=1):
+        verdict.formulation = ELASTIC if settings else verdict.formulation
         found.append(verdict)
         print(f"{name}: {verdict.trial}, {verdict.formulation}, {verdict.seconds:.0f} s", flush=True)
     return found
@@ -124,23 +132,29 @@ def _store(found: list[dict[str, Any]]) -> None:
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else []
     done = {(row["problem"], row["formulation"]) for row in found}
     rows = [row for row in kept if (row["problem"], row["formulation"]) not in done] + found
-    rows.sort(key=lambda row: (list(PROBLEMS).index(row["problem"]), [*ALL, "all"].index(row["formulation"])))
+    rows.sort(key=lambda row: (list(PROBLEMS).index(row["problem"]), [*ALL, ELASTIC, "all"].index(row["formulation"])))
     RESULTS.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
 
 def _write_page(rows: list[dict[str, Any]]) -> None:
     _draw_hugoniots([row for row in rows if row["problem"] == "hugoniot"])
     lines = [TEXT, "## Results", "", f"The default formulation is `{default_formulation()}`.", "",
-             *_header("problem, figure", "tolerance", *(f"`{name}`" for name in SOLIDS))]  # fmt: skip
-    for name, problem in PROBLEMS.items():
-        mine = [row for row in rows if row["problem"] == name]
-        lines.append(_line(f"**{name}**: {problem.title}", "", *(_passed(name, mine, one) for one in SOLIDS)))
-        lines += _figures(mine)
-    lines += [*_why(), "", "## Pictures"]
+             *_table(rows, list(PROBLEMS), SOLIDS), *_why(), "", "## Elastic variant", "",
+             f"`{ELASTIC}` is `{default_formulation()}` with `variant: {ELASTIC}`.", "",
+             *_table(rows, FOR_ELASTIC, (default_formulation(), ELASTIC)), "", "## Pictures"]  # fmt: skip
     for name in PROBLEMS:
         for picture, words in _pictures(name):
             lines += ["", f"![{words}](verification/{picture})"]
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _table(rows: list[dict[str, Any]], names: Sequence[str], columns: Sequence[str]) -> Iterator[str]:
+    """Yield a table of problems, a column each formulation."""
+    yield from _header("problem, figure", "tolerance", *(f"`{name}`" for name in columns))
+    for name in names:
+        mine = [row for row in rows if row["problem"] == name and row["formulation"] in (*columns, "all")]
+        yield _line(f"**{name}**: {PROBLEMS[name].title}", "", *(_passed(name, mine, one) for one in columns))
+        yield from _figures(mine, columns)
 
 
 def _pictures(name: str) -> list[tuple[str, str]]:
@@ -179,14 +193,14 @@ def _wrapped(text: str, indent: str = "") -> str:
     return textwrap.fill(text, 100, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
 
-def _figures(rows: list[dict[str, Any]]) -> Iterator[str]:
+def _figures(rows: list[dict[str, Any]], columns: Sequence[str]) -> Iterator[str]:
     """Yield a row per figure of a problem with the worst trial of each formulation; no drifts at round-off."""
     for name in dict.fromkeys(figure["name"] for row in rows for figure in row["figures"]):
         found = [(row, figure) for row in rows for figure in row["figures"] if figure["name"] == name]
         if "drift" in name and all(figure["passed"] for _, figure in found):
             continue
         asked = list(dict.fromkeys(_asked(figure) for _, figure in found))
-        cells = [_worst([figure for row, figure in found if row["formulation"] in (one, "all")]) for one in SOLIDS]
+        cells = [_worst([figure for row, figure in found if row["formulation"] in (one, "all")]) for one in columns]
         yield _line(name, asked[0] if len(asked) == 1 else f"{asked[0]} to {asked[-1]}", *cells)
 
 

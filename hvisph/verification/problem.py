@@ -51,7 +51,7 @@ class Figure:
     @property
     def passed(self) -> bool:
         """Whether the difference is within the tolerance; never for a non-finite value."""
-        return isfinite(self.found) and (self.off if self.at_most else abs(self.off)) <= self.tolerance
+        return isfinite(self.found) and bool((self.off if self.at_most else abs(self.off)) <= self.tolerance)
 
     def as_dict(self) -> Plain:
         """Return the plain form, with None for values that are not finite."""

@@ -67,7 +67,8 @@ def _ring(options: Options) -> Iterator[Trial]:
         mean = runs[0].kinetic_energy(runs[0].first) / last.fields["mass"].sum()
         yield Figure("period", period, RING.period, 0.05, "s", why="4 or 8 particles across")
         yield limit("loss of energy per period", 1.0 - kept, 0.15, why="4 or 8 particles across")
-        yield limit("least particle energy below zero", -last.fields["internal_energy"].min() / mean, 0.01,
+        least = float(last.fields["internal_energy"].min())
+        yield limit("least particle energy below zero", -least / mean, 0.01,
                     why="share of the kinetic energy; elastic energy is not negative")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
