@@ -1,11 +1,15 @@
-"""Rigid bodies: an elastic bar on a free mass, walls, the balance, resumed runs, bad input."""
+"""Rigid bodies: mass properties, free rotation, a bar on a free mass, walls, balances, resumed runs, bad input."""
+
+import math
 
 import numpy as np
 import pytest
-from small_runs import METAL, SPRING, assert_same_results, final, row_of
+from small_runs import LIQUID, METAL, SPRING, assert_same_results, final, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
+from hvisph.integrators.rigid_body import flow, mass_properties, quaternion, rotation
+from hvisph.output.reader import read_history
 from hvisph.simulation.run import resume, run
 
 LENGTH, SPEED = 10e-3, 1.0
@@ -76,13 +80,43 @@ def test_a_resumed_run_has_the_same_bits(tmp_path):
 
 
 @pytest.mark.parametrize(("who", "rigid", "further", "words"), [
-    (0, "y", {}, "component along x"), (0, "z", {}, "cannot move along z"),
-    (0, "x", {"formulation": {"type": "eulerian"}}, "need formulation riemann"),
-    (0, "x", {"symmetry": [{"axis": "x", "at": 0.1}]}, "would meet it"), (0, "x", {"gravity": [0.0, -9.81]}, "gravity"),
+    (0, "y", {}, "component along x"), (0, "z", {}, "cannot move along z"), (0, "up", {}, "none of free, fixed"),
+    (0, True, {"formulation": {"type": "projection"}}, "need formulation"),
+    (0, True, {"formulation": {"type": "eulerian", "contact": {"type": "bonded"}}}, "`frictional` contact alone"),
+    (0, "x", {"gravity": [0.0, -9.81]}, "gravity"),
+    (0, "x", {"time": {"end": 1e-6, "integrator": "predictor_corrector"}}, "one force a step"),
+    (0, {"mass": 0.0}, {}, "mass: 0.0 is out of range"), (0, {"inertia": [-1.0]}, {}, "out of range"),
+    (0, {"inertia": [1.0, 1.0, 1.0]}, {}, "has 3 moments, needs 1"),
+    (0, {"move": {"about": "x"}}, {}, "cannot turn about"), (0, {"move": {"about": "z"}}, {}, "component along x"),
+    (0, {"move": {"about": "z", "along": "x"}}, {}, "not several"),
+    (0, {"move": {"along": [0.0, 0.0, 0.0]}}, {}, "not be all zero"),
+    (1, {"velocity": [[1e-6, 1.0], [0.0, 2.0]]}, {}, "must not fall"),
+    (0, {"velocity": [[0.0, 1.0]]}, {}, "given twice"), (1, {"velocity": [[0.0, "3 kg"]]}, {}, "3 kg"),
 ])  # fmt: skip
 def test_bad_input(who, rigid, further, words):
     with pytest.raises(CaseError, match=words):
         plane(who, rigid, **further)
+
+
+def test_impossible_moments_of_inertia_are_refused():
+    """I_3 is at most I_1 + I_2."""
+    with pytest.raises(CaseError, match="above the sum of the two others"):
+        eccentric(3, {"inertia": [1.0, 2.0, 4.0]})
+
+
+def test_a_plane_of_symmetry_is_no_wall_for_a_rigid_body(tmp_path):
+    with pytest.raises(CaseError, match="does not cut this body"):
+        run(plane(0, "x", symmetry=[{"axis": "x", "at": -0.1}]), tmp_path / "run")
+
+
+def test_two_rigid_bodies_may_only_be_fixed():
+    both = plane(0, "x").model_dump(mode="json")
+    for body in both["bodies"].values():
+        body |= {"rigid": "fixed", "velocity": [0.0, 0.0]}
+    load_case(both)
+    both["bodies"]["body_1"]["rigid"] = True
+    with pytest.raises(CaseError, match="two rigid bodies"):
+        load_case(both)
 
 
 def test_a_clamp_within_a_rigid_body_is_refused(tmp_path):
@@ -90,9 +124,146 @@ def test_a_clamp_within_a_rigid_body_is_refused(tmp_path):
         run(plane(1, "x", clamped=[{"box": {"min": [1e-3, None]}}]), tmp_path / "run")
 
 
-def test_two_rigid_bodies_are_refused():
-    both = plane(0, "x").model_dump(mode="json")
-    for body in both["bodies"].values():
-        body["rigid"] = "x"
-    with pytest.raises(CaseError, match="two rigid bodies"):
-        load_case(both)
+def test_mass_properties_of_a_box_and_a_sphere():
+    """Boxes on a lattice are exact; a sphere of 10 spacings across has 2/5 m r^2 within 1 % (m: of its particles)."""
+    counts, s = np.array([10, 20, 6]), 0.1
+    x = np.stack(np.meshgrid(*((np.arange(k) + 0.5) * s for k in counts), indexing="ij"), -1).reshape(-1, 3)
+    found = mass_properties(np.full(len(x), 0.3), x, np.full(len(x), s), math.fsum)
+    squares = (counts * s) ** 2
+    assert np.allclose(found.centre, counts * s / 2, rtol=1e-13)
+    assert np.allclose(found.inertia, np.diag(found.mass / 12.0 * (squares.sum() - squares)), rtol=1e-12, atol=1e-12)
+    y = (np.indices((20, 20, 20)).reshape(3, -1).T - 9.5) * s
+    y = y[(y * y).sum(axis=1) <= 1.0]
+    radius = (3.0 * len(y) * s**3 / (4.0 * np.pi)) ** (1.0 / 3.0)
+    ball = mass_properties(np.full(len(y), 1.0), y, np.full(len(y), s), math.fsum)
+    assert np.allclose(np.diag(ball.inertia), 0.4 * ball.mass * radius**2, rtol=0.01)
+
+
+@pytest.mark.parametrize(("steps", "within"), [(200, 2e-4), (800, 1.25e-5)])
+def test_a_free_top_returns_after_its_period(steps, within):
+    """I = 1, 2, 3, w = (0.3, 0.2, 1): w has the period 6.310095 by elliptic functions; the error is of second order."""
+    inertia, w, q, energies = np.array([1.0, 2.0, 3.0]), np.array([0.3, 0.2, 1.0]), np.array([1.0, 0, 0, 0]), []
+    for _ in range(steps):
+        q = flow(q, inertia * w, inertia, 6.310095 / steps)  # L in space is that of the start
+        now = ((inertia * w) @ rotation(q)) / inertia
+        energies.append(0.5 * (inertia * now * now).sum())
+    assert np.abs(now - w).max() < within
+    assert np.ptp(energies) < 3e-6 * (200 / steps) ** 2
+
+
+def test_a_symmetric_top_precesses():
+    """I = (1, 1, 0.2): its axis turns about L by |L|/I_1, to 1e-6 of an angle at 1000 steps a turn."""
+    inertia, w = np.array([1.0, 1.0, 0.2]), np.array([0.3, 0.0, 1.0])
+    spin, q, angle = inertia * w, np.array([1.0, 0.0, 0.0, 0.0]), 2.0 * np.pi / 1000
+    along = spin / np.linalg.norm(spin)
+    for _ in range(250):
+        q = flow(q, spin, inertia, angle / np.linalg.norm(spin))
+    axis, start = rotation(q)[:, 2], np.array([0.0, 0.0, 1.0])
+    exact = along * (along @ start) + np.cross(along, start)  # a quarter of a turn
+    assert np.abs(axis - exact).max() < 1e-6 * np.pi / 2
+
+
+def test_a_quaternion_is_its_matrix():
+    generator = np.random.default_rng(5)
+    for _ in range(20):
+        axes = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+        axes *= np.sign(np.linalg.det(axes))
+        assert np.allclose(rotation(quaternion(axes)), axes, atol=1e-14)
+
+
+def eccentric(dim, rigid=True, block=METAL, **further):
+    """A rod with a spin that strikes a block beside its middle; it is turned by 37 degrees."""
+    c, s = np.cos(np.radians(37.0)), np.sin(np.radians(37.0))
+    place, aside, wide = np.array([[c, -s], [s, c]]), [0.0] * (dim - 2), [1e-3] * (dim - 2)
+    turn = 37.0 if dim == 2 else {"angle": 37.0, "axis": [0.0, 0.0, 1.0]}
+    spin = {"type": "spin", "rate": 1e4} | ({"axis": [0.0, 0.6, 0.8]} if dim == 3 else {})
+    return load_case({
+        "kinematics": "plane_strain" if dim == 2 else "three_d", "resolution": 2.5e-4,
+        "bodies": {
+            "rod": {"material": METAL, "shape": {"type": "box", "size": [1e-3, 3e-3, *wide]}, "rotation": turn,
+                    "position": [*(place @ [-0.4e-3, 1.2e-3]), *aside], "velocity": [*(place @ [300.0, 0.0]), *aside],
+                    "initial_velocity": [spin], "rigid": rigid},
+            "block": {"material": block, "shape": {"type": "box", "size": [2e-3, 2e-3, *wide]}, "rotation": turn,
+                      "position": [*(place @ [1.2e-3, 0.0]), *aside]},
+        },
+        "time": {"end": 6e-7}, "output": {"every": 6e-7},
+    } | further)  # fmt: skip
+
+
+def shape_of(state):
+    """Distances of the rod's neighbouring particles [m], and by how much these change over their speeds."""
+    own = state.body == 0
+    x, u = np.diff(state.fields["position"][own], axis=0), np.diff(state.fields["velocity"][own], axis=0)
+    return np.linalg.norm(x, axis=1), np.abs((x * u).sum(axis=1)).max() / (300.0 * 3e-3)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_spinning_rod_strikes_a_block_beside_its_middle(dim, tmp_path):
+    """The rod keeps its shape and has no energy but its motion; energy and momentum are balanced to round-off."""
+    outcome = run(eccentric(dim), tmp_path / "run")
+    state, kept = final(tmp_path / "run"), outcome.summary["conservation"]
+    apart, rate = shape_of(state)
+    assert rate < 1e-13
+    assert apart.min() == pytest.approx(2.5e-4, rel=1e-12)
+    assert not state.fields["internal_energy"][state.body == 0].any()
+    assert state.fields["plastic_strain"].max() > 0.01
+    assert abs(kept["energy_drift"]) < 1e-13
+    assert abs(kept["momentum_drift"]) < 1e-13
+
+
+@pytest.mark.parametrize(("dim", "friction"), [(2, 0.2), (3, 0.2)])
+def test_the_torques_of_a_contact_cancel(dim, friction, tmp_path):
+    """With a block whose own forces are central, angular momentum is kept to round-off, with friction too."""
+    formulation = {"type": "eulerian", "conserve_angular_momentum": False, "artificial_stress": {"type": "none"},
+                   "contact": {"type": "frictional", "friction": friction}}  # fmt: skip
+    case = eccentric(dim, block=LIQUID, formulation=formulation, time={"end": 3e-7, "integrator": "staggered"})
+    kept = run(case, tmp_path / "run").summary["conservation"]
+    assert kept["kinetic_energy_ratio"] < 0.99
+    assert abs(kept["energy_drift"]) < 1e-12
+    assert abs(kept["momentum_drift"]) < 1e-12
+    assert abs(kept["angular_momentum_drift"]) < 1e-12
+
+
+def test_a_resumed_rotation_has_the_same_bits(tmp_path):
+    case = eccentric(3, output={"every": 3e-7})
+    run(case, tmp_path / "whole")
+    run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 9})}), tmp_path / "part")
+    resume(tmp_path / "part", max_steps=10**6)
+    assert_same_results(tmp_path / "whole", tmp_path / "part")
+
+
+def test_a_given_mass_is_that_of_the_motion(tmp_path):
+    """Twice the mass in the same volume: the bar gives it v (1 - exp(-2 m/M)); as above 2 % at this spacing."""
+    bodies = struck_mass(1.0).model_dump(mode="json")["bodies"]
+    bodies["mass"]["rigid"] = {"move": "x", "mass": 2785.0 * LENGTH * 2.0}
+    run(struck_mass(1.0, bodies=bodies), tmp_path / "run")
+    u = final(tmp_path / "run").fields["velocity"][100:, 0]
+    assert u[0] == pytest.approx(SPEED * (1.0 - np.exp(-2.0 / 2.0)), rel=0.02)
+
+
+def test_a_light_mass_limits_the_step(tmp_path):
+    """Of a fiftieth of the bar's mass in one place: the contact is stable, and it leaves no faster than the bar's face.
+
+    The bar follows it at v (1 - exp(-2 m/M)) = v; without the limit of the step it leaves at 2.8 v.
+    """
+    bodies = struck_mass(1.0).model_dump(mode="json")["bodies"]
+    bodies["mass"] |= {"rigid": {"mass": 2785.0 * LENGTH * 0.002}, "shape": {"type": "interval", "length": LENGTH / 25}}
+    run(struck_mass(1.0, bodies=bodies), tmp_path / "run")
+    u = final(tmp_path / "run").fields["velocity"][100:, 0]
+    assert u[0] == pytest.approx(SPEED, rel=0.1)
+    assert "rigid body mass" in set(read_history(tmp_path / "run")["criterion"])
+
+
+def test_a_piston_drives_a_bar(tmp_path):
+    """The work of a rigid piston at a velocity over time is the energy of what it drives; it moves by the integral."""
+    bodies = struck_mass(1.0).model_dump(mode="json")["bodies"]
+    end = LENGTH / SOUND
+    bodies["bar"]["velocity"] = [0.0]
+    bodies["mass"]["rigid"] = {"velocity": [[0.0, 0.0], [0.5 * end, -SPEED]], "along": "x"}
+    outcome = run(struck_mass(1.0, bodies=bodies, time={"end": end}, output={"every": end}), tmp_path / "run")
+    state, kept = final(tmp_path / "run"), outcome.summary["conservation"]
+    assert np.all(state.fields["velocity"][100:, 0] == -SPEED)
+    moved = state.fields["displacement"][100:, 0]
+    assert np.allclose(moved, -0.75 * SPEED * end, rtol=1e-9)
+    assert outcome.summary["energies"]["external_work"] > 0.0
+    assert abs(kept["energy_drift"]) < 1e-12

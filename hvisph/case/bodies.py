@@ -13,14 +13,17 @@ from hvisph.core.catalogues import ARRANGEMENTS
 
 from .model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
 from .shapes import OptionalRotation, Position, Rotation, Shape
-from .simple_shapes import Axis, Direction
+from .simple_shapes import UNIT_VECTORS, Axis, Direction
 from .units import (
     ANGLE,
+    INERTIA,
+    MASS,
     NUMBER,
     RATE,
     VELOCITY,
     NonNegativeLength,
     NonNegativeSpecificEnergy,
+    NonNegativeTime,
     Number,
     PositiveLength,
     PositiveTemperature,
@@ -114,6 +117,77 @@ if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type ch
     Arrangement = str
 else:
     Arrangement = Literal[tuple(ARRANGEMENTS)]
+
+
+def _expand_move(value: object, info: ValidationInfo) -> object:
+    if not isinstance(value, str):
+        return value
+    if value not in ("free", "fixed", "x", "y", "z"):
+        raise ValueError(f"'{value}' is none of free, fixed, x, y, z, {{along: [1, 0, 0]}}, {{about: [0, 0, 1]}}")
+    return {} if value == "free" else {"fixed": True} if value == "fixed" else {"along": value}
+
+
+class RigidMove(StrictModel):
+    """Freedom of a rigid body: all of it unless one of these is given."""
+
+    fixed: bool = Field(default=False, description="Whether the body is at rest; `fixed` for short")
+    along: Direction | None = Field(
+        default=None, description="Direction of the only motion, without rotation [-]; `x`, `y` or `z` for short"
+    )
+    about: Direction | None = Field(
+        default=None, description="Axis of the only rotation [-], through the centre of mass, which is at rest"
+    )
+
+
+class Rigid(StrictModel):
+    """Mass and motion of a rigid body."""
+
+    move: Annotated[RigidMove, Shorthand(_expand_move, ("string",))] = Field(
+        default=RigidMove(),
+        description="`free`, `fixed`, `{along: [1, 0, 0]}` without rotation, or `{about: [0, 0, 1]}` alone",
+    )
+    mass: Annotated[float, Quantity(MASS, above=0)] | None = Field(
+        default=None,
+        description="Mass of the whole body [kg; per metre in 2D, per square metre in 1D], above 0; that of shape and "
+        "material unless given",
+    )
+    inertia: tuple[Annotated[float, Quantity(INERTIA, above=0)], ...] = Field(
+        default=(),
+        description="Moments of inertia of the whole body about the axes x, y, z through its centre of mass [kg m^2], "
+        "about z alone in 2D [kg m], each at most the sum of the others; those of shape and mass unless given",
+        max_length=3,
+    )
+    velocity: tuple[tuple[NonNegativeTime, Velocity], ...] = Field(
+        default=(),
+        description="Prescribed motion: rows of time [s] and velocity [m/s] `along` an axis, linear between rows, "
+        "constant beyond them, a jump where two rows have one time; its work is `external_work` in the history",
+        max_length=10_000,
+    )
+    along: Axis = Field(default="x", description="Axis along which `velocity` moves the body")
+
+    @property
+    def words(self) -> str:
+        """How it moves, in words."""
+        if self.velocity:
+            return f"{len(self.velocity)} velocities over time along {self.along}"
+        names = {"moves along": self.move.along, "turns about": self.move.about}
+        given = [f"{verb} {direction_name(axis)}" for verb, axis in names.items() if axis is not None]
+        return "fixed" if self.move.fixed else given[0] if given else "free"
+
+
+def direction_name(axis: tuple[float, ...]) -> str:
+    """Return the letter of an axis, or the components of a direction."""
+    letters = [letter for letter, unit in UNIT_VECTORS.items() if unit == tuple(axis)]
+    return letters[0] if letters else ", ".join(f"{one:g}" for one in axis)
+
+
+def _expand_rigid(value: object, info: ValidationInfo) -> object:
+    if value is False:
+        return None
+    return {} if value is True else {"move": value} if isinstance(value, str) else value
+
+
+OptionalRigid = Annotated[Rigid | None, Shorthand(_expand_rigid, ("boolean", "string"))]
 
 
 class HasResolution(Protocol):
@@ -224,10 +298,10 @@ class Body(StrictModel):
         description="Kernels of this body, where the case's formulation is `total_lagrangian` or `adaptive`; that of "
         "the case unless given",
     )
-    rigid: Axis | Literal["fixed"] | None = Field(
+    rigid: OptionalRigid = Field(
         default=None,
-        description="Rigid body: it moves along this axis by the forces on it and does not turn, or is `fixed`; it has "
-        "no stress and no strain; deformable unless given",
+        description="Rigid body, without stress and strain: `true` moves and turns by the forces on it, `x`, `y` or "
+        "`z` moves along that axis without rotation, `fixed` is at rest; deformable unless given",
     )
     internal_energy: NonNegativeSpecificEnergy = Field(
         default=0.0, description="Initial specific internal energy [J/kg], at least 0"

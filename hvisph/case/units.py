@@ -34,6 +34,7 @@ class Dimension:
 LENGTH = Dimension("a length", "m", "0.1 mm", "m=1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 nm=1e-9 km=1e3")
 TIME = Dimension("a time", "s", "8 us", "s=1 ms=1e-3 us=1e-6 µs=1e-6 ns=1e-9 ps=1e-12")
 MASS = Dimension("a mass", "kg", "1 g", "kg=1 g=1e-3 mg=1e-6 ug=1e-9")
+INERTIA = Dimension("a moment of inertia", "kg m^2", "0.2 g m^2", "kg_m^2=1 g_m^2=1e-3 kg_mm^2=1e-6 g_mm^2=1e-9")
 MOMENTUM = Dimension("a momentum", "N s", "0.5 N s", "N_s=1 mN_s=1e-3 kN_s=1e3 MN_s=1e6")
 VELOCITY = Dimension("a velocity", "m/s", "3.1 km/s", "m/s=1 km/s=1e3 mm/us=1e3 mm/µs=1e3 mm/ms=1 cm/us=1e4 mm/s=1e-3")
 ACCELERATION = Dimension("an acceleration", "m/s^2", "9.81 m/s^2", "m/s^2=1 m/s**2=1 km/s^2=1e3 mm/s^2=1e-3")

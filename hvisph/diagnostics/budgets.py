@@ -10,7 +10,8 @@ from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators.gravity import UNIFORM, Gravity
-from hvisph.integrators.prescribed_motion import PrescribedMotion
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, PrescribedMotion
+from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.materials.damage.fracture_energy import fracture_work
 from hvisph.materials.slots import DISTENSION, FRACTURE_COMPLIANCE, RHO0
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
@@ -28,6 +29,11 @@ WORK_COLUMNS = ("plastic_work", "shock_heating")
 GRAVITY_COLUMN = "gravity_energy"
 # Work of what moves the clamps, up to the record [J].
 EXTERNAL_COLUMN = "external_work"
+# Energy that the integration of rigid bodies has made: the swing of their free rotation, and what the kick differs from
+# the velocities of the stage [J].
+ROTATION_COLUMN = "rigid_rotation"
+# Momentum that clamps, walls and planes of symmetry have taken up to the record [kg m/s].
+SUPPORT_COLUMNS = ("support_momentum_x", "support_momentum_y", "support_momentum_z")
 # Highest pressure of any particle up to the record [Pa].
 HIGHEST_COLUMN = "highest_pressure"
 # Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
@@ -54,7 +60,7 @@ class Budget:
     momentum (3) and energy that the next step removes from retired particles, per time (4,); `gravity_energy` the
     potential energy since the start [J], `potential` that at the start, `weight` the momentum given by a uniform field
     (3,) [kg m/s]; `scale` is the energy to which drifts refer [J];
-    `external_work` is the work of what moves the clamps [J].
+    `external_work` is the work of what moves the clamps [J], `rigid_rotation` that of `ROTATION_COLUMN`.
     """
 
     def __init__(self, setup: Setup):
@@ -67,6 +73,7 @@ class Budget:
         share = setup.subdomain
         self.size = share.exact_sum(particles["mass"] * speed)
         self.slip_work = self.plastic_work = self.shock_heating = self.external_work = 0.0
+        self.rigid_rotation = 0.0
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
         self.pending = np.zeros(4)
@@ -80,7 +87,11 @@ class Budget:
             mean = self.potential / share.exact_sum(particles["mass"])
             self.scale += share.exact_sum(particles["mass"] * np.abs(potential - mean))
         # planes and clamps give angular momentum of which no account is kept
-        held = share.get_maxima(float((particles.tags[:, FLAGS] & CLAMPED).any()))[0]
+        clamped = (particles.tags[:, FLAGS] & CLAMPED) != 0
+        for rigid in _rigid_bodies(setup):
+            if rigid.is_free(particles.dim):
+                clamped &= particles.tags[:, FLAGS] >> GROUP_SHIFT != rigid.group
+        held = share.get_maxima(float(clamped.any()))[0]
         kept = not setup.planes and not held
         self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
         middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
@@ -102,6 +113,7 @@ class Budget:
         if self._setup.driven:
             motion: PrescribedMotion = getattr(self._stepper, "motion")  # noqa: B009
             self.external_work += motion.work
+            self.rigid_rotation += motion.rotation
             self.impulse[: len(motion.momentum)] -= motion.momentum
         if self.gravity is not None:
             particles = self._setup.particles
@@ -137,6 +149,7 @@ class Budget:
                  "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
         energies |= {} if self.gravity is None else {"gravity": self.gravity_energy}
         energies |= {"external_work": self.external_work} if self._setup.driven else {}
+        energies |= {ROTATION_COLUMN: self.rigid_rotation} if _rigid_bodies(self._setup) else {}
         if "band_width" in self._setup.particles.offsets:
             energies[FRACTURE_COLUMN] = work_of_fracture(self._setup)
         return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
@@ -145,10 +158,15 @@ class Budget:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
         if not self._has_energy:
             return None
-        stored = self._stepper.stored_energy + self.gravity_energy - self.external_work
+        stored = self._stepper.stored_energy + self.gravity_energy - self.external_work - self.rigid_rotation
         total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
         scale = self.scale + abs(self.external_work)
         return (total - self.energy) / scale if scale > 0.0 else None
+
+    def support_momentum(self, sums: np.ndarray) -> list[float]:
+        """Return the momentum (3) [kg m/s] that clamps, walls and planes of symmetry have taken since the start."""
+        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.retired[2:5] - self.weight
+        return [float(one) for one in np.where(self._free > 0.0, self.impulse, self.momentum - now)]
 
     def momentum_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of momentum over the sum of m |v| at the start; None if nothing moved, or for a sphere."""
@@ -190,7 +208,14 @@ def angular_momentum(setup: Setup) -> np.ndarray:
     parts = np.zeros((2, columns), np.int64)
     for first in range(0, particles.count, AT_ONCE):
         parts += encode_terms(turning(particles, slice(first, first + AT_ONCE)), unit)
-    return decode_sum(setup.subdomain.total(parts), unit)
+    own = sum((rigid.own_spin for rigid in _rigid_bodies(setup)), np.zeros(3))
+    return decode_sum(setup.subdomain.total(parts), unit) + own[3 - columns :]
+
+
+def _rigid_bodies(setup: Setup) -> list[RigidMotion]:
+    """Return the rigid bodies of a run."""
+    motion: PrescribedMotion | None = getattr(setup.stepper, "motion", None)
+    return [] if motion is None else motion.rigid
 
 
 def work_of_fracture(setup: Setup, of_energy: bool = True) -> float:
@@ -237,7 +262,9 @@ class Observer:
         self._works = setup.stepper.has_energy
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
         counted = (*counted, GRAVITY_COLUMN) if getattr(setup.stepper, "gravity", None) else counted
-        counted = (*counted, EXTERNAL_COLUMN) if setup.driven else counted
+        counted = (*counted, EXTERNAL_COLUMN, *SUPPORT_COLUMNS) if setup.driven else counted
+        self._rigid = bool(_rigid_bodies(setup))
+        counted = (*counted, ROTATION_COLUMN) if self._rigid else counted
         self._repels = formulation.repels
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         self._fractures = "band_width" in particles.offsets
@@ -264,7 +291,8 @@ class Observer:
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
             *((budget.gravity_energy,) if budget.gravity else ()),
-            *((budget.external_work,) if self._setup.driven else ()),
+            *((budget.external_work, *budget.support_momentum(sums)) if self._setup.driven else ()),
+            *((budget.rigid_rotation,) if self._rigid else ()),
             *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
             *((work_of_fracture(self._setup),) if self._fractures else ()),
             budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),

@@ -7,9 +7,9 @@ the forces F that the others exert on the group, what drives it does the work
 
 and gives it the momentum M (v(t + dt) - v(t)) - dt F. With W the energy of all particles is balanced to round-off.
 
-A rigid body is a group, too, with the velocity M dU/dt = F along its free axis. Its particles have neither stress nor
-strain, and an impedance beyond that of any material: the Riemann problem of a pair with one of them then has the
-velocity of the body and the traction of a rigid wall, which is returned to it.
+A rigid body is a group, too (`integrators.rigid_body`). Its particles have neither stress nor strain, and an impedance
+beyond that of any material: the Riemann problem of a pair with one of them then has the velocity of the body and the
+traction of a rigid wall, which is returned to it. All rigid particles show the number `RIGID` for that of their body.
 """
 
 from __future__ import annotations
@@ -21,18 +21,21 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import FLAGS
-from hvisph.sph.neighbours.particle_layout import slots
+from hvisph.sph.contact.contact_normal import RIGID
 
+from .rigid_body import CENTRE, TURN, RigidMotion
 from .sums import KINETIC, MOMENTUM
 
 # Bits of the column FLAGS from this one on are the group of a driven particle, 0 for none.
 GROUP_SHIFT = 2
-# Group of the particles of the rigid body; clamps have those below.
+# Group of the particles of the first rigid body; clamps have those below.
 RIGID_GROUP = 1000
-# Impedance of a rigid particle over that of its material: what a contact differs from that with a rigid wall.
-STIFFER = 1e9
+# Impedance of a rigid particle over that of its material: round-off is all that a contact differs from a rigid wall.
+STIFFER = 1e18
 # Shear that it bears [Pa].
 UNLIMITED = 1e30
+# Speed of its signals [m/s]: it limits no step.
+SLOWEST_SIGNAL = 1e-30
 
 
 @dataclass(frozen=True)
@@ -65,47 +68,46 @@ class Motion:
         return moved
 
 
-@dataclass
-class RigidMotion:
-    """Motion of the rigid body: `velocity_now` (dim,) [m/s], `free` (dim,) 1 along its axis; `rate` as of last."""
-
-    group: int
-    velocity_now: np.ndarray
-    free: np.ndarray
-
-    def __post_init__(self) -> None:
-        """Begin without acceleration."""
-        self.rate = np.zeros(len(self.free))
-
-
 class PrescribedMotion:
-    """Groups of driven particles of a run.
+    """Groups of driven particles of a run, and rigid bodies.
 
-    `work` [J] and `momentum` (dim,) [kg m/s] are what the last step took; `time` [s] is that of the state.
+    `work` [J] and `momentum` (dim,) [kg m/s] are what the last step took, `rotation` [J] is the energy that the
+    integration of rigid bodies made in it, `time` [s] that of the state.
     """
 
     def __init__(self, motions: tuple[Motion | RigidMotion, ...], dim: int):
         self._motions, self.time, self.work, self.momentum = motions, 0.0, 0.0, np.zeros(dim)
-        self._excess, self._packed = np.zeros(1 + dim), False
-        self._kept: np.ndarray | None = None
+        self.rotation, self._excess = 0.0, np.zeros(1 + dim)
+
+    @property
+    def rigid(self) -> list[RigidMotion]:
+        """Rigid bodies."""
+        return [motion for motion in self._motions if isinstance(motion, RigidMotion)]
+
+    def look_ahead(self, stepper: Any) -> None:
+        """Find what limits the first step of rigid bodies, from the first evaluation."""
+        for motion in self.rigid:
+            rows = self._rows(stepper.particles, motion)
+            motion.find_relaxation(stepper, rows, motion.state[CENTRE], motion.state[TURN])
 
     def begin(self, stepper: Any, dt: float) -> None:
         """Give all groups their mean velocity of the step `dt` [s], and find work and momentum by the last forces."""
         particles, exact = stepper.particles, stepper.totals.exact
         mass, dim, end = particles["mass"], particles.dim, self.time + dt
-        self.work, self.momentum, self._excess = 0.0, np.zeros(dim), np.zeros(1 + dim)
+        self.work, self.rotation, self.momentum, self._excess = 0.0, 0.0, np.zeros(dim), np.zeros(1 + dim)
         for motion in self._motions:
             rows = self._rows(particles, motion)
+            if isinstance(motion, RigidMotion):
+                given, work, rotation = motion.kick(stepper, rows, self.time, dt)
+                self.momentum += given[:dim]
+                self.work += work
+                self.rotation += rotation
+                continue
             whole = exact(mass[rows])
             forces = mass[rows, None] * stepper.rates[stepper.place[rows], :dim]
             force = np.array([exact(component) for component in forces.T])
-            if isinstance(motion, RigidMotion):
-                motion.rate = motion.free * force / whole
-                before, after = motion.velocity_now, motion.velocity_now + dt * motion.rate
-                mean, motion.velocity_now = 0.5 * (before + after), after
-            else:
-                before, after = motion.velocity(self.time), motion.velocity(end)
-                mean = motion.displacement(self.time, end) / dt
+            before, after = motion.velocity(self.time), motion.velocity(end)
+            mean = motion.displacement(self.time, end) / dt
             self.work += float(0.5 * whole * (after @ after - before @ before) - dt * (force @ mean))
             self.momentum += whole * (after - before)
             self._excess[0] += 0.5 * whole * (after @ after - mean @ mean)
@@ -113,46 +115,38 @@ class PrescribedMotion:
             particles["velocity"][rows] = mean
         self.time = end
 
+    def hide_rigid(self, stepper: Any) -> None:
+        """Let rigid particles rest without rates while the others are carried, so that no sum counts them."""
+        for motion in self.rigid:
+            rows = self._rows(stepper.particles, motion)
+            stepper.rates[stepper.place[rows]] = 0.0
+            stepper.particles["velocity"][rows] = 0.0
+
     def finish(self, stepper: Any, stage: float) -> None:
         """Give all groups their velocity, that of the time `stage` [s] ahead in the packed rows."""
-        particles, first = stepper.particles, stepper.pairs.slots["U"]
+        particles, first = stepper.particles, stepper.row_slots["U"]
         for motion in self._motions:
             rows = self._rows(particles, motion)
             if isinstance(motion, RigidMotion):
-                particles["velocity"][rows] = motion.velocity_now
                 self._show_rigid(stepper, rows)
-                moved = stage * (motion.velocity_now + 0.5 * stage * motion.rate)
-                stepper.rows[rows, : particles.dim] = particles["position"][rows] + moved
-                stepper.rows[rows, first : first + particles.dim] = motion.velocity_now + stage * motion.rate
+                self._excess += motion.place(stepper, rows, self.time, stage)
                 continue
             particles["velocity"][rows] = motion.velocity(self.time)
             stepper.rows[rows, first : first + particles.dim] = motion.velocity(self.time + stage)
 
-    def free_of_strain(self, stepper: Any) -> None:
-        """Take the strain from the rates of rigid particles, and keep their packed rows, before these are packed."""
-        for motion in self._motions:
-            if isinstance(motion, RigidMotion):
-                rows, places = self._rows(stepper.particles, motion), slots(stepper.particles.dim)
-                self._kept = stepper.rows[rows].copy()
-                of_strain = [
-                    *range(places["R_GRADIENT"], places["R_SLIP"]),
-                    *range(places["R_HOOP"], stepper.rates.shape[1]),
-                ]
-                stepper.rates[np.ix_(stepper.place[rows], of_strain)] = 0.0
-
     def _show_rigid(self, stepper: Any, rows: np.ndarray) -> None:
-        """Write the packed rows of rigid particles: those of the start, which has no stress, with their impedance."""
-        if self._packed:
-            stepper.rows[rows] = self._kept
-        else:
-            at = stepper.pairs.slots
-            for name, width in (("ZN", 1), ("ZT", 1), ("Z_SQUARED", {1: 1, 2: 3, 3: 6}[stepper.particles.dim])):
-                if name in at:
-                    stepper.rows[rows, at[name] : at[name] + width] *= STIFFER**2 if width > 1 else STIFFER
-            if "SHEAR_LIMIT" in at:  # that of the other side counts
-                stepper.rows[rows, at["SHEAR_LIMIT"]] = UNLIMITED
-            self._packed = True
-        stepper.pressures[rows] = 0.0
+        """Write impedance, strength and body of rigid particles into their packed rows, which have no stress."""
+        at, packed = stepper.row_slots, stepper.rows
+        if "ZN" in at:
+            packed[rows, at["ZN"]] *= STIFFER
+            packed[rows, at["ZT"]] = packed[rows, at["ZN"]]
+        if "Z_SQUARED" in at:
+            packed[rows, at["Z_SQUARED"] : at["Z_SQUARED"] + {1: 1, 2: 3, 3: 6}[stepper.particles.dim]] *= STIFFER**2
+        if "SHEAR_LIMIT" in at:  # that of the other side counts
+            packed[rows, at["SHEAR_LIMIT"]] = UNLIMITED
+        if "BODY" in at:
+            packed[rows, at["BODY"]] = RIGID
+        stepper.pressures[rows], stepper.signals[rows] = 0.0, SLOWEST_SIGNAL
 
     def complete_sums(self, sums: np.ndarray) -> None:
         """Add to `sums`, which counted the mean velocities of a step, what those at its end have more."""
@@ -164,21 +158,17 @@ class PrescribedMotion:
         self._excess[:] = 0.0
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return time and correction of the sums, by name."""
-        return {"prescribed_motion": np.array([self.time, *self._excess, *self._rigid_state()])}
+        """Return time, correction of the sums, and the states of rigid bodies."""
+        states = [motion.state for motion in self.rigid]
+        return {"prescribed_motion": np.concatenate([[self.time], self._excess, *states])}
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Restore what `history` returned."""
         kept = history["prescribed_motion"]
         self.time, self._excess = float(kept[0]), kept[1 : 1 + len(self._excess)].copy()
         numbers = kept[1 + len(self._excess) :]
-        for motion in self._motions:
-            if isinstance(motion, RigidMotion):
-                motion.velocity_now, motion.rate = np.split(numbers.copy(), 2)
-
-    def _rigid_state(self) -> list[float]:
-        rigid = [motion for motion in self._motions if isinstance(motion, RigidMotion)]
-        return [float(one) for motion in rigid for one in (*motion.velocity_now, *motion.rate)]
+        for motion in self.rigid:
+            motion.state, numbers = numbers[: len(motion.state)].copy(), numbers[len(motion.state) :]
 
     @staticmethod
     def _rows(particles: Any, motion: Motion | RigidMotion) -> np.ndarray:

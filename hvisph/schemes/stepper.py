@@ -171,6 +171,11 @@ class Stepper:
         return self.pairs.rows
 
     @property
+    def row_slots(self) -> dict[str, int]:
+        """Slots of a packed row, by name."""
+        return self.pairs.slots
+
+    @property
     def rates(self) -> np.ndarray:
         """Rows of rates in cell order; `place` says which is whose."""
         return self.pairs.rates
@@ -201,6 +206,8 @@ class Stepper:
         self.rates[:] = 0.0
         self._carry(0.0, 0.0, complete=False)
         self.evaluate()
+        if self.motion is not None:
+            self.motion.look_ahead(self)
 
     def evaluate(self) -> None:
         """Evaluate the pair forces at the stage."""
@@ -227,14 +234,14 @@ class Stepper:
     def _carry(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
         if self.motion is not None:
-            self.motion.free_of_strain(self)
+            self.motion.hide_rigid(self)
         self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, self._pull, (dt, stage, complete),
                      (self.h_low, self.h_high), self.rows,
                      (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
+        self._show_pieces()
         if self.motion is not None:
             self.motion.finish(self, stage)
-        self._show_pieces()
         self._sum_up()
 
     def split(self, pieces: np.ndarray) -> None:
@@ -262,7 +269,7 @@ class Stepper:
 
     def limits(self) -> list[tuple[float, str, int]]:
         """Return what else limits the step: times [s] of which a step takes the Courant share, names, particles."""
-        return []
+        return [one for motion in (self.motion.rigid if self.motion else ()) for one in motion.limits()]
 
     def permute(self) -> np.ndarray:
         """Put state and rates into cell order; return the order taken. Call it between `complete` steps only."""

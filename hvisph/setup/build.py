@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,8 @@ import numpy as np
 from hvisph.case.formulations.riemann import bears_any_tension
 from hvisph.core.particles import Particles
 from hvisph.core.text import Plain
-from hvisph.integrators.prescribed_motion import RIGID_GROUP, Motion, PrescribedMotion, RigidMotion
+from hvisph.integrators.prescribed_motion import Motion, PrescribedMotion
+from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.integrators.time_step import Criteria
 from hvisph.materials.material_table import Material
@@ -35,7 +37,8 @@ class Setup:
     `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
     which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `watched` as of
     `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
-    `driven` whether a clamp moves, `substances` the models of `materials`, `origin` as of `Beginning`.
+    `driven` whether a clamp moves or a body is rigid, `substances` the models of `materials`, `origin` as of
+    `Beginning`.
     """
 
     stepper: AnyStepper
@@ -78,10 +81,7 @@ def set_up(case: Case, start: Beginning) -> Setup:
     set_loads(stepper, case, start.bodies)
     driven = [(number + 1, clamp.motion(particles.dim)) for number, clamp in enumerate(case.clamped) if clamp.moves]
     motions: list[Motion | RigidMotion] = [Motion(k, np.array(times), np.array(u)) for k, (times, u) in driven]
-    for body in case.bodies.values():
-        if body.rigid is not None:
-            free = np.array([float(axis == body.rigid) for axis in "xyz"[: particles.dim]])
-            motions.append(RigidMotion(RIGID_GROUP, np.array(body.velocity, float) * free, free))
+    motions += deepcopy(list(start.rigid))  # a run moves its own
     if motions:
         stepper.motion = PrescribedMotion(tuple(motions), particles.dim)
         stepper.motion.time = case.begins

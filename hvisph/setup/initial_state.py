@@ -13,7 +13,8 @@ from hvisph.core.errors import CaseError
 from hvisph.core.fields import CRACK, MEMORY
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.core.text import Plain
-from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, Motion
+from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.material_table import Material
 from hvisph.measures.debris.groups import connected_groups
@@ -29,6 +30,7 @@ from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .initial_fields import add_overburden, body_material, initial_history
 from .materials import start_of
+from .rigid_bodies import rigid_material, rigid_motions, rigid_notes
 from .start import origin_of
 
 if TYPE_CHECKING:
@@ -116,7 +118,7 @@ class Beginning:
     `longest` is the largest smoothing length [m] and `spread` the ratio of smallest to largest; `count` is the number
     of particles of all bodies. For a part, `watched` has the numbers of particles whose pressures the history records,
     by column, and `sequence` (n,) their places in the order of all, if the scheme keeps an order. `origin` tells of the
-    other run that this one starts from, see `start.Origin.as_dict`.
+    other run that this one starts from, see `start.Origin.as_dict`; `rigid` are the motions of rigid bodies.
     """
 
     particles: Particles
@@ -132,6 +134,7 @@ class Beginning:
     watched: dict[str, np.ndarray] | None = None
     sequence: np.ndarray | None = None
     origin: Plain = field(default_factory=dict)
+    rigid: tuple[RigidMotion, ...] = ()
 
 
 def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
@@ -144,7 +147,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     """
     placed = bodies or placed_bodies(case)
     formulation = formulation_of(case)
-    made = [body_material(body, case.drawing_dimensions, case.resolution) for body in placed]
+    made = [rigid_material(body, body_material(body, case.drawing_dimensions, case.resolution)) for body in placed]
     particles, materials = _state(case, formulation.fields, placed, made)
     if "band_width" in particles.offsets:
         fresh = np.concatenate([np.full(len(body.positions), not body.carried) for body in placed])
@@ -169,10 +172,14 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
     names = [body.name for body in placed]
     _hold(case, particles, names)
-    _carry_on(particles, placed, "kernel_type")
-    refuse_outside(particles, case.domain, names)
     sides = {"above": 1.0, "below": -1.0}
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
+    rigid = rigid_motions(case, particles, placed, made, planes)
+    if rigid and isinstance(formulation, Riemann | Eulerian) and formulation.parted:
+        of_rigid: Any = {"rigid": True, "turns": case.dim > 1 and not particles.kinematics.revolved}
+        formulation = replace(formulation, **of_rigid)
+    _carry_on(particles, placed, "kernel_type")
+    refuse_outside(particles, case.domain, names)
     if particles.kinematics.revolved:
         planes = (*planes, AXIS)
     unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawing_dimensions] if case.units == "si" else ""
@@ -181,6 +188,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         for number, body in enumerate(placed)
         if body.filling.note
     )
+    notes = (*notes, *rigid_notes(rigid, unit))
     origin = {} if case.start is None else origin_of(case).as_dict()
     if origin:
         notes = (*notes, "craters, bulges and penetration are measured from the bodies at the start of this run")
@@ -190,7 +198,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     gauges = placed_gauges(case.gauges, placed, case.resolution)
     longest, shortest = float(lengths.max()), float(lengths.min())
     return Beginning(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
-                     particles.count, origin=origin)  # fmt: skip
+                     particles.count, origin=origin, rigid=rigid)  # fmt: skip
 
 
 def _carry_on(particles: Particles, placed: list[PlacedBody], name: str) -> None:
@@ -267,13 +275,6 @@ def _hold(case: Case, particles: Particles, names: list[str]) -> None:
             particles.tags[held, FLAGS] |= (number + 1) << GROUP_SHIFT
             times, velocities = clamp.motion(case.dim)
             particles["velocity"][held] = Motion(0, np.array(times), np.array(velocities)).velocity(case.begins)
-    for number, name in enumerate(names):
-        if case.bodies[name].rigid is not None:
-            own = particles.body == number
-            if (particles.tags[own, FLAGS] & CLAMPED).any():
-                message = "a clamp holds particles of this rigid body; name other `bodies` in the clamp, or use `fixed`"
-                raise CaseError(message, where=f"bodies.{name}.rigid")
-            particles.tags[own, FLAGS] |= CLAMPED | RIGID_GROUP << GROUP_SHIFT
     set_kernel_types(particles, case, names)
     for number, load in enumerate(case.initial_loads):
         filled_region(particles, load, names, f"initial_loads.{number}")

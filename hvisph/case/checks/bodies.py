@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from hvisph.case.bodies import Body, LinearField, UniformField
+from hvisph.case.bodies import Body, LinearField, UniformField, direction_name
 from hvisph.case.context import Surroundings
 from hvisph.case.model import Path, Problem
 from hvisph.case.shapes import HoneycombShape, RingShape, Shape, shape_problems
@@ -21,6 +21,8 @@ AXES = ("x", "y", "z")
 UNLIKE_SPACINGS = ("eulerian", "riemann")
 # Ratio of spacings and of masses of particles that cause a warning.
 UNLIKE, MOST_UNEQUAL = 1.1, 3.0
+# Layers of particles that a rigid body should have.
+FEWEST_LAYERS = 3
 
 
 def body_problems(case: Surroundings) -> Iterator[Problem]:
@@ -41,33 +43,93 @@ def body_problems(case: Surroundings) -> Iterator[Problem]:
 
 def _rigid(case: Surroundings) -> Iterator[Problem]:
     """Yield the errors of rigid bodies."""
-    rigid = [name for name, body in case.bodies.items() if body.rigid is not None]
-    for name in rigid:
-        body, path = case.bodies[name], ("bodies", name, "rigid")
-        axes = AXES[: 1 if case.kinematics == "axisymmetric" else case.dim]
-        moving = [axis for axis, one in zip(AXES, body.velocity, strict=False) if one != 0.0]
-        if name != rigid[0]:
-            yield Problem(path, f"there is no law for two rigid bodies that meet; make it or '{rigid[0]}' deformable")
-        if body.rigid not in (*axes, "fixed"):
-            yield Problem(path, f"it cannot move along {body.rigid} here; allowed: {', '.join((*axes, 'fixed'))}")
-        elif any(axis != body.rigid for axis in moving):
-            yield Problem(path, f"its velocity has a component along {moving[-1]}, which it cannot keep")
-        if body.initial_velocity or body.internal_energy or body.temperature or body.formulation:
-            what = "a rigid body has no initial_velocity, internal_energy, temperature or formulation; leave them out"
+    rigid = {name: body for name, body in case.bodies.items() if body.rigid is not None}
+    for number, (name, body) in enumerate(rigid.items()):
+        path: Path = ("bodies", name, "rigid")
+        yield from _rigid_motion(case, body, path)
+        yield from _rigid_mass(case, body, path)
+        moving = [other for other in list(rigid)[:number] if not (_is_still(rigid[other]) and _is_still(body))]
+        if moving:
+            yield Problem(path, f"there is no law for two rigid bodies that meet; make it or '{moving[0]}' deformable")
+        fields = all(field.type in ("uniform", "spin") for field in body.initial_velocity)
+        if not fields or body.internal_energy or body.temperature or body.formulation:
+            what = "a rigid body has no internal_energy, temperature, formulation, nor other initial_velocity than spin"
+            yield Problem(path, f"{what} and uniform; leave them out")
+        if case.formulation.type not in ("riemann", "eulerian") or case.kinematics == "plane_stress":
+            what = "rigid bodies need formulation riemann or eulerian, and other kinematics than plane_stress"
             yield Problem(path, what)
-        if case.formulation.type != "riemann" or case.kinematics == "plane_stress":
-            yield Problem(path, "rigid bodies need formulation riemann, and other kinematics than plane_stress")
-        if case.time.integrator != "leapfrog":
-            yield Problem(path, "needs `time.integrator: leapfrog`")
+        elif len(case.bodies) > 1 and case.formulation.contact.type != "frictional":
+            yield Problem(("formulation", "contact"), "bodies meet a rigid one in `frictional` contact alone")
+        if case.time.integrator == "predictor_corrector":
+            yield Problem(path, "needs one force a step; use `time.integrator: leapfrog` or `staggered`")
         if getattr(case, "gravity", None) is not None:
             yield Problem(path, "the balance has no work of gravity on a rigid body; leave one of them out")
-        if any(plane.axis == body.rigid for plane in case.symmetry):
-            yield Problem(path, f"a plane of symmetry across {body.rigid} would meet it; take the plane away")
+
+
+def _is_still(body: Body) -> bool:
+    """Return whether a rigid body never moves."""
+    return body.rigid is not None and body.rigid.move.fixed and not body.rigid.velocity
+
+
+def _rigid_motion(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+    """Yield the errors of the motion of a rigid body."""
+    assert body.rigid is not None
+    rigid, move, revolved = body.rigid, body.rigid.move, case.kinematics == "axisymmetric"
+    axes = AXES[: 1 if revolved else case.dim]
+    if sum((move.fixed, move.along is not None, move.about is not None, bool(rigid.velocity))) > 1:
+        yield Problem(path, "give one of fixed, along, about and velocity, not several")
+    for key, axis in (("along", move.along), ("about", move.about)):
+        if axis is not None and not any(axis):
+            yield Problem((*path, "move", key), "a direction must not be all zero")
+    if move.along is not None and any(move.along[len(axes) :]):
+        given = direction_name(move.along)
+        yield Problem((*path, "move"), f"it cannot move along {given} here; allowed: {', '.join(axes)}")
+    if move.about is not None and (revolved or case.dim == 1 or (case.dim == 2 and any(move.about[:2]))):
+        yield Problem((*path, "move"), "it cannot turn about this axis here; allowed: z in 2D, any in 3D")
+    if rigid.velocity:
+        times = [time for time, _ in rigid.velocity]
+        if any(later < sooner for sooner, later in pairwise(times)):
+            yield Problem((*path, "velocity"), "its times must not fall; put the rows in order")
+        if rigid.along not in axes:
+            yield Problem((*path, "along"), f"it cannot move along {rigid.along} here; allowed: {', '.join(axes)}")
+        if any(body.velocity) or body.initial_velocity:
+            yield Problem(path, "its velocity is given twice; leave `velocity` and `initial_velocity` of the body out")
+    kept = body.velocity
+    if move.along is not None and any(body.velocity) and any(move.along):
+        along = [*body.velocity, 0.0, 0.0][:3]
+        share = sum(a * b for a, b in zip(along, move.along, strict=True)) / sum(a * a for a in move.along)
+        kept = tuple(a - share * b for a, b in zip(body.velocity, move.along, strict=False))
+        kept = tuple(one if abs(one) > 1e-9 * max(map(abs, body.velocity)) else 0.0 for one in kept)
+    elif revolved and not (move.fixed or move.about):
+        kept = (0.0, *body.velocity[1:])
+    elif not (move.fixed or move.about):
+        kept = ()
+    lost = [axis for axis, one in zip(AXES, kept, strict=False) if one != 0.0]
+    if lost:
+        yield Problem(path, f"its velocity has a component along {lost[-1]}, which it cannot keep")
+
+
+def _rigid_mass(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+    """Yield the errors of mass and inertia of a rigid body."""
+    assert body.rigid is not None
+    moments, needed = body.rigid.inertia, {1: 0, 2: 1, 3: 3}[1 if case.kinematics == "axisymmetric" else case.dim]
+    if moments and len(moments) != needed:
+        yield Problem((*path, "inertia"), f"has {len(moments)} moments, needs {needed} here")
+    elif len(moments) == 3 and 2.0 * max(moments) > sum(moments) * (1.0 + 1e-12):
+        what = "no body has a moment of inertia above the sum of the two others"
+        yield Problem((*path, "inertia"), f"{what}; correct the largest, {max(moments):g}")
 
 
 def spacing_warnings(case: Surroundings) -> Iterator[str]:
-    """Yield warnings about adjacent bodies with different spacings or particle masses."""
+    """Yield warnings about thin rigid bodies, and adjacent ones with different spacings or particle masses."""
     bodies = list(case.bodies.items())
+    for name, body in bodies:
+        layers = body.shape.thickness() / body.spacing(case)
+        if body.rigid is not None and layers < FEWEST_LAYERS:
+            yield recommend(
+                f"bodies.{name}: a rigid body of {layers:.2g} layers; kernels see through fewer than {FEWEST_LAYERS}",
+                f"bodies.{name}.resolution={body.shape.thickness() / FEWEST_LAYERS:.3g}",
+            )
     for (one, first), (other, second) in pairwise(bodies):
         spacings = [body.spacing(case) for body in (first, second)]
         ratio = max(spacings) / min(spacings)

@@ -161,9 +161,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
         weight = ", bodies under their weight" if case.overburden else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
     facts += [
-        ("rigid body", f"{name}, fixed" if body.rigid == "fixed" else f"{name}, moves along {body.rigid}")
-        for name, body in case.bodies.items()
-        if body.rigid is not None
+        ("rigid body", f"{name}, {body.rigid.words}") for name, body in case.bodies.items() if body.rigid is not None
     ]
     facts += [("moving clamp", text) for text in moving_clamps(case)]
     if case.start is None:

@@ -22,7 +22,9 @@ The adjoint variant (ADJOINT) has the corrected operator of the velocity gradien
 of stress in u*, as far as the lattice is in order (`sph.terms.adjoint_operator`).
 
 Different bodies slide and separate with SEPARATING (`sph.contact.contact_normal`, `sph.contact.riemann_contact`, and
-`sph.contact.variable_resolution` for unequal spacings). Between bodies the number density counts 2 (u* - u_a) for
+`sph.contact.variable_resolution` for unequal spacings). With RIGID some are rigid (`integrators.rigid_body`): they have
+no pairs among themselves, all heat of a contact is that of the other side, and, with TURNS, their velocity is that at
+the place of the other side, where their force acts, too. Between bodies the number density counts 2 (u* - u_a) for
 u_b - u_a, so that a gas or a softer body does not strain a wall. Axisymmetric particles add the terms of
 `sph.terms.axisymmetric`; with the density correction each neighbour is weighted by the ratio of the section areas at
 rest, m/(2 pi r rho_0), each over its h^2, limited to half of the present one. In the original variant their velocity
@@ -40,6 +42,7 @@ from hvisph.compiler.tensors import (
     add,
     add_radial,
     axial,
+    axial_cross,
     broadcast,
     divergence,
     dot,
@@ -82,7 +85,7 @@ from hvisph.compiler.vector.api import (
     lane_sum,
     neighbours,
 )
-from hvisph.sph.contact.contact_normal import is_other_body
+from hvisph.sph.contact.contact_normal import is_other_body, is_rigid
 from hvisph.sph.contact.riemann_contact import compressive_contact, contact_geometry, coulomb_slip
 from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
 from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mirror_weight
@@ -106,6 +109,7 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
 AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = ADJOINT = 0
+RIGID = TURNS = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
 FILLER_VOLUME = 1e-12
@@ -124,6 +128,7 @@ def accumulate(near, n, rows, i, constants, out):
         n_other, n_surface = own_vector(rows, i, N_OTHER, DIM), own_vector(rows, i, N_SURFACE, DIM)
     if FRACTURES:
         crack = own_vector(rows, i, CRACK, DIM)
+    own_rigid = is_rigid(rows[i, BODY]) if RIGID else 0.0
     force, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
@@ -143,6 +148,13 @@ def accumulate(near, n, rows, i, constants, out):
             za = np.sqrt(dot(symmetric_dot(own_symmetric(rows, i, Z_SQUARED, DIM), e), e))
             zb = np.sqrt(dot(symmetric_dot(symmetric(b, Z_SQUARED, DIM), e), e))
         jump, lever = subtract(vector(b, U, DIM), u), dx
+        its_rigid, heated = 0.0, 1.0
+        if RIGID:
+            its_rigid = is_rigid(b[BODY])
+            g, heated = g * (1.0 - own_rigid * its_rigid), 1.0 + its_rigid - own_rigid
+            if TURNS:
+                turn = add(own_axial(rows, i, TURN_RATE, DIM), axial(b, TURN_RATE, DIM))
+                jump = subtract(jump, axial_cross(turn, dx))
         du_n = dot(jump, e)
         approach, half, weight, other, gate = -du_n, broadcast_lanes(0.5), broadcast_lanes(1.0), zero, zero
         in_contact = False
@@ -238,12 +250,13 @@ def accumulate(near, n, rows, i, constants, out):
             power += (0.25 * elastic) * energy_area * dot(subtract(own_traction, its_traction), jump)
         if in_contact:
             t_n, us_n, separation = compressive_contact(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
-            power += energy_area * (t_n * separation)
+            power += (heated * energy_area) * (t_n * separation)
             if DIM > 1:
                 t_t, us_t, heat = coulomb_slip(
                     t_t, us_t, du_t, ta_t, dt_t, (zt, zn), (b[ZT], b[ZN]), constants[1], t_n, other
                 )
-                power, slip = power + energy_area * heat, slip + energy_area * heat
+                rubbed = heated * energy_area * heat
+                power, slip = power + rubbed, slip + rubbed
             if ANGULAR_MOMENTUM:
                 contact_moment = add(contact_moment, symmetric_outer(lever, multiply(other * weight * area, e)))
         us, ts = multiply(us_n, e), multiply(t_n, e)
@@ -251,8 +264,9 @@ def accumulate(near, n, rows, i, constants, out):
             us, ts = add(us, tangential_vector(us_t, e)), add(ts, tangential_vector(t_t, e))
 
         # Force and power.
-        if ANGULAR_MOMENTUM:
-            pair_torque = add(pair_torque, multiply(area, torque(dx, ts)))
+        if ANGULAR_MOMENTUM or TURNS:  # a rigid body takes all of it, at the place of the other side
+            taken = 1.0 - its_rigid - (3.0 - its_rigid) * own_rigid if TURNS else 1.0
+            pair_torque = add(pair_torque, multiply(taken * area, torque(dx, multiply(pulled, ts) if ADJOINT else ts)))
         power += energy_area * dot(ts, us)
         if ADJOINT:
             ts = multiply(pulled, ts)
@@ -270,7 +284,7 @@ def accumulate(near, n, rows, i, constants, out):
             ts, image_power, dashpot_power = axisymmetric_traction(
                 ts, area, e, u, jump, left, zt, b[ZT], other, mean, real
             )
-            power -= image_power
+            power -= heated * image_power
             power += dashpot_power
         force = add(force, multiply(area, ts))
 
@@ -331,11 +345,13 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         force, work = add_radial(force, hoop), work - hoop * radial_u
         out[i, R_HOOP] = radial_u * hoop_rate
     write_rates(out, i, multiply(inverse_density, force), inverse_density * work, closing, gradient_u)
-    if ANGULAR_MOMENTUM:
+    if ANGULAR_MOMENTUM or TURNS:
         pair_torque, contact_moment = torques
         residual = multiply(-0.5, pair_torque)
-        if not CONTACT_ONLY:
-            residual = torque_residual(residual, moment, contact_moment, own_axial(rows, i, SPIN_STRESS, DIM))
+        if ANGULAR_MOMENTUM and not CONTACT_ONLY:
+            kept = torque_residual(residual, moment, contact_moment, own_axial(rows, i, SPIN_STRESS, DIM))
+            own_rigid = is_rigid(rows[i, BODY]) if TURNS else 0.0
+            residual = add(multiply(own_rigid, residual), multiply(1.0 - own_rigid, kept)) if TURNS else kept
         put(out, i, R_SPIN, multiply(inverse_density, residual))
     if SEPARATING:
         out[i, R_SLIP] = inverse_density * slip

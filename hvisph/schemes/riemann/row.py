@@ -51,7 +51,8 @@ READ_BY_PAIRS = ("gu", "gt", "crack", "stage_t", "operator", "elastic")
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
                following: bool = False, revolved: bool = False, unlike: bool = False,
                faces: bool = False, spins: bool = False, leads: bool = False,
-               anisotropic: bool = False, fractures: bool = False, adjoint: bool = False) -> RowLayout:  # fmt: skip
+               anisotropic: bool = False, fractures: bool = False, adjoint: bool = False,
+               turns: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
     TENSION_LIMIT and SHEAR_LIMIT are the tractions it bears, ENERGY its energy, LATTICE_ORDER o, SPIN_STRESS w,
@@ -62,13 +63,15 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
     particles, Z_SQUARED the squares of the impedances by direction, CORRECTION_DECAY and DENSITY_RELAXATION at what
     rates lead and density go, SOFT the damage past the onset of fracture, CRACK where it lies (`sph.terms.crack`).
     GU_BEFORE is GU of the evaluation before, AHEAD_TWICE twice the time of the stage, STAGE_T the stress extrapolated
-    to it, OPERATOR K, and ELASTIC the share with which K holds (`sph.terms.adjoint_operator`).
+    to it, OPERATOR K, and ELASTIC the share with which K holds (`sph.terms.adjoint_operator`). TURN_RATE is the angular
+    velocity of a rigid body, zero of others.
     """
     return RowLayout(dim, select_fields(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
         parted and ("body", "scalar"), faces and ("n_previous", "vector"), ("zn", "scalar"), ("zt", "scalar"),
         anisotropic and ("z_squared", "symmetric"),
         consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
+        turns and ("turn_rate", "axial"),
         consistent and ("energy", "scalar"), consistent and ("lattice_order", "scalar"), revolved and ("ring",
         "radius"), revolved and leads and ("rest_area", "scalar"),
  fractures and ("soft", "scalar"),

@@ -69,6 +69,8 @@ class Riemann:
     adjoint
         Whether force and power have the corrected operator of the velocity gradient, and the dissipation of solids
         that have not yielded that of velocities alone (`sph.terms.adjoint_operator`).
+    rigid, turns
+        Whether some bodies are rigid, and whether these turn.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -87,6 +89,8 @@ class Riemann:
     anisotropic: bool = False
     fractures: bool = False
     adjoint: bool = False
+    rigid: bool = False
+    turns: bool = False
 
     name = "riemann"
     corrects = repels = False
@@ -130,7 +134,7 @@ class Riemann:
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
                                   self.meets_unlike, self.face_contact, self.spins, self.leads,
-                                  self.anisotropic, self.fractures, self.adjoint)  # fmt: skip
+                                  self.anisotropic, self.fractures, self.adjoint, self.turns)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
@@ -148,10 +152,10 @@ class Riemann:
             "share": self.reconstruction.share,
             "TENSION_STABILIZED": int(self.consistent and self.held), "GRAD_H": int(self.follows),
             "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM": int(self.spins), "DENSITY_CORRECTION":
-            int(self.leads), "ANISOTROPIC": int(self.anisotropic),
+            int(self.leads), "ANISOTROPIC": int(self.anisotropic), "RIGID": int(self.rigid), "TURNS": int(self.turns),
         }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
         slips=self.parted,
-            rings=self.revolved, spins=self.spins,
+            rings=self.revolved, spins=self.spins or self.turns,
             adjoint=self.adjoint, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
         if not (self.reconstruction.acts or self.parted or self.fractures):
             return [flux]

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hvisph.compiler.jit import CompiledFunction, bind
+from hvisph.compiler.jit import CompiledFunction, Options, bind
 from hvisph.compiler.parallel_for import particle_loop
 from hvisph.compiler.tensors import SIZE
 from hvisph.compiler.vector.rows import fetch_row
@@ -48,17 +48,21 @@ class SeparatingContact:
 
     def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
                  planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False,
-                 h_over_dx: float = 1.4, spins: bool = False):  # fmt: skip
-        dim = positions.shape[1]
-        layout = riemann_row.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
+                 h_over_dx: float = 1.4, spins: bool = False, rigid: Options | None = None):  # fmt: skip
+        dim, rigid = positions.shape[1], rigid or {}
+        turns = bool(rigid.get("TURNS", 0))
+        layout = riemann_row.row_layout(
+            dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike, turns=turns
+        )
         ways = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unlike)}
         seen = riemann_row.pair_layout(layout)
         passes = [
             Pass(riemann_row.gradients, seen, ways, (contact_normal.is_other_body,), into_rows=True),
             *riemann_row.contact_passes(layout, kernel, unlike),
-            Pass(riemann.accumulate, seen, ways | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1,
-                                                   "AXISYMMETRIC": int(revolved), "ANGULAR_MOMENTUM": int(spins)},
-                 riemann.PARTS, slips=True, rings=revolved, spins=spins),
+            Pass(riemann.accumulate, seen,
+                 ways | rigid | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1, "AXISYMMETRIC": int(revolved),
+                                 "ANGULAR_MOMENTUM": int(spins)},
+                 riemann.PARTS, slips=True, rings=revolved, spins=spins or turns),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
@@ -66,7 +70,8 @@ class SeparatingContact:
         self._seen: Halo | None = None
         self._packed = np.zeros((0, layout.used_width))  # nothing writes what passes make, which stays zero
         self.renumber(bodies)
-        self._spins = SIZE["axial"][dim - 1] if spins else 0
+        self._spins = SIZE["axial"][dim - 1] if spins or turns else 0
+        self._clears = turns and not spins  # the standard law writes no rate of spin
         self._bound: tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
@@ -94,6 +99,8 @@ class SeparatingContact:
     def add(self, standard: Pairs, h: float) -> None:
         """Add the contact rates to those of the `standard` law; `h` is the largest smoothing length [m]."""
         rows, numbers, rates = standard.rows, standard.numbers, standard.rates
+        if self._clears:
+            rates[:, sums_of_pairs.slots(self._pairs.layout.dim)["R_SPIN"] :] = 0.0
         meeting, beside = self._select(rows, numbers, self._pairs.kernel.reach * h)
         chosen = np.concatenate([meeting, beside])
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
@@ -113,8 +120,7 @@ class SeparatingContact:
         """Return the passes that pack and add, and the common slots of both laws."""
         to, dim = self._pairs.slots, self._pairs.layout.dim
         widths = {"X": dim, "U": dim, "T": self._stress, "H": 1, "ZN": 1, "ZT": 1, "BODY": 1}
-        if "RING" in to:
-            widths["RING"] = 1
+        widths |= {name: width for name, width in (("RING", 1), ("TURN_RATE", self._spins)) if name in to}
         same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
         named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
         pack = particle_loop(bind(contact_rows, named, to))

@@ -67,6 +67,9 @@ class Eulerian:
     shears: bool = False  # whether particles in shear flow take a share of the linear viscosity
     # whether pairs take back the angular momentum that they make; not of rings, with a correction, nor in 1D
     spins: bool = False
+    # whether some bodies are rigid, and whether these turn
+    rigid: bool = False
+    turns: bool = False
 
     name = "eulerian"
     repels = False
@@ -115,7 +118,8 @@ class Eulerian:
         if not self.parted:
             return NoContact()
         return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
-                                 self.revolved, self.unlike, self.h_over_dx, self.spins)  # fmt: skip
+                                 self.revolved, self.unlike, self.h_over_dx, self.spins,
+                                 {"RIGID": int(self.rigid), "TURNS": int(self.turns)})  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""
@@ -138,7 +142,7 @@ class Eulerian:
         if not self.correction.acts:
             ways |= apart
             return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted,
-                         rings=self.revolved, spins=self.spins, skips=True)]  # fmt: skip
+                         rings=self.revolved, spins=self.spins or self.turns, skips=True)]  # fmt: skip
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
@@ -152,6 +156,7 @@ class Eulerian:
                 ways | apart,
                 density_rate=self.density_rate,
                 slips=self.parted,
+                spins=self.turns,
             ),
         ]
 
@@ -168,6 +173,8 @@ class Eulerian:
             more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
         if self.spins:
             more = (*more, ("spin_stress", "axial"))
+        if self.turns:
+            more = (*more, ("turn_rate", "axial"))
         if self.revolved:
             more = (*more, ("ring", "radius"), ("hoop", "scalar"))
         return standard.row_layout(dim, self.artificial_stress.acts, more)

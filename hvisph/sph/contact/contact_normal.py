@@ -46,10 +46,18 @@ from hvisph.sph.terms.limiters import TINY
 OPEN, CLOSED = 0.93, 0.94
 # Below this cosine between line of centres and normal the bodies are mixed up.
 NORMAL_COSINE_MIN = 0.1
+# Number that particles of rigid bodies show for that of their body; others have none below zero.
+RIGID = -1.0
 # Option of `of_other`, off unless bound: faces of one body that look at each other.
 SELF_CONTACT = 0
 # Least cosine of what lies in front of a face.
 FACING_COSINE = 0.5
+
+
+@inline
+def is_rigid(body):
+    """Return 1 for the number `body` of rigid bodies, else 0."""
+    return max(np.copysign(1.0, -0.5 - body), 0.0)
 
 
 def is_other_body(rows, i, b, dx):

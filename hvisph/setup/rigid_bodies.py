@@ -1,0 +1,139 @@
+"""Rigid bodies of a case: material, mass and freedom at the start."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hvisph.compiler.exact_sum import exact_sum
+from hvisph.core.errors import CaseError
+from hvisph.core.particles import CLAMPED, FLAGS, Particles
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
+from hvisph.integrators.rigid_body import MassProperties, RigidMotion, in_space, mass_properties
+from hvisph.materials.eos import Linear
+from hvisph.materials.material_table import Material
+from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
+
+from .bodies import PlacedBody
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Rigid
+    from hvisph.case.case import Case
+
+# Impedance of a struck material over that at rest: shocks of 3 km/s in metals.
+STRUCK = 2.0
+
+
+def rigid_material(body: PlacedBody, material: Material) -> Material:
+    """Return the material of a body's particles: of a rigid one without strength, its density that of its mass."""
+    rigid = body.model.rigid
+    if rigid is None:
+        return material
+    density = material.density_at_rest
+    if rigid.mass is not None:  # of the whole body, of which planes of symmetry may keep a part
+        density = rigid.mass / float(body.filling.volumes.sum())
+    return Material(material.name, density, Linear(material.density * material.bulk_sound_speed**2))
+
+
+def rigid_motions(case: Case, particles: Particles, placed: list[PlacedBody], materials: list[Material],
+                  planes: tuple[Plane, ...]) -> tuple[RigidMotion, ...]:  # fmt: skip
+    """Return the motions of the rigid bodies, whose particles are marked here.
+
+    Raises
+    ------
+    CaseError
+        Where a clamp holds a part of one, or a plane of symmetry stands in its way.
+    """
+    motions: list[RigidMotion] = []
+    deformable = [material for body, material in zip(placed, materials, strict=True) if body.model.rigid is None]
+    impedance = STRUCK * max([one.density * one.longitudinal_sound_speed for one in deformable] or [0.0])
+    for number, body in enumerate(placed):
+        rigid, own = body.model.rigid, particles.body == number
+        if rigid is None:
+            continue
+        where = f"bodies.{body.name}.rigid"
+        if (particles.tags[own, FLAGS] & CLAMPED).any():
+            message = "a clamp holds particles of this rigid body; name other `bodies` in the clamp, or use `fixed`"
+            raise CaseError(message, where=where)
+        group = RIGID_GROUP + len(motions)
+        particles.tags[own, FLAGS] |= CLAMPED | group << GROUP_SHIFT
+        motions.append(_motion(case, particles, body, own, group, planes, impedance, where))
+    return tuple(motions)
+
+
+def _motion(case: Case, particles: Particles, body: PlacedBody, own: np.ndarray, group: int,
+            planes: tuple[Plane, ...], impedance: float, where: str) -> RigidMotion:  # fmt: skip
+    rigid: Rigid = body.model.rigid
+    mass, x, u = particles["mass"][own], particles["position"][own], in_space(particles["velocity"][own])
+    found = mass_properties(mass, x, body.breadth, exact_sum)
+    if rigid.inertia:
+        share = float(body.volumes.sum() / body.filling.volumes.sum())
+        given = np.diag([*([0.0, 0.0] if case.dim == 2 else []), *rigid.inertia]) * share
+        found = MassProperties(found.mass, found.centre, given, found.of_points)
+    moves, turns, axis = _freedom(rigid, particles)
+    for plane in planes:
+        if plane == AXIS:
+            continue
+        across = np.eye(3)[plane.axis]
+        if (moves @ across).any() and not _cut(body, plane):
+            what = f"the plane of symmetry across {'xyz'[plane.axis]} does not cut this body, and is no wall for it"
+            raise CaseError(f"{what}; let it move in another way, or make it or the wall deformable", where=where)
+        moves = moves - np.outer(across, across @ moves) if (moves @ across).any() else moves
+        turns = turns and (axis is None or bool(abs(axis @ across) == 1.0))
+        axis = across if turns and axis is None and particles.dim == 3 else axis
+        turns = turns and particles.dim == 3
+    r = in_space(x) - found.centre
+    velocity = moves @ np.array([exact_sum(mass * one) / found.mass for one in u.T])
+    rate = _rate_of(body, axis) if turns else np.zeros(3)
+    table = None
+    if rigid.velocity:
+        axis_of = "xyz".index(rigid.along)
+        rows = [[value if k == axis_of else 0.0 for k in range(particles.dim)] for _, value in rigid.velocity]
+        table = Motion(group, np.array([time for time, _ in rigid.velocity]), np.array(rows))
+        velocity = in_space(table.velocity(case.begins)[None])[0]
+        particles["velocity"][own] = table.velocity(case.begins)
+    radius = float(np.sqrt((r * r).sum(axis=1).max()))
+    return RigidMotion(body.name, group, found, moves, turns, axis, velocity, rate, radius,
+                       float(body.spacing.min()), impedance, table)  # fmt: skip
+
+
+def _freedom(rigid: Rigid, particles: Particles) -> tuple[np.ndarray, bool, np.ndarray | None]:
+    """Return the projection on directions of motion (3, 3), whether a body turns, and its only axis (3,), if any."""
+    dim, move, revolved = particles.dim, rigid.move, particles.kinematics.revolved
+    space = np.diag([float(k < (1 if revolved else dim)) for k in range(3)])
+    if move.fixed or rigid.velocity:
+        return np.zeros((3, 3)), False, None
+    if move.along is not None:
+        along = np.array(move.along) / np.linalg.norm(move.along)
+        return np.outer(along, along), False, None
+    if move.about is not None:
+        return np.zeros((3, 3)), True, np.array(move.about) / np.linalg.norm(move.about)
+    return space, dim > 1 and not revolved, np.array([0.0, 0.0, 1.0]) if dim == 2 else None
+
+
+def _rate_of(body: PlacedBody, axis: np.ndarray | None) -> np.ndarray:
+    """Return the angular velocity at the start (3,) [rad/s]: that of the fields of its velocity."""
+    rate = np.zeros(3)
+    for field in body.model.initial_velocity:
+        if field.type == "spin":
+            direction = np.array([0.0, 0.0, 1.0] if body.positions.shape[1] == 2 else field.axis)
+            rate += field.rate * direction / np.linalg.norm(direction)
+    return rate if axis is None else axis * float(axis @ rate)
+
+
+def _cut(body: PlacedBody, plane: Plane) -> bool:
+    """Return whether a plane of symmetry cuts the body: it stands within a spacing of its particles."""
+    return bool(np.abs(body.positions[:, plane.axis] - plane.at).min() < float(body.spacing.max()))
+
+
+def rigid_notes(motions: tuple[RigidMotion, ...], unit: str) -> tuple[str, ...]:
+    """Return mass, centre and moments of inertia about x, y, z of each rigid body, or its kept part, in words."""
+    notes = []
+    for motion in motions:
+        axes = slice(2, 3) if motion.axis is not None and motion.axis[2] == 1.0 else slice(0, 3)
+        moments = ", ".join(f"{one:.6g}" for one in np.diag(motion.mass.inertia)[axes])
+        centre = ", ".join(f"{one:.6g}" for one in motion.mass.centre)
+        about = f", moments of inertia {moments}" if motion.turns else ""
+        notes.append(f"{motion.name}: rigid, mass {motion.mass.mass:.6g}{unit}, centre {centre}{about}")
+    return tuple(notes)
