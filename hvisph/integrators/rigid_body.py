@@ -86,7 +86,7 @@ def quaternion(axes: np.ndarray) -> np.ndarray:
     return q / np.sqrt((q * q).sum())
 
 
-def turned(q: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
+def turn_about(q: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
     """Return the quaternion `q` (4,), turned before by `angle` about `axis` (3,) in the body, of length 1."""
     w, v = np.cos(0.5 * angle), np.sin(0.5 * angle) * axis
     after = np.array([q[0] * w - q[1] * v[0] - q[2] * v[1] - q[3] * v[2],
@@ -109,7 +109,7 @@ def flow(q: np.ndarray, spin: np.ndarray, inertia: np.ndarray, time: float) -> n
     own = spin @ rotation(q)
     for k, share in SPLITTING:
         angle = share * time * own[k] / inertia[k]
-        q = turned(q, np.eye(3)[k], angle)
+        q = turn_about(q, np.eye(3)[k], angle)
         i, j, c, s = (k + 1) % 3, (k + 2) % 3, np.cos(angle), np.sin(angle)
         own[i], own[j] = c * own[i] + s * own[j], c * own[j] - s * own[i]
     return q
@@ -210,7 +210,7 @@ class RigidMotion:
         if not self.turns or time == 0.0:
             return q
         if self.axis is not None:
-            return turned(q, self.axis, time * float(self.axis @ spin) / self.inertia[0])
+            return turn_about(q, self.axis, time * float(self.axis @ spin) / self.inertia[0])
         return flow(q, spin, self.inertia, time)
 
     def _energy(self, q: np.ndarray) -> float:
