@@ -64,7 +64,8 @@ def rigid_motions(case: Case, particles: Particles, placed: list[PlacedBody], ma
 
 def _motion(case: Case, particles: Particles, body: PlacedBody, own: np.ndarray, group: int,
             planes: tuple[Plane, ...], impedance: float, where: str) -> RigidMotion:  # fmt: skip
-    rigid: Rigid = body.model.rigid
+    rigid = body.model.rigid
+    assert rigid is not None
     mass, x, u = particles["mass"][own], particles["position"][own], in_space(particles["velocity"][own])
     found = mass_properties(mass, x, body.breadth, exact_sum)
     if rigid.inertia:
