@@ -392,3 +392,10 @@ def test_every_recommendation_can_be_typed_and_silences_its_warning():
                 assert not any(one[:60] == text[:60] for one in after), (name, text, settings)
                 typed += 1
     assert typed >= 30
+
+
+@pytest.mark.parametrize(("target", "known"), [("aluminium-7075-t6", True), ("granite", False), ("ice", False),
+                                               ("steel-4340", False), ("glass-soda-lime", False)])  # fmt: skip
+def test_a_record_is_of_materials_of_its_class(target, known):
+    case = load_case("validation/crater/case", [f"bodies.target.material={target}"])
+    assert bool(experience(case, regime(case))) == known

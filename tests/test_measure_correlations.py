@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+import yaml
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
@@ -20,7 +21,7 @@ from hvisph.measures.correlations import (
     recht_ipson,
     rock_crater_diameter,
 )
-from hvisph.precheck.correlation_input import impact_of
+from hvisph.precheck.correlation_input import correlations_of, impact_of
 
 MM = 1e-3
 SIX = ALLOYS["aluminium-6061"]
@@ -297,3 +298,40 @@ time: {end: 1 us}
     impact, _ = impact_of(load_case(tmp_path / "case.yaml", settings))
     assert [one.gap for one in impact.walls] == pytest.approx([0.0, 0.1])
     assert "Christiansen, Whipple" in {one.name for one in correlations(impact)}
+
+
+def _driven(bodies, kinematics="axisymmetric", **further):
+    case = {"kinematics": kinematics, "resolution": "0.5 mm", "bodies": bodies, "time": {"end": "1 us"}, **further}
+    return {one.quantity: one.value for one in correlations_of(load_case(case))[0]}
+
+
+def test_driven_plates_and_tubes_by_gurney():
+    """By hand from the masses: 3 mm of copper on 20 mm of TNT, a tube, both faces covered, a rigid wall behind."""
+    interval = "{type: interval, length: %s}"
+
+    def slab(**further):
+        charge = {"material": "tnt", "shape": yaml.safe_load(interval % "20 mm"), "position": ["-10 mm"]}
+        plate = {"material": "copper-ofhc", "shape": yaml.safe_load(interval % "3 mm"), "position": ["1.5 mm"]}
+        return {"charge": charge, "plate": plate, **further}
+
+    metal = 3 * 8930 / (20 * 1630)
+    ratio = 1 + 2 * metal
+    expected = 2370 / math.sqrt((1 + ratio**3) / (6 * (1 + metal)) + metal)
+    found = _driven(slab(), "uniaxial_strain")
+    assert found == {"final velocity of plate": pytest.approx(expected, rel=2e-3)}
+    behind = {"material": "copper-ofhc", "shape": yaml.safe_load(interval % "3 mm"), "position": ["-21.5 mm"]}
+    both = _driven(slab(behind=behind), "uniaxial_strain")
+    symmetric = 2370 / math.sqrt(2 * metal + 1 / 3)
+    assert both == {f"final velocity of {name}": pytest.approx(symmetric, rel=2e-3) for name in ("plate", "behind")}
+    held = _driven(slab(), "uniaxial_strain", symmetry=[{"axis": "x", "at": "-20 mm"}])
+    assert held["final velocity of plate"] == pytest.approx(2370 / math.sqrt(metal + 1 / 3), rel=2e-3)
+    tube = {
+        "charge": {"material": "composition-b", "shape": {"type": "cylinder", "diameter": "20 mm", "length": "60 mm"},
+                   "position": ["30 mm", 0]},
+        "wall": {"material": "copper-ofhc", "shape": {"type": "tube", "outer_diameter": "25 mm",
+                 "inner_diameter": "20 mm", "length": "60 mm"}, "position": ["30 mm", 0]},
+    }  # fmt: skip
+    shell = 2700 / math.sqrt((25**2 - 20**2) * 8930 / (20**2 * 1717) + 0.5)
+    assert _driven(tube) == {"final velocity of wall": pytest.approx(shell, rel=2e-3)}
+    tube["wall"]["shape"]["inner_diameter"] = "21 mm"  # a gap
+    assert _driven(tube) == {}

@@ -1,6 +1,7 @@
 """What is installed, and what the front door says: the wheel's content, README's commands and links."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -101,17 +102,24 @@ def test_the_wheel_holds_cases_schemas_and_library(wheel):
     assert not [name for name in names if name.startswith(("tests/", "benchmarks/"))]
 
 
-def test_an_installed_package_finds_its_cases(wheel, tmp_path):
+def test_an_installed_package_runs_the_quickstart(wheel, tmp_path):
+    """Without the repository: the first command of the README ends in a report on one screen, without a warning."""
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "installed")
-    code = (
-        "import sys; sys.path.insert(0, 'installed'); import hvisph; assert 'installed' in hvisph.__file__; "
-        "print(hvisph.load_case('al_al').title)"
-    )
-    found = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True, env={}
-    )
-    assert "Aluminium cylinder" in found.stdout
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "installed")}
+
+    def python(*arguments):
+        command = [sys.executable, *arguments]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True, env=environment)
+
+    assert str(tmp_path) in python("-c", "import hvisph; print(hvisph.__file__)").stdout
+    found = python("-m", "hvisph", "run", "quickstart")
+    assert found.stderr == ""
+    lines = found.stdout.splitlines()
+    end = [line for line in lines if line.strip() and not line.lstrip()[:1].isdigit()]  # progress begins with a share
+    assert len(end) <= 25
+    assert "warning" not in found.stdout
+    assert (tmp_path / "runs/quickstart/report.html").is_file()
 
 
 def test_bundled_data_is_found_in_the_source_tree():

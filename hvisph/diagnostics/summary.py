@@ -19,11 +19,10 @@ from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import MELT_TEMPERATURE
 from hvisph.materials.validity_limits import outside_range, range_of
 from hvisph.measures.compare import compare_expected
-from hvisph.measures.correlations import correlations
 from hvisph.measures.measure import measure_in_time, undefined_measures
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
-from hvisph.precheck.correlation_input import impact_of
+from hvisph.precheck.correlation_input import correlations_of
 from hvisph.precheck.hugoniot_check import compare_peak_pressure
 from hvisph.setup.materials import material_of
 
@@ -138,7 +137,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
             if name in plain
         },
         "remarks": [*_remarks(case, whole, start, now, snapshots), *(() if restores else apart)],
-        "correlations": _correlations(case),
+        "correlations": [one.as_dict() for one in correlations_of(case)[0]],
         "energies": {
             name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
         },
@@ -177,8 +176,3 @@ def _holds(body: Body, unitless: bool) -> Holds:
     knows_none = damage.type in ("none", "johnson_cook", "cockcroft_latham") and limited == [None, None]
     bears = holds.tension if knows_none else None
     return Holds(partial(outside_range, material), holds.describe(unitless), bears)
-
-
-def _correlations(case: Case) -> list[Plain]:
-    impact, _ = impact_of(case)
-    return [] if impact is None else [one.as_dict() for one in correlations(impact)]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from hvisph.core.measure_catalogue import HEADLINES, PER_DEPTH, NumberFormat, format_of
 from hvisph.core.text import Plain, PlainMapping
 
+from .gurney import DRIVEN
 from .result import Result
 
 # Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
@@ -86,7 +87,11 @@ def _row(name: str, result: Result, entry: PlainMapping | None, unitless: bool) 
 
 
 def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, str, str, str]]:
-    """Return name, mass, velocity and kinetic energy of every body of a summary as text."""
+    """Return name, mass, velocity and kinetic energy of every body of a summary as text.
+
+    Beside the velocity of a body that an explosive drives is that of Gurney's energy balance.
+    """
+    known = {one["quantity"].removeprefix(DRIVEN): one["value"] for one in plain.get("correlations") or []}
     table = []
     for name, body in (plain.get("bodies") or {}).items():
         space = 3 if plain["whole"]["kind"] == "revolution" else len(body["velocity"])
@@ -97,7 +102,9 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
         energy = body["kinetic_energy"]
         parts = ", ".join(f"{one + 0.0:.4g}" for one in body["velocity"])
         velocity = f"({parts})" if len(body["velocity"]) > 1 else parts
-        table.append((name, quantity(body["mass"], "g"), f"{velocity}{'' if unitless else ' m/s'}",
+        velocity += "" if unitless else " m/s"
+        velocity += f", Gurney {known[name]:.4g} m/s" if name in known else ""
+        table.append((name, quantity(body["mass"], "g"), velocity,
                       quantity(energy, "kJ" if energy >= KILO else "J")))  # fmt: skip
     return table
 

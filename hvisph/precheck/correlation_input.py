@@ -1,8 +1,9 @@
-"""From a case to the impact that correlations are about: a sphere on plates or on a thick layer."""
+"""Correlations of a case: a sphere on plates or on a thick layer, and metal driven by an explosive."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -10,13 +11,86 @@ import numpy as np
 
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
-from hvisph.measures.correlations import GROUNDS, Impact, Wall, alloy_of
+from hvisph.measures.correlations import GROUNDS, Correlation, Impact, Wall, alloy_of, correlations
+from hvisph.measures.gurney import GURNEY_VELOCITY, HEAVIEST, LIGHTEST, driven, plate_velocity, shell_velocity
 
-from .impact_pair import body_boxes, impact_pair
+from .impact_pair import TOUCHING, body_boxes, impact_pair
 
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body
     from hvisph.case.case import Case
+
+
+WIDE = 4.0  # width of a slab of explosive over its thickness, above which little is lost at its edges
+SHELLS = {("cylinder", "tube"): 0.5, ("sphere", "hollow_sphere"): 0.6}  # share of the products that moves with them
+
+
+def correlations_of(case: Case) -> tuple[list[Correlation], str]:
+    """Return every correlation whose range covers a case, and where there is none, the reason."""
+    found = list(_driven_bodies(case))
+    if found:
+        return found, ""
+    impact, reason = impact_of(case)
+    return ([] if impact is None else correlations(impact)), reason
+
+
+def _driven_bodies(case: Case) -> Iterator[Correlation]:
+    """Yield the final velocities of bodies that touch the only explosive of a case."""
+    charges = [name for name, body in case.bodies.items() if _gurney_velocity(body)]
+    if len(charges) != 1 or case.units != "si" or case.start is not None:
+        return
+    boxes = dict(zip(case.bodies, body_boxes(case)[0], strict=True))
+    charge, (low, high) = case.bodies[charges[0]], boxes[charges[0]]
+    gurney, size = _gurney_velocity(charge), high - low
+    slack = TOUCHING * float(size.max())
+    for name, body in case.bodies.items():
+        products = SHELLS.get((charge.shape.type, body.shape.type))
+        if products is None or abs(body.shape.inner_diameter - charge.shape.diameter) > slack:
+            continue
+        ratio = _mass(case, body) / _mass(case, charge)
+        if charge.shape.type == "cylinder":
+            ratio *= charge.shape.length / body.shape.length
+        if LIGHTEST <= ratio <= HEAVIEST:
+            yield driven(name, shell_velocity(gurney, ratio, products))
+    if len(size) > 1 and (size[1:].min() < WIDE * size[0] or charge.shape.type not in ("box", "rectangle", "cylinder")):
+        return
+    sides: dict[int, tuple[str, float]] = {}  # before the explosive, behind it: body and its mass over the explosive's
+    thick = _areal_density(charge, size)
+    for name, body in case.bodies.items():
+        wide = boxes[name][1] - boxes[name][0]
+        for side, gap in ((0, low[0] - boxes[name][1][0]), (1, boxes[name][0][0] - high[0])):
+            if body is not charge and abs(gap) <= slack and (wide[1:] >= 0.9 * size[1:]).all():
+                sides[side] = name, _areal_density(body, wide) / thick
+    held = [side for side, face in ((0, low[0]), (1, high[0])) for plane in case.symmetry
+            if plane.axis == "x" and abs(plane.at - face) <= slack]  # fmt: skip
+    for side, (name, ratio) in sides.items():
+        other = sides.get(1 - side, ("", 0.0))[1]
+        if 1 - side in held:  # half of a slab with such a plate on both faces
+            ratio = other = 0.5 * ratio
+        if LIGHTEST <= ratio <= HEAVIEST:
+            yield driven(name, plate_velocity(gurney, ratio, other))
+
+
+def _gurney_velocity(body: Body) -> float:
+    """Return the Gurney velocity of an explosive of the library, varied or not [m/s]; 0 of other materials."""
+    return GURNEY_VELOCITY.get(str(body.material.name).partition(",")[0], 0.0)
+
+
+def _density(body: Body) -> float:
+    """Return the density of a body with its pores [kg/m^3]."""
+    pores = body.material.porosity
+    return float(body.material.density / (1.0 if pores is None else pores.distension))
+
+
+def _mass(case: Case, body: Body) -> float:
+    from hvisph.setup.shapes import shape_of
+
+    return _density(body) * shape_of(body.shape, case.drawing_dimensions).volume
+
+
+def _areal_density(body: Body, size: np.ndarray) -> float:
+    """Return the mass per area across x of a body that fills a box of this size [kg/m^2]."""
+    return _density(body) * float(size[0])
 
 
 def impact_of(case: Case) -> tuple[Impact | None, str]:
@@ -48,11 +122,9 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
     gaps, cells = _fill(case, others, _gaps(case, others))
     for (name, _, thickness), gap, cell in zip(fronts, gaps, cells, strict=True):
         body = case.bodies[name]
-        pores = body.material.porosity
-        density = body.material.density / (1.0 if pores is None else pores.distension)
         cloth = body.material.strength.type == "fabric"
         walls.append(
-            Wall(name, thickness, density, gap, alloy_of(str(body.material.name)), cloth, ground_of(body), cell)
+            Wall(name, thickness, _density(body), gap, alloy_of(str(body.material.name)), cloth, ground_of(body), cell)
         )
     field = case.gravity
     pull = math.hypot(*field.acceleration) if field is not None and field.type == "uniform" else 0.0

@@ -109,6 +109,12 @@ FURTHEST = 2.0  # times slower or faster than any of its shots a set says nothin
 ENOUGH = 0.75  # of the particles across of the page: with fewer its figures do not speak for a case
 
 
+ALUMINIUM, METALS = (2600.0, 2900.0), (2600.0, 20_000.0)  # densities [kg/m^3]
+DUCTILE = ("von_mises", "linear_hardening", "johnson_cook", "steinberg_guinan", "steinberg_lund", "zerilli_armstrong",
+           "cowper_symonds")  # fmt: skip
+STIFF = 5e9  # shear modulus above which a ductile solid is a metal and no plastic [Pa]
+
+
 @dataclass(frozen=True)
 class Experience:
     """Differences of runs from one set of experiments."""
@@ -120,12 +126,17 @@ class Experience:
     velocities: tuple[float, float]  # of the slowest and the fastest shot [m/s]
     over: str = ""  # what the particles are counted across, for people
     verdicts: bool = False  # whether the figures are of verdicts
+    densities: tuple[float, float] = ALUMINIUM  # of the metals that were shot, from and to [kg/m^3]
 
 
 # By set of `cases/validation`.
 KNOWN = {
     "taylor": Experience(
-        "41 Taylor bars", {"length_ratio": 0.036, "foot_diameter": 0.039, "outline": 0.035}, 24, (100.0, 350.0)
+        "41 Taylor bars",
+        {"length_ratio": 0.036, "foot_diameter": 0.039, "outline": 0.035},
+        24,
+        (100.0, 350.0),
+        densities=METALS,
     ),
     "cloud": Experience(
         "a sphere through a plate at 6.2 km/s",
@@ -148,6 +159,8 @@ def experience(case: Case, kind: Regime) -> str:
     known = KNOWN[name]
     if not known.velocities[0] / FURTHEST <= kind.velocity <= known.velocities[1] * FURTHEST:
         return ""
+    if not all(_is_metal(material_of_body(body), known.densities) for body in case.bodies.values()):
+        return ""
     first, *others = case.bodies.values()
     if known.verdicts:
         said = f"{100 * next(iter(known.figures.values())):.0f} % of the verdicts are right"
@@ -160,6 +173,13 @@ def experience(case: Case, kind: Regime) -> str:
     if here < ENOUGH * known.across:
         text += f"; here are {here:.2g}, too few for these figures"
     return text
+
+
+def _is_metal(material: Material, densities: tuple[float, float]) -> bool:
+    """Tell whether a material is a dense metal with a density within bounds [kg/m^3]."""
+    low, high = densities
+    ductile = material.strength.name in DUCTILE and material.shear_modulus > STIFF
+    return ductile and material.porosity is None and low <= material.density <= high
 
 
 def _set_of(case: Case, kind: Regime) -> str:

@@ -31,7 +31,7 @@ PAIRS = (
 
 def doctor(
     compile_loops: Annotated[
-        bool, option("--compile", "Compile contact SPH and standard SPH for materials without fibres: minutes.")
+        bool, option("--compile", "Compile contact SPH and standard SPH for all materials of the library: minutes.")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -51,10 +51,13 @@ def common_cases() -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield title and case of each pair of materials, by each common formulation and kinematics."""
     from hvisph.core.catalogues import KINEMATICS
 
-    for kinematics in ("axisymmetric", "plane_strain", "three_d"):
+    solids: dict[str, dict[str, Any]] = {
+        "axisymmetric": {"type": "cylinder", "diameter": 8e-3, "length": 8e-3},
+        "uniaxial_strain": {"type": "interval", "length": 8e-3},
+    }
+    for kinematics in ("axisymmetric", "plane_strain", "three_d", "uniaxial_strain"):
         dim = KINEMATICS[kinematics].dim
-        shape = {"type": "cylinder", "diameter": 8e-3, "length": 8e-3}
-        shape = shape if kinematics == "axisymmetric" else {"type": "box", "size": [8e-3] * dim}
+        shape = solids.get(kinematics, {"type": "box", "size": [8e-3] * dim})
         for formulation in ("riemann", "eulerian"):
             for pair in PAIRS:
                 still = [0.0] * (dim - 1)

@@ -17,13 +17,11 @@ from hvisph.core.measure_catalogue import axis_unit
 def correlations(
     case: CaseArgument, resolution: ResolutionOption = None, settings: SetOption = None, as_json: JsonOption = False
 ) -> None:
-    """Evaluate the empirical correlations whose range covers a case: crater, hole, shields, soil and rock."""
+    """Evaluate the empirical correlations whose range covers a case: crater, hole, shields, soil, rock, explosives."""
     loaded = load(case, settings, resolution)
-    from hvisph.measures import correlations as formulas
-    from hvisph.precheck.correlation_input import impact_of
+    from hvisph.precheck.correlation_input import correlations_of
 
-    impact, reason = impact_of(loaded)
-    known = formulas.correlations(impact) if impact is not None else []
+    known, reason = correlations_of(loaded)
     if as_json:
         echo_json({"correlations": [one.as_dict() for one in known], "reason": reason})
         return
@@ -39,7 +37,7 @@ def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
     for one in known:
         value = one["value"]
         assert isinstance(value, float)
-        unit, factor = axis_unit("mm", [value])
+        unit, factor = (str(one["unit"]), 1.0) if one["unit"] != "m" else axis_unit("mm", [value])
         what = f"{one['name']}: {one['quantity']}"
         lines.append((what, f"{factor * value:.2f} {unit}", str(one["text"]), str(one["source"])))
     return table(lines)
