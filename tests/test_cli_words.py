@@ -42,7 +42,7 @@ FIRST = {
 
 def test_the_right_place_comes_first():
     """SUBJECTS name words that are no names here; what they lead to must exist."""
-    commands = [(name, "") for name in ("ballistic-limit", "check", "resume", "sweep", "converge")]
+    commands = [(name, "") for name in ("ballistic-limit", "check", "resume", "sweep", "converge", "correlations")]
     for word, place in (SUBJECTS | FIRST).items():
         assert search(word, commands)[0].name.endswith(place) or place in search(word, commands)[0].name, word
     assert len(SUBJECTS | FIRST) >= 30
@@ -139,3 +139,26 @@ def test_many_columns_go_on_below():
     assert max(map(len, text.splitlines())) <= 100
     assert all(f"column {k}" in text for k in range(30))
     assert text.count("  2  ") >= 3
+
+
+def test_shapes_within_shapes_are_not_listed():
+    found = [
+        line for line in CliRunner().invoke(app, ["help", "sphere"]).stdout.splitlines() if line.startswith("value")
+    ]
+    assert [line.split()[1:3] for line in found[:2]] == [["bodies.NAME.shape.type:", "sphere"],
+                                                         ["bodies.NAME.shape.type:", "hollow_sphere"]]  # fmt: skip
+    assert not any("parts" in line for line in found)
+
+
+def test_an_error_in_a_material_of_its_own_file_names_key_and_line(tmp_path):
+    (tmp_path / "own.yaml").write_text(
+        "density: 7850\neos: {type: mie_gruneisen, sound_speed: 4570, slope: 1.49, gamma: 2}\n"
+    )
+    (tmp_path / "case.yaml").write_text(
+        "kinematics: axisymmetric\nresolution: 1 mm\nmaterials: [own.yaml]\ntime: {end: 1 us}\n"
+        "bodies: {shot: {material: own, shape: {type: sphere, diameter: 9 mm}}}\n"
+    )
+    found = CliRunner().invoke(app, ["check", str(tmp_path / "case.yaml")])
+    assert found.exit_code == 2
+    assert "eos.slope: unknown key; give 's1'" in found.stderr
+    assert "own.yaml, line 2" in found.stderr

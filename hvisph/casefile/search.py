@@ -50,7 +50,6 @@ SUBJECTS = {
     "calibration": "docs/howto/calibration.md",
     "efp": "docs/models/eos.md",
     "liner": "docs/models/eos.md",
-    "gurney": "docs/models/eos.md",
     "tank": "docs/shapes.md",
     "rigid": "docs/case-file/conditions.md",
     "mpi": "docs/processes.md",
@@ -62,6 +61,9 @@ SUBJECTS = {
     "armour": "docs/materials.md",
     "unit": "docs/case-file/README.md",
     "units": "docs/case-file/README.md",
+    "threads": "docs/performance.md",
+    "hugoniot": "docs/models/eos.md",
+    "gurney": "hvisph correlations",
     "debris": "docs/measuring.md",
     "taylor": "shapes/taylor_bar",
     "mesh": "docs/shapes.md",
@@ -116,10 +118,20 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     ]
     if " " in asked and not any(score for score, _, _ in scored):
         scored = [(min(_score(one, each) for each in asked.split()), k, one) for k, one in enumerate(everything)]
-    ranked = sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1]))
+    ranked = _outermost(sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1])))
     best = ranked[0][0] if ranked else 0
     # words in texts only matter where no name has the word
     return [one for score, _, one in ranked if best <= 3 or score > 2][:MOST]
+
+
+def _outermost(ranked: Sequence[tuple[int, int, Entry]]) -> list[tuple[int, int, Entry]]:
+    """Return results without those of blocks within blocks of their kind, such as shapes of the parts of shapes."""
+    shortest: dict[tuple[str, str, str], str] = {}
+    for _, _, one in ranked:
+        mark = (one.kind, ".".join(one.name.split(".")[-2 if one.kind == "key" else -1 :]), one.text)
+        shortest[mark] = min(shortest.get(mark, one.name), one.name, key=len)
+    names = set(shortest.values())
+    return [entry for entry in ranked if entry[2].name in names]
 
 
 def nearest_names(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[str]:

@@ -78,10 +78,11 @@ class Facts:
         struck = {name: body.material.damage for name, body in self.bodies.items() if not self._strikes(name)}
         failing = {name: damage for name, damage in struck.items() if damage.type == "johnson_cook"}
         slow = 0.0 < self.kind.velocity < BALLISTIC and len(self.bodies) > 1 and self.dim > 1
-        return failing if slow and self.overload > PUNCHED and not (self.impact_pair and self._nose in POINTED) else {}
+        return failing if slow and self.overload > PUNCHED and not (self.impact_pair and self.nose in POINTED) else {}
 
     @cached_property
-    def _nose(self) -> str:
+    def nose(self) -> str:
+        """Type of the shape of what strikes; empty without an impact."""
         return shape_type(self.bodies[self.impact_pair.first].shape) if self.impact_pair else ""
 
     def _strikes(self, name: str) -> bool:
@@ -90,7 +91,7 @@ class Facts:
     @cached_property
     def flat(self) -> bool:
         """Whether the projectile is flat: a round nose pushes metal aside before the rest of a plate shears."""
-        return self._nose not in ROUND_NOSED
+        return self.nose not in ROUND_NOSED
 
     @cached_property
     def across(self) -> float:

@@ -11,7 +11,7 @@ from hvisph.case.time import COURANT_OF
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 
-from .facts import Facts, Found, Rule, Values
+from .facts import BALLISTIC, POINTED, Facts, Found, Rule, Values
 from .regime import ELASTIC, SHOCK, material_of_body
 
 if TYPE_CHECKING:
@@ -98,9 +98,11 @@ def _initial_overlap(facts: Facts) -> Found:
 
 
 def _eroding(facts: Facts) -> Found:
-    """Rods that erode in thick metal, with few particles across."""
-    pair = facts.impact_pair
-    if pair is None or facts.scheme != "riemann" or facts.dim == 1 or facts.kind.velocity >= ERODING:
+    """Rods that erode in thick metal, with few particles across; slow pointed cores do not erode."""
+    pair, speed = facts.impact_pair, facts.kind.velocity
+    if pair is None or facts.scheme != "riemann" or facts.dim == 1 or speed >= ERODING:
+        return False
+    if facts.nose in POINTED and speed < BALLISTIC:
         return False
     rod, struck = (facts.bodies[name].shape.extent() for name in (pair.first, pair.second))
     if facts.overload < SHOCK or not rod or not struck or not min(rod[1:]) > 0.0:

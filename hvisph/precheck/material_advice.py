@@ -211,9 +211,9 @@ MATERIAL_RULES = (
          "bodies.{name}.material: the library has no strength of '{material}', a liquid here: bending, penetration and "
          "shape are those of a liquid{remedy}", setting="{setting}"),
     Rule(_held_by_hoops,
-         "bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round the axis: "
-         "a cloud of debris is held by its own hoops, and what is drawn beyond all that its equation of state bears "
-         "runs away; give one, such as the spall strength of '{of}'",
+         "bodies.{name}.material: has neither damage nor a cut-off of tension, and axisymmetric matter does not break "
+         "in the hoop direction: unlimited tension holds a cloud of debris together, and leaves the range of the "
+         "equation of state; give a limit, such as the spall strength of '{of}'",
          setting="bodies.{name}.material.damage={{type: pressure_cutoff, pressure: -{like:.3g}}}"),
     Rule(_moduli_apart,
          "bodies.{name}.material: shear and bulk modulus give a Poisson's ratio of {poisson:.2g}, below {least:g}, "

@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.case import sweep as models
 from hvisph.core.measure_catalogue import NumberFormat, format_of, main_measures
-from hvisph.core.text import Plain, PlainMapping
+from hvisph.core.text import Plain, PlainMapping, format_value
 
 from .calibration import Calibration, parameter_text
 from .comparison import against_experiment
@@ -30,7 +30,7 @@ from .statistics import (
 from .surrogate import sensitivity
 
 
-def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row]) -> Plain:
+def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row], record: Sequence[str] | None = None) -> Plain:
     """Analyse the results of a sweep, in plain form for `results.json`."""
     results: Plain = {
         "type": vary.type,
@@ -52,7 +52,7 @@ def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row]) -> Plain:
         _add_uncertainty(vary, base, results["limits"])
     elif isinstance(vary, models.Fit):
         results["fit"] = Calibration(vary, base, done).solve()[1]
-    results["finding"] = finding(results, done)
+    results["finding"] = finding(results, done, record)
     return results
 
 
@@ -227,7 +227,7 @@ def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Pla
     return verdicts
 
 
-def finding(results: PlainMapping, rows: Sequence[PlainMapping]) -> str:
+def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequence[str] | None = None) -> str:
     """Return the results of a sweep in words, the main measure first; empty without any.
 
     Parameters
@@ -236,6 +236,8 @@ def finding(results: PlainMapping, rows: Sequence[PlainMapping]) -> str:
         Content of ``results.json``.
     rows
         Cases that are done.
+    record
+        The measures of interest; all unless given.
     """
     if results.get("fit"):
         fit = results["fit"]
@@ -247,26 +249,35 @@ def finding(results: PlainMapping, rows: Sequence[PlainMapping]) -> str:
         if results.get(kind):
             name = _main_measure(results[kind])
             return sentence(format_of(name), results[kind][name])
-    numbers: dict[str, list[float]] = {}
+    numbers: dict[str, list[tuple[float, str]]] = {}
     for row in rows:
+        where = ", ".join(f"{_last_name(path)} {format_value(one)}" for path, one in row["values"].items())
         for name, one in row["measures"].items():
-            if isinstance(one.get("value"), int | float) and name != "perforated":
-                numbers.setdefault(name, []).append(one["value"])
-    varied = {name: one for name, one in numbers.items() if len(set(one)) > 1}
+            wanted = name != "perforated" and (record is None or name in record)
+            if wanted and isinstance(one.get("value"), int | float):
+                numbers.setdefault(name, []).append((one["value"], where))
+    varied = {name: pairs for name, pairs in numbers.items() if len({value for value, _ in pairs}) > 1}
     if not varied:
         return ""
     name = _main_measure(varied)
-    display = format_of(name).scale_to(max(map(abs, varied[name])))
-    low, high = (display.factor * one for one in (min(varied[name]), max(varied[name])))
-    return f"The {display.label} ranges from {low:.4g} to {high:.4g} {display.unit} over {len(varied[name])} cases."
+    display = format_of(name).scale_to(max(abs(value) for value, _ in varied[name]))
+    low, high = (f"{display.factor * value:.4g} {display.unit} ({where})"
+                 for value, where in (min(varied[name]), max(varied[name])))  # fmt: skip
+    return f"The {display.label} ranges from {low} to {high} over {len(varied[name])} cases."
 
 
 def _main_measure(names: PlainMapping) -> str:
     return main_measures([name for name in names if name != "perforated"] or list(names))[0]
 
 
+def _last_name(path: str) -> str:
+    """Return the last name of a path, with the number that follows it."""
+    *_, before, last = ["", *path.split(".")]
+    return f"{before}.{last}" if last.isdigit() else last
+
+
 def _limit_text(one: PlainMapping) -> str:
-    where = "".join(f"{path.split('.')[-1]} = {value}: " for path, value in one["parameters"].items())
+    where = "".join(f"{_last_name(path)} = {value}: " for path, value in one["parameters"].items())
     if one["open"] or one["v50"] is None:
         return f"{where}No limit: {one['open']}."
     value, deviation = one["v50"]

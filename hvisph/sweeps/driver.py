@@ -166,7 +166,7 @@ class Driver:
     def conclude(self) -> Plain:
         """Write the present table and results, and return the results."""
         self.table.write(self.members, last=True)
-        results = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
+        results = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), self.sweep.record)
         for limit in results.get("limits", []):
             limit |= beside_limit(self.plan, limit)
         if (results.get("fit") or {}).get("material"):

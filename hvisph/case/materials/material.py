@@ -356,7 +356,7 @@ def _by_name(value: object, info: ValidationInfo) -> object:
     try:
         return library(value)
     except CaseError as error:
-        raise ValueError(error.message) from None
+        raise ValueError(str(error)) from None
 
 
 _VARIED = {"type": "object", "properties": {"base": {"type": "string"}}, "required": ["base"]}

@@ -27,6 +27,11 @@ PAIRS = (
     ("granite", "tungsten"),
     ("composition-b", "copper-ofhc"),
 )
+FIBRES = ("kevlar-129", "aluminium-6061-t6")  # in the kinematics that have materials with directions
+DIRECTIONS: dict[str, dict[str, Any]] = {
+    "axisymmetric": {},
+    "three_d": {"axes": {"one": [0, 1, 0], "two": [0, 0, 1]}},
+}
 
 
 def doctor(
@@ -59,12 +64,14 @@ def common_cases() -> Iterator[tuple[str, dict[str, Any]]]:
         dim = KINEMATICS[kinematics].dim
         shape = solids.get(kinematics, {"type": "box", "size": [8e-3] * dim})
         for formulation in ("riemann", "eulerian"):
-            for pair in PAIRS:
+            for pair in (*PAIRS, FIBRES) if kinematics in DIRECTIONS else PAIRS:
                 still = [0.0] * (dim - 1)
                 bodies = {
                     name: {"material": name, "shape": shape, "velocity": [speed, *still]}
                     for name, speed in zip(pair, (500.0, 0.0), strict=True)
                 }
+                if pair == FIBRES:
+                    bodies[pair[0]] |= DIRECTIONS[kinematics]
                 case = {"kinematics": kinematics, "resolution": 1e-3, "bodies": bodies,
                         "formulation": {"type": formulation}, "time": {"end": 1e-6, "max_steps": 1}}  # fmt: skip
                 yield f"{kinematics}, {formulation}: {' on '.join(pair)}", case

@@ -62,7 +62,7 @@ def _places(word: str, commands: Sequence[tuple[str, str]]) -> str:
     from hvisph.casefile.search import search
 
     places = search(word, commands)
-    keys = [one.name for one in places if one.kind == "key"]
+    keys = [one.name.replace(".type: ", ".") for one in places if one.kind in ("key", "value")]
     text = table([[one.kind, one.name, _short(one.text)] for one in places], indent=0)
     return text + (f"\n\nmore: hvisph help {keys[0]}" if keys else "")
 

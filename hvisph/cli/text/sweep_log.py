@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from hvisph.core.measure_catalogue import format_of, main_measures
 from hvisph.core.text import Plain, format_differences, format_value
 from hvisph.visualization.sweeps import format_value_of, result_lines, shortest_paths
 
-from .formatting import duration, paragraph, quantity, say, table, tables
+from .formatting import duration, paragraph, say, table, tables
 
 if TYPE_CHECKING:
     from hvisph.case.sweep import Sweep
@@ -23,6 +24,8 @@ SHOT = "experiment.shot"  # names a case by itself
 SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
 SHOWN_RESIDUALS = 6
 SHOWN_ROWS = 60  # of the table on the terminal
+WIDEST_HEAD = 24  # letters of a measure's name above a column; longer ones are abbreviated
+LONG_NUMBER = re.compile(r"(-?\d+\.\d{3,})(?=$| )")
 
 
 class SweepLog:
@@ -85,7 +88,8 @@ def _format_measures(row: Plain, names: Sequence[str]) -> str:
         if name == "perforated":
             parts.append({None: "perforated or not is open", 0.0: "not perforated"}.get(one.get("value"), "perforated"))
         elif isinstance(one.get("value"), int | float):
-            parts.append(f"{name.replace('_', ' ')} {quantity(float(one['value']), one['unit'] or '')}")
+            display = format_of(name).scale_to(abs(one["value"]))
+            parts.append(f"{display.label} {format_value_of(name, one['value'], display)} {display.unit}".rstrip())
     return ", ".join(parts)
 
 
@@ -117,13 +121,15 @@ def _rows(rows: Sequence[Plain], record: Sequence[str] | None) -> str:
     names = _main(record, rows)
     sizes = {name: [abs(row["measures"].get(name, {}).get("value") or 0.0) for row in rows] for name in names}
     displays = {name: format_of(name).scale_to(max(sizes[name], default=0.0)) for name in names}
-    head = ["", *shortest_paths(paths), "", *(displays[name].short for name in names)]
+    heads = (one.label if len(one.label) <= WIDEST_HEAD else one.short for one in displays.values())
+    head = ["", *shortest_paths(paths), "", *heads]
     units = ["", *("" for _ in paths), "", *(displays[name].unit for name in names)]
     lines = [head, units]
     values = [format_differences([row["values"].get(path) for row in rows]) for path in paths]
     for row, *own in zip(rows[:SHOWN_ROWS], *values, strict=False):
         cells = [format_value_of(name, row["measures"].get(name, {}).get("value"), displays[name]) for name in names]
-        lines.append([str(row["number"]), *own, row["status"], *cells])
+        shown = [LONG_NUMBER.sub(lambda number: f"{float(number[1]):.5g}", one) for one in own]
+        lines.append([str(row["number"]), *shown, row["status"], *cells])
     more = f"\n  and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
     return tables(lines, kept=2 + len(paths)) + more
 
