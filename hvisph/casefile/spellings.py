@@ -7,8 +7,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
 if TYPE_CHECKING:
     from hvisph.case.model import Path as Keys
 
@@ -16,6 +14,8 @@ if TYPE_CHECKING:
 @cache
 def spellings(table: str) -> dict[str, Any]:
     """Return a table of `spellings.yaml` by its name."""
+    import yaml  # not before it is used: the help needs none
+
     return dict(yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))[table])
 
 

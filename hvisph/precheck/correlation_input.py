@@ -44,12 +44,14 @@ def _driven_bodies(case: Case) -> Iterator[Correlation]:
     gurney, size = _gurney_velocity(charge), high - low
     slack = TOUCHING * float(size.max())
     for name, body in case.bodies.items():
-        products = SHELLS.get((charge.shape.type, body.shape.type))
-        if products is None or abs(body.shape.inner_diameter - charge.shape.diameter) > slack:
+        inside: Any = charge.shape
+        outside: Any = body.shape
+        products = SHELLS.get((inside.type, outside.type))
+        if products is None or abs(outside.inner_diameter - inside.diameter) > slack:
             continue
         ratio = _mass(case, body) / _mass(case, charge)
-        if charge.shape.type == "cylinder":
-            ratio *= charge.shape.length / body.shape.length
+        if inside.type == "cylinder":
+            ratio *= inside.length / outside.length
         if LIGHTEST <= ratio <= HEAVIEST:
             yield driven(name, shell_velocity(gurney, ratio, products))
     if len(size) > 1 and (size[1:].min() < WIDE * size[0] or charge.shape.type not in ("box", "rectangle", "cylinder")):
