@@ -104,3 +104,22 @@ def test_where_less_than_a_flaw_acts_in_a_particle_a_body_is_as_strong_as_its_pa
     assert body > 1.07 * theory(rate)[0]
     assert alone(rate, dx) == pytest.approx(body, rel=0.04)  # its middle has two hundred particles
     assert alone(rate, 2e-3) == pytest.approx(theory(rate)[0], rel=0.03)
+
+
+def test_rings_have_the_flaws_of_cells():
+    """The weakest flaws of the particles of a cylinder of 20 m radius: of rings and of cubes they have one median.
+
+    A ring with all flaws of its 2 pi r/dx cells would be weaker by (2 pi r/dx)^(1/m), 1.8 at half of the radius.
+    """
+    rock = {"density": 2700.0, "eos": {"type": "linear", "bulk_modulus": 3e10},
+            "strength": {"type": "rock", "shear_modulus": 2e10, "cohesion": 1e7, "friction": 1.0},
+            "damage": {"type": "grady_kipp", "weibull_k": 1e33, "weibull_m": 6.0}}  # fmt: skip
+    medians = []
+    for kinematics, axis in (("axisymmetric", "x"), ("three_d", "x")):
+        shape = {"type": "cylinder", "diameter": 40.0, "length": 20.0} | ({"axis": axis} if axis == "x" else {})
+        case = load_case({"kinematics": kinematics, "resolution": 1.0, "bodies": {"rock": {"material": rock, "shape": shape}},
+                          "time": {"end": 1e-4}})  # fmt: skip
+        medians.append(np.median(build(case).particles["flaw_strain"]))
+    # 400 rings: the median of a Weibull distribution with m = 6 is known to 1 %; flaws are dealt until each has one,
+    # which takes ln(N) a particle, 6 of the rings and 10 of the cubes: (10/6)^(1/6) is 1.09
+    assert medians[0] == pytest.approx(medians[1], rel=0.12)

@@ -236,12 +236,31 @@ class MaterialAxes(StrictModel):
         return self
 
 
+class Inclusions(StrictModel):
+    """Spheres of another material in a body, in 2D discs, dealt out at random: boulders."""
+
+    material: NamedMaterial = Field(description="Material of the spheres, as that of a body")
+    diameters: tuple[PositiveLength, PositiveLength] = Field(
+        description="Smallest and largest diameter [m]; three spacings at least"
+    )
+    exponent: Annotated[float, Quantity(NUMBER, maximum=0)] = Field(
+        default=-3.0, description="Exponent of the number of spheres above a diameter, N(>D) ~ D^exponent [-]"
+    )
+    volume: Annotated[float, Quantity(NUMBER, above=0, maximum=0.55)] = Field(
+        description="Their volume over that of the body [-], at most 0.55: more does not fit at random"
+    )
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="Seed of the generator, at least 0")
+
+
 class Body(StrictModel):
     """Body of one material and one shape with an initial velocity."""
 
     material: NamedMaterial = Field(
         description="Name of a material of the library, `{base: NAME, ...}` with what differs from it, or a material "
         "written out"
+    )
+    inclusions: Inclusions | None = Field(
+        default=None, description="Spheres of another material in it, which remain part of the body; none unless given"
     )
     shape: Shape = Field(description="Shape, about the body's centre")
     arrangement: Arrangement | None = Field(

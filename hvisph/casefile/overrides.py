@@ -9,6 +9,7 @@ validation names it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.case.model import Path
@@ -96,7 +97,7 @@ def override_material(material: Plain, changes: Plain) -> Plain:
 
 
 def with_bases(document: Document, values_of: Callable[[str], Plain]) -> Document:
-    """Return `document` with every body's `material: {base: NAME, ...}` written out.
+    """Return `document` with every `material: {base: NAME, ...}` of bodies and their inclusions written out.
 
     Parameters
     ----------
@@ -115,19 +116,26 @@ def with_bases(document: Document, values_of: Callable[[str], Plain]) -> Documen
         return document
     result = dict(bodies)
     for name, body in bodies.items():
-        material = body.get("material") if isinstance(body, dict) else None
-        if not isinstance(material, dict) or "base" not in material:
-            continue
-        path = ("bodies", name, "material", "base")
-        place = next((document.places[path[:n]] for n in (4, 3, 2, 1) if path[:n] in document.places), Place(""))
-        try:
-            if not isinstance(material["base"], str):
-                raise CaseError("expected the name of a material")
-            written = _expand_base(material, values_of)
-        except CaseError as error:
-            raise CaseError(error.message, where=".".join(path), file=place.file, line=place.line) from None
-        result[name] = {**body, "material": written}
+        result[name] = body = _written_out(body, ("bodies", name), document, values_of)
+        if isinstance(body, dict) and "inclusions" in body:
+            own = _written_out(body["inclusions"], ("bodies", name, "inclusions"), document, values_of)
+            result[name] = {**body, "inclusions": own}
     return Document({**document.value, "bodies": result}, document.places)
+
+
+def _written_out(holder: Any, path: Path, document: Document, values_of: Callable[[str], Plain]) -> Any:
+    """Return a block with its `material: {base: NAME, ...}` written out."""
+    material = holder.get("material") if isinstance(holder, dict) else None
+    if not isinstance(material, dict) or "base" not in material:
+        return holder
+    path = (*path, "material", "base")
+    place = next((document.places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in document.places), Place(""))
+    try:
+        if not isinstance(material["base"], str):
+            raise CaseError("expected the name of a material")
+        return {**holder, "material": _expand_base(material, values_of)}
+    except CaseError as error:
+        raise CaseError(error.message, where=".".join(map(str, path)), file=place.file, line=place.line) from None
 
 
 def _expand_base(material: Plain, values_of: Callable[[str], Plain]) -> Plain:

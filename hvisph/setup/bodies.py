@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -14,6 +14,7 @@ from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.graded_spacing import Grading, fill_graded
+from hvisph.geometry.inclusions import ball_volume, deal_spheres, owner_of
 from hvisph.geometry.lattices import Filling
 from hvisph.geometry.mirror import Mirror, crosses, cut
 from hvisph.geometry.overlap import Standing, overlaps
@@ -52,6 +53,21 @@ class PlacedBody:
     middle: np.ndarray
     surface: Placed | None = None
     carried: dict[str, np.ndarray] = field(default_factory=dict)
+    included: int = 0  # last particles, which are of the material of its inclusions
+
+    @property
+    def parts(self) -> tuple[PlacedBody, ...]:
+        """The body, or its matrix and its inclusions as bodies of one material each."""
+        if not self.included:
+            return (self,)
+        first = len(self.positions) - self.included
+        other = self.model.model_copy(update={"material": self.model.inclusions.material})
+
+        def part(model: Any, rows: slice) -> PlacedBody:
+            arrays = {name: getattr(self, name)[rows] for name in ("positions", "volumes", "spacing")}
+            return replace(self, model=model, included=0, **arrays)
+
+        return part(self.model, slice(None, first)), part(other, slice(first, None))
 
     @property
     def breadth(self) -> np.ndarray:
@@ -144,11 +160,36 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
                     refuse_unlike_halves(model, positions, middle, mirror.axis, mirror.at)
                 except CaseError as error:
                     raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
-        bodies.append(PlacedBody(name, model, filling, positions, volumes, spacing[kept], middle, surface))
+        body = PlacedBody(name, model, filling, positions, volumes, spacing[kept], middle, surface)
+        bodies.append(body if model.inclusions is None else _with_inclusions(body))
     _refuse_overlaps(bodies, case.units)
     if dim == 1:
         _refuse_disorder(bodies)
     return bodies
+
+
+def _with_inclusions(body: PlacedBody) -> PlacedBody:
+    """Return a body whose last particles are those of its inclusions; both have the volumes of their shapes."""
+    own, surface = body.model.inclusions, body.surface
+    assert surface is not None
+    try:
+        centres, diameters = deal_spheres(surface.shape, own.diameters, own.exponent, own.volume, own.seed, body.name)
+    except CaseError as error:
+        raise CaseError(error.message, where=f"bodies.{body.name}.inclusions") from None
+    turned = centres if surface.matrix is None else centres @ surface.matrix.T
+    inside = owner_of(body.positions, turned + surface.position, diameters) >= 0
+    volumes, dim = body.volumes.copy(), body.positions.shape[1]
+    exact = sum(ball_volume(d, dim) for d in diameters) / surface.shape.volume * float(volumes.sum())
+    if not inside.any() or inside.all():
+        raise CaseError("the spheres leave one of both materials without particles; change their volume or diameters",
+                        where=f"bodies.{body.name}.inclusions")  # fmt: skip
+    volumes[~inside] *= (volumes.sum() - exact) / volumes[~inside].sum()
+    volumes[inside] *= exact / volumes[inside].sum()
+    order = np.argsort(inside, kind="stable")
+    note = f"{len(diameters)} inclusions of {own.material.name or 'another material'}"
+    filling = replace(body.filling, note="; ".join(filter(None, (body.filling.note, note))))
+    return replace(body, filling=filling, positions=body.positions[order], volumes=volumes[order],
+                   spacing=body.spacing[order], included=int(inside.sum()))  # fmt: skip
 
 
 def _with_carried(case: Case) -> list[PlacedBody]:

@@ -30,13 +30,22 @@ COLUMN = 400
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
     """Return the material of a body, with the parameters that depend on the spacing: crack growth, burn width."""
     material = material_of(body.model.material, body.model.internal_energy)
-    material = with_cracks(material, float(body.volumes.mean()) * dx ** (3 - dim))
+    material = with_cracks(material, float(_cells(body, dim, dx).mean()))
     detonation = getattr(body.model.material.eos, "detonation", None)
     if isinstance(material.eos, JonesWilkinsLee) and detonation is not None:
         speed = detonation.speed or material.eos.chapman_jouguet()[0]
         eos = replace(material.eos, burn_rate=speed / (BURN_SPACINGS * dx))
         material = replace(material, eos=eos)
     return material
+
+
+def _cells(body: PlacedBody, drawn: int, dx: float) -> np.ndarray:
+    """Return the volumes that hold the flaws of particles (n,) [m^3]: of rings the cube of their section.
+
+    A ring is 2 pi r/dx cells alike; with all of their flaws it would be as weak as the weakest of them.
+    """
+    revolved = drawn != body.positions.shape[1]
+    return body.breadth**3 if revolved else body.volumes * dx ** (3 - drawn)
 
 
 def with_cracks(material: Material, volume: float) -> Material:
@@ -70,7 +79,7 @@ def initial_history(
             distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
             memory[:, 0] = begins - detonation.time - distance / (detonation.speed or material.eos.chapman_jouguet()[0])
     if isinstance(material.damage, GradyKipp):
-        volume = float(body.volumes.sum()) * dx ** (3 - drawn)
+        volume = float(_cells(body, drawn, dx).sum())
         memory[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)
     return memory
 

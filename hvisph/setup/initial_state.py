@@ -147,7 +147,11 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     """
     placed = bodies or placed_bodies(case)
     formulation = formulation_of(case)
-    made = [rigid_material(body, body_material(body, case.drawing_dimensions, case.resolution)) for body in placed]
+    made = [
+        rigid_material(part, body_material(part, case.drawing_dimensions, case.resolution))
+        for body in placed
+        for part in body.parts
+    ]
     particles, materials = _state(case, formulation.fields, placed, made)
     if "band_width" in particles.offsets:
         fresh = np.concatenate([np.full(len(body.positions), not body.carried) for body in placed])
@@ -234,7 +238,8 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
     particles = Particles(dim, sum(len(b.positions) for b in placed), extra, kinematics)
     materials: list[Material] = []
     first = 0
-    for number, (body, material) in enumerate(zip(placed, made, strict=True)):
+    parts = [(number, part) for number, body in enumerate(placed) for part in body.parts]
+    for (number, body), material in zip(parts, made, strict=True):
         if material not in materials:
             materials.append(material)
         part = slice(first, first + len(body.positions))
@@ -284,7 +289,8 @@ def _refuse_memory(case: Case, made: list[Material]) -> None:
     """Raise an error for materials with history variables in formulations without their pressure."""
     if case.formulation.type != "projection" and case.kinematics != "plane_stress":
         return
-    name, _ = next((n, m) for n, m in zip(case.bodies, made, strict=True) if m.remembers)
+    names = [name for name, body in case.bodies.items() for _ in range(1 if body.inclusions is None else 2)]
+    name, _ = next((n, m) for n, m in zip(names, made, strict=True) if m.remembers)
     raise CaseError(
         "pores, programmed burn, rate_smoothing, a fracture energy, grady_kipp, grady_spall and johnson_holmquist "
         "damage need another "

@@ -34,6 +34,7 @@ def body_problems(case: Surroundings) -> Iterator[Problem]:
         if not wrong:
             yield from _arrangement(case, body, path)
             yield from _thickness(case, body, path)
+            yield from _inclusions(case, body, path)
             yield from _spacing(case, body, path)
         yield from _velocity(case, body, path)
         yield from _place(case, body, path, first=index == 0)
@@ -150,6 +151,32 @@ def spacing_warnings(case: Surroundings) -> Iterator[str]:
                 "pairs of equal mass serve best",
                 f"bodies.{other}.resolution={equal:.6g}",
             )
+
+
+def _inclusions(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+    """Yield the errors of spheres in a body."""
+    own = body.inclusions
+    if own is None:
+        return
+    path, unit = (*path, "inclusions"), _metre(case)
+    low, high = own.diameters
+    least = 3.0 * body.spacing(case)
+    if low < least * (1.0 - 1e-9):
+        yield Problem((*path, "diameters"), f"a diameter of {low:g}{unit} is below three spacings, {least:g}{unit}; "
+                      "give larger ones or a finer resolution")  # fmt: skip
+    if high < low:
+        yield Problem((*path, "diameters"), f"fall from {low:g} to {high:g}{unit}; give the smallest first")
+    if high > body.shape.thickness():
+        yield Problem((*path, "diameters"), f"a sphere of {high:g}{unit} does not fit a body {body.shape.thickness():g}"
+                      f"{unit} thick")  # fmt: skip
+    if case.dim == 1 or case.drawing_dimensions != case.dim:
+        yield Problem(path, "spheres need plane 2D or 3D: about an axis they would be tori")
+    if case.symmetry:
+        yield Problem(path, "are random, and not symmetric about a plane; leave out `symmetry`")
+    if body.shape.type == "particles" or getattr(case, "start", None) is not None:
+        yield Problem(path, "need a shape; leave them out for particles of a file or of another run")
+    if own.material.strength.type in ("orthotropic", "fabric") or body.axes is not None:
+        yield Problem((*path, "material"), "has directions, which the spheres do not; give an isotropic material")
 
 
 def _length(path: Path, dim: int, given: int, what: str) -> Problem:
