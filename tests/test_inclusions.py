@@ -10,8 +10,7 @@ from hvisph.geometry.inclusions import ball_volume, deal_spheres, draw_diameters
 from hvisph.geometry.shapes import Sphere
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.build import build
-from hvisph.simulation.resume import resume
-from hvisph.simulation.run import run
+from hvisph.simulation.run import resume, run
 
 SOIL = {"name": "soil", "density": 2000.0, "eos": {"type": "linear", "bulk_modulus": 1e9},
         "strength": {"type": "rock", "shear_modulus": 5e8, "cohesion": 1e5, "friction": 0.6}}  # fmt: skip
