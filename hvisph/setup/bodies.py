@@ -58,12 +58,13 @@ class PlacedBody:
     @property
     def parts(self) -> tuple[PlacedBody, ...]:
         """The body, or its matrix and its inclusions as bodies of one material each."""
-        if not self.included:
+        inclusions = self.model.inclusions
+        if inclusions is None or not self.included:
             return (self,)
         first = len(self.positions) - self.included
-        other = self.model.model_copy(update={"material": self.model.inclusions.material})
+        other = self.model.model_copy(update={"material": inclusions.material})
 
-        def part(model: Any, rows: slice) -> PlacedBody:
+        def part(model: Body, rows: slice) -> PlacedBody:
             arrays = {name: getattr(self, name)[rows] for name in ("positions", "volumes", "spacing")}
             return replace(self, model=model, included=0, **arrays)
 
@@ -171,6 +172,7 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
 def _with_inclusions(body: PlacedBody) -> PlacedBody:
     """Return a body whose last particles are those of its inclusions; both have the volumes of their shapes."""
     own, surface = body.model.inclusions, body.surface
+    assert own is not None
     assert surface is not None
     try:
         centres, diameters = deal_spheres(surface.shape, own.diameters, own.exponent, own.volume, own.seed, body.name)

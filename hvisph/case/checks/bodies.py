@@ -175,6 +175,8 @@ def _inclusions(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]
         yield Problem(path, "are random, and not symmetric about a plane; leave out `symmetry`")
     if body.shape.type == "particles" or getattr(case, "start", None) is not None:
         yield Problem(path, "need a shape; leave them out for particles of a file or of another run")
+    if body.rigid is not None:
+        yield Problem(path, "have no meaning in a rigid body; leave them out")
     if own.material.strength.type in ("orthotropic", "fabric") or body.axes is not None:
         yield Problem((*path, "material"), "has directions, which the spheres do not; give an isotropic material")
 
