@@ -59,7 +59,7 @@ def complete(
     return run(entry.case, entry.folder, force=begun, threads=threads, listener=listener)
 
 
-SNAPSHOTS = (".vtkhdf", ".h5", ".vtu")
+SNAPSHOTS = (".vtkhdf", ".h5", ".vtu", ".vtp", ".vtk", ".dump", ".lammpstrj")
 ENDED = ("done", "failed")
 
 
