@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo
 
@@ -190,7 +190,7 @@ for _model in (Part, PrismShape, RingShape, UnionShape, IntersectionShape, Diffe
     _model.model_rebuild()
 
 
-def shape_problems(shape: Any, dim: int, path: tuple[str | int, ...]) -> list[tuple[tuple[str | int, ...], str]]:
+def shape_problems(shape: Shape, dim: int, path: tuple[str | int, ...]) -> list[tuple[tuple[str | int, ...], str]]:
     """Return the errors in the dimensions of `shape` and its parts as paths and messages."""
     if shape.type not in SHAPES[dim]:
         return [((*path, "type"), f"a {shape.type} has no meaning in {dim}D; allowed: {', '.join(SHAPES[dim])}")]

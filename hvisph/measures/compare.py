@@ -132,7 +132,7 @@ def shown_measures(rows: Iterable[Row]) -> list[str]:
 class Expectations(Protocol):
     """Names and expectations: a mapping, or the part of a case that holds them."""
 
-    def items(self) -> Iterable[tuple[str, Any]]:
+    def items(self) -> Iterable[tuple[str, object]]:
         """Return pairs of a measure's name and its expectation."""
 
 
@@ -165,7 +165,7 @@ def is_within(value: float | None, expected: float, tolerance: float) -> bool:
     return value is not None and abs(value - expected) <= tolerance + slack
 
 
-def _value_of(entry: Any, name: str, default: Any = None) -> Any:
+def _value_of(entry: object, name: str, default: object = None) -> Any:
     return entry.get(name, default) if isinstance(entry, Mapping) else getattr(entry, name, default)
 
 

@@ -8,7 +8,6 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -115,7 +114,7 @@ def write_fragments(measured: Measures, path: str | os.PathLike[str]) -> Path:
     head += ["mass_share", "number_at_least", "mass_share_at_least"]
     head += [_heading(f"velocity_{axis}", "m/s", measured) for axis in axes] + [_heading("speed", "m/s", measured)]
     head += [_heading(f"{name}_{axis}", "m", measured) for name in ("centre", "extent") for axis in axes]
-    body: list[list[Any]] = []
+    body: list[list[object]] = []
     for moment in moments(measured):
         for part in moment.fragments:
             for number, (piece, role) in enumerate(zip(part.fragments, part.roles, strict=True), 1):
@@ -134,7 +133,7 @@ def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
-def _write(path: str | os.PathLike[str], head: Sequence[str], body: Iterable[Sequence[Any]]) -> Path:
+def _write(path: str | os.PathLike[str], head: Sequence[str], body: Iterable[Sequence[object]]) -> Path:
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(head)

@@ -9,7 +9,6 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 from hvisph.core.errors import OutputError
 from hvisph.core.text import PlainMapping
@@ -22,7 +21,7 @@ class NoHistory:
 
     last_step: int | None = None
 
-    def append(self, record: PlainMapping | Sequence[Any]) -> None:
+    def append(self, record: PlainMapping | Sequence[object]) -> None:
         """Drop a record."""
 
     def sync(self) -> None:
@@ -95,7 +94,7 @@ class HistoryWriter:
     def _start(self, path: Path, columns: Sequence[str], flush_seconds: float) -> None:
         self.path, self.columns = path, tuple(columns)
         self._flush_seconds = flush_seconds
-        self._pending: list[Sequence[Any]] = []
+        self._pending: list[Sequence[object]] = []
         self.last_step: int | None = None  # of the last record that a resumed file holds
         self._last = time.monotonic()
         try:
@@ -104,7 +103,7 @@ class HistoryWriter:
         except OSError as error:
             raise OutputError(f"cannot write {path}: {reason(error)}") from error
 
-    def append(self, record: PlainMapping | Sequence[Any]) -> None:
+    def append(self, record: PlainMapping | Sequence[object]) -> None:
         """Add one record: a value for each column, by name or in their order."""
         if isinstance(record, Mapping):
             if record.keys() != set(self.columns):
@@ -165,7 +164,7 @@ class HistoryWriter:
         self.close()
 
 
-def _lines(records: Sequence[Sequence[Any]]) -> str:
+def _lines(records: Sequence[Sequence[object]]) -> str:
     buffer = io.StringIO()
     csv.writer(buffer, lineterminator="\n").writerows([[_text(value) for value in record] for record in records])
     return buffer.getvalue()

@@ -45,7 +45,7 @@ def _text(value: object) -> bool:
     return isinstance(value, str)
 
 
-def _is(*allowed: object) -> Callable[[Any], bool]:
+def _is(*allowed: object) -> Callable[[object], bool]:
     return lambda value: any(value is one or (isinstance(value, str) and value == one) for one in allowed)
 
 
@@ -77,7 +77,7 @@ def misfit(summary: object) -> str:
     return text or (f"its conservation.{odd[0]} is no number" if odd else "")
 
 
-def _misfit(value: object, kinds: Mapping[str, Callable[[Any], bool]], path: str) -> str:
+def _misfit(value: object, kinds: Mapping[str, Callable[[object], bool]], path: str) -> str:
     if not isinstance(value, dict):
         return f"its {path.rstrip('.')} has no keys"
     for name, fits in kinds.items():

@@ -11,6 +11,7 @@ import numpy as np
 
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import HvisphError
+from hvisph.core.text import Plain
 from hvisph.exact.hugoniot import impedance_match
 from hvisph.materials.material_table import Material
 from hvisph.schemes.protocol import AnyFormulation, Smoothing
@@ -35,6 +36,7 @@ from hvisph.sph.terms.limiters import LIMITERS
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+    from hvisph.case.formulations import options
     from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
 
 
@@ -42,7 +44,7 @@ def formulation_of(case: Case) -> AnyFormulation:
     """Return the scheme of a case's formulation."""
     model: Any = case.formulation
     length = model.smoothing_length
-    shared: dict[str, Any] = {
+    shared: Plain = {
         "kernel": KERNELS[model.kernel],
         "h_over_dx": model.h_over_dx,
         "smoothing": Smoothing(True, length.min_over_initial, length.max_over_initial)
@@ -50,7 +52,7 @@ def formulation_of(case: Case) -> AnyFormulation:
         else Smoothing(),
     }
     kinematics = KINEMATICS[case.kinematics]
-    revolved: dict[str, Any] = {"revolved": kinematics.revolved}
+    revolved: Plain = {"revolved": kinematics.revolved}
     turns = kinematics.dim > 1 and not kinematics.revolved
     if model.type in ("total_lagrangian", "adaptive") or model.contact_algorithm:
         return _composite(model, case)
@@ -94,7 +96,7 @@ def formulation_of(case: Case) -> AnyFormulation:
     raise ValueError(model.type)
 
 
-def _frictional(model: Any, case: Case) -> dict[str, Any]:
+def _frictional(model: Any, case: Case) -> Plain:
     """Return the options of frictional contact between bodies, or within a single one."""
     contact = model.contact
     if contact.type != "frictional" or (len(case.bodies) < 2 and contact.self_contact in (None, "none")):
@@ -102,23 +104,24 @@ def _frictional(model: Any, case: Case) -> dict[str, Any]:
     return {"parted": True, "friction": contact.friction, "fragment_contact": contact.self_contact != "none"}
 
 
-def _correction(model: Any) -> KernelCorrection:
+def _correction(model: options.Correction) -> KernelCorrection:
     if model.type == "none":
         return NoCorrection()
+    assert model.factor is not None
     return KernelCorrection(
         model.type != "gradient", model.type != "shepard", model.factor, model.limiter == "components"
     )
 
 
-def _artificial_stress(model: Any) -> GrayArtificialStress:
+def _artificial_stress(model: options.ArtificialStress) -> GrayArtificialStress:
     return NoArtificialStress() if model.type == "none" else GrayArtificialStress(model.eps, model.n)
 
 
-def _dissipation(model: Any) -> DensityDissipation:
+def _dissipation(model: options.DensityDissipation) -> DensityDissipation:
     return NoDensityDissipation() if model.type == "none" else DensityDissipation(model.alpha)
 
 
-def _viscosity(model: Any) -> MonaghanViscosity:
+def _viscosity(model: options.Viscosity) -> MonaghanViscosity:
     match model.type:
         case "none":
             return NoViscosity()
@@ -143,7 +146,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
     from hvisph.schemes.adaptive.state import Conversion
     from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
 
-    shared: dict[str, Any] = {
+    shared: Plain = {
         "kernel": KERNELS[model.kernel],
         "h_over_dx": model.h_over_dx,
         "viscosity": _viscosity(model.viscosity),

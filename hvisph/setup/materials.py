@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvisph.core.errors import CaseError
+from hvisph.core.text import Plain
 from hvisph.materials import damage, eos, strength
 from hvisph.materials.damage.fracture_energy import FractureEnergy
 from hvisph.materials.material_table import Material
@@ -104,9 +105,9 @@ def parameters(kind: type[Any], model: object, **known: object) -> Any:
     return kind(**{name: value for name, value in values.items() if value is not None})
 
 
-def _of_eos(model: EosModel, density: float, internal_energy: float) -> dict[str, Any]:
+def _of_eos(model: EosModel, density: float, internal_energy: float) -> Plain:
     """Return the parameters of an equation of state that are no keys of its model."""
-    known: dict[str, Any] = {"reference_density": density, "ambient_energy": internal_energy}
+    known: Plain = {"reference_density": density, "ambient_energy": internal_energy}
     if model.type == "linear":
         known["bulk_modulus"] = model.modulus(density)
     elif model.type == "mie_gruneisen":
@@ -123,7 +124,7 @@ def _of_eos(model: EosModel, density: float, internal_energy: float) -> dict[str
     return known
 
 
-def _spall(model: DamageModel) -> dict[str, Any]:
+def _spall(model: DamageModel) -> Plain:
     """Return spall strength [Pa], infinite if absent, its exponent [-] and its rate [1/s]."""
     exponent: float = getattr(model, "spall_exponent", 0.0)
     if model.type == "pressure_cutoff":

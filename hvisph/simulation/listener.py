@@ -9,6 +9,8 @@ from typing import Any
 
 from hvisph.core.text import Plain
 
+from .clock import Clock, TimeStep
+
 # Wall time between two reports of progress [s].
 REPORT_EVERY = 0.1
 
@@ -54,7 +56,7 @@ class Listener:
 class Reporter:
     """Sender of progress reports, ten times a second; `before` is the wall time of earlier steps [s]."""
 
-    def __init__(self, listener: Listener, setup: Any, clock: Any, before: float):
+    def __init__(self, listener: Listener, setup: Any, clock: Clock, before: float):
         self._listener, self._setup, self._clock = listener, setup, clock
         self._began = wall.perf_counter() - before
         self._last, self._last_steps = 0.0, clock.steps
@@ -64,7 +66,7 @@ class Reporter:
         """Wall time of all steps so far [s]."""
         return wall.perf_counter() - self._began
 
-    def report(self, time_step: Any, body: int, drift: float | None) -> None:
+    def report(self, time_step: TimeStep, body: int, drift: float | None) -> None:
         """Report the next step, the body that limits it and the energy drift, when due."""
         now, clock = wall.perf_counter(), self._clock
         since = now - self._last

@@ -30,7 +30,7 @@ from .statistics import (
 from .surrogate import sensitivity
 
 
-def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row], record: Sequence[str] | None = None) -> Plain:
+def verdict(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], record: Sequence[str] | None = None) -> Plain:
     """Analyse the results of a sweep, in plain form for `results.json`."""
     results: Plain = {
         "type": vary.type,
@@ -56,7 +56,7 @@ def verdict(vary: Any, base: PlainMapping, rows: Sequence[Row], record: Sequence
     return results
 
 
-def following(vary: Any, base: PlainMapping, rows: Sequence[Row], points: int) -> list[Values]:
+def following(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], points: int) -> list[Values]:
     """Return the cases of the next round of a bisection, `points` for each limit, or of a fit; none of other sweeps."""
     if isinstance(vary, models.Fit):
         return Calibration(vary, base, [row for row in rows if row["status"] == "done"]).solve()[0]
@@ -84,7 +84,7 @@ def _groups(vary: models.Bisect, base: PlainMapping, rows: Sequence[Row]) -> lis
     ]
 
 
-def undecided_shots(vary: Any, rows: Sequence[Row]) -> list[int]:
+def undecided_shots(vary: models.Vary, rows: Sequence[Row]) -> list[int]:
     """Return the numbers of the finished shots of a limit that are undecided."""
     if not isinstance(vary, models.Bisect):
         return []

@@ -71,7 +71,7 @@ def split(path: str, value: object) -> tuple[float, str]:
     return float(match[1]), match[2]
 
 
-def product(axes: Mapping[str, Sequence[Any]]) -> list[Values]:
+def product(axes: Mapping[str, Sequence[object]]) -> list[Values]:
     """Return every combination of the values of several settings."""
     return [dict(zip(axes, one, strict=True)) for one in itertools.product(*axes.values())]
 

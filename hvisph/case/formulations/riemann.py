@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -14,6 +14,9 @@ from hvisph.core.text import Plain
 
 from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, unavailable
 from .options import NO_CONVERSION, Kernel, KernelOptions
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
 
 # Defaults of each variant.
 VARIANTS: dict[str, Plain] = {
@@ -72,7 +75,7 @@ def gas_formulation(data: Plain) -> Plain | None:
     return {"smoothing_length": following(bodies.values(), str(data.get("kinematics")))} | free | formulation
 
 
-def following(bodies: Iterable[Any], kinematics: str) -> Plain:
+def following(bodies: Iterable[object], kinematics: str) -> Plain:
     """Return how the smoothing length follows the gases and detonation products among `bodies`."""
     products = any(is_gas(body, ("jwl",)) for body in bodies)
     least = {"min_over_initial": PRODUCTS_SHRINK} if products else {}
@@ -80,7 +83,7 @@ def following(bodies: Iterable[Any], kinematics: str) -> Plain:
     return FOLLOWING | least | most
 
 
-def is_gas(body: Any, kinds: tuple[str, ...] = GASES) -> bool:
+def is_gas(body: object, kinds: tuple[str, ...] = GASES) -> bool:
     """Whether a raw body is of a gas or of detonation products, which become one; or of these `kinds` of them."""
     for key in ("material", "eos"):
         body = body.get(key) if isinstance(body, dict) else getattr(body, key, None)
@@ -88,7 +91,7 @@ def is_gas(body: Any, kinds: tuple[str, ...] = GASES) -> bool:
     return bool(kind in kinds)
 
 
-def bears_any_tension(body: Any) -> bool:
+def bears_any_tension(body: Body) -> bool:
     """Whether only the equation of state limits the tension of a body."""
     material = body.material
     breaks = material.damage.type != "none" or material.strength.type in ("elastic", "fabric")

@@ -6,7 +6,7 @@ import os
 import platform
 import sys
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -52,7 +52,7 @@ def doctor(
         raise typer.Exit(FAILED)
 
 
-def common_cases() -> Iterator[tuple[str, dict[str, Any]]]:
+def common_cases() -> Iterator[tuple[str, Plain]]:
     """Yield title and case of each pair of materials, by each common formulation and kinematics."""
     from hvisph.core.catalogues import KINEMATICS
 

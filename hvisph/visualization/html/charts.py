@@ -117,7 +117,9 @@ OVER_TIME = {
 TOUCHED = 1e-4  # share of the kinetic energy that is lost at contact
 
 
-def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[list[Any], list[Any]]:
+def history_charts(
+    history: Mapping[str, np.ndarray], unitless: bool
+) -> tuple[list[dict[str, str]], list[dict[str, str]]]:
     """Return charts of measured quantities over time, and of the run's conservation."""
     time = np.asarray(history["time"], float)
     if len(time) < 2:
@@ -160,17 +162,17 @@ def measured_charts(measured: Measures) -> list[dict[str, str]]:
         for name in names:
             results = [moment.results.get(name) for moment in shown]
             display = format_of(name, unit, measured.unitless)
-            values = np.array([_or_nan(one and one.value) for one in results])
+            values = np.array([_or_nan(one.value if one else None) for one in results])
             if np.isfinite(values).sum() > 1:
                 lines[display.label] = values
-                bands[display.label] = np.array([_or_nan(one and one.uncertainty) for one in results])
+                bands[display.label] = np.array([_or_nan(one.uncertainty if one else None) for one in results])
         if lines:
             shown_in = format_of(names[0], unit).unit
             charts.append(_scaled_chart(time, lines, caption.lower(), shown_in, caption, measured.unitless, bands))
     return charts
 
 
-def _or_nan(value: Any) -> float:
+def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
