@@ -27,8 +27,14 @@ class Field:
 
     def components(self, dim: int) -> int:
         """Return how many numbers a particle stores for this field in `dim` dimensions."""
-        sizes = {"scalar": 1, "vector": dim, "axial": AXIAL_LENGTH[dim], "symmetric": SYMMETRIC_LENGTH[dim],
-                 "gradient": dim * dim, "quaternion": 4}  # fmt: skip
+        sizes = {
+            "scalar": 1,
+            "vector": dim,
+            "axial": AXIAL_LENGTH[dim],
+            "symmetric": SYMMETRIC_LENGTH[dim],
+            "gradient": dim * dim,
+            "quaternion": 4,
+        }
         return sizes[self.rank]
 
 

@@ -127,9 +127,16 @@ TORN_CRACK = 0.05
 PIECE, CUT = 0.25, 0.5
 
 
-def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float,
-            holds: Sequence[Holds] = (), moments: Iterable[Snapshot] = (),
-            cracks: Sequence[bool] = ()) -> list[str]:  # fmt: skip
+def remarks(
+    now: Snapshot,
+    start: Snapshot,
+    bodies: Sequence[str],
+    whole: Sequence[bool],
+    spacing: float,
+    holds: Sequence[Holds] = (),
+    moments: Iterable[Snapshot] = (),
+    cracks: Sequence[bool] = (),
+) -> list[str]:
     """Return warnings on the final state of a run.
 
     `whole` says which bodies are solids without a model of damage, `holds` where the material of each body is valid;

@@ -255,9 +255,14 @@ def add_swing(
     return swung
 
 
-def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
-            names: Mapping[str, str] | None = None, units: tuple[float, float, float] | None = None,
-            witness: float | None = None) -> Measures:  # fmt: skip
+def measure(
+    source: str | os.PathLike[str],
+    at: float | str | None = None,
+    *,
+    names: Mapping[str, str] | None = None,
+    units: tuple[float, float, float] | None = None,
+    witness: float | None = None,
+) -> Measures:
     """Measure a run folder or a single snapshot file.
 
     Parameters
@@ -321,9 +326,14 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     return measure_in_time(read(files[-1]), files, start, history, str(path), read)
 
 
-def measure_in_time(now: Snapshot, files: Sequence[Path], start: Snapshot | None = None,
-                    history: History | None = None, source: str = "",
-                    read: Callable[[Path], Snapshot] | None = None) -> Measures:  # fmt: skip
+def measure_in_time(
+    now: Snapshot,
+    files: Sequence[Path],
+    start: Snapshot | None = None,
+    history: History | None = None,
+    source: str = "",
+    read: Callable[[Path], Snapshot] | None = None,
+) -> Measures:
     """Measure one moment with temporal scatter and times of perforation and exit, which follow from earlier ones.
 
     `files` are the snapshots up to it in order of time, `start` is the first of them, if it is the run's first, and
@@ -358,8 +368,13 @@ def _loader(
     return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read(files[number]), initial))
 
 
-def _measure_series(files: Sequence[Path], initial: InitialReference | None, history: History | None, source: str,
-                    read: Callable[[Path], Snapshot]) -> Measures:  # fmt: skip
+def _measure_series(
+    files: Sequence[Path],
+    initial: InitialReference | None,
+    history: History | None,
+    source: str,
+    read: Callable[[Path], Snapshot],
+) -> Measures:
     """Measure all moments of a run; the last one holds the series."""
     load, known = _loader(files, initial, read), dict[int, Moment]()
     series: list[Measures] = []

@@ -24,8 +24,15 @@ FORMAT_VERSION = 1
 VTK_SYMMETRIC = (0, 1, 2, 3, 5, 4)
 INDICES = ("body", "material", "id")
 # What kinds of values a header has, and the metadata that measures read.
-_HEADER: Plain = {"time": int | float, "step": int, "dimensions": int, "bodies": list, "materials": list,
-                           "fields": list, "metadata": dict}  # fmt: skip
+_HEADER: Plain = {
+    "time": int | float,
+    "step": int,
+    "dimensions": int,
+    "bodies": list,
+    "materials": list,
+    "fields": list,
+    "metadata": dict,
+}
 _AXIAL_COLUMNS: dict[int, list[int]] = {1: [], 2: [2], 3: [0, 1, 2]}  # what turns in the plane turns about z
 _NUMBERS = ("spacing", "face", "thickness", "width", "kernel_reach")
 _TEXTS = ("title", "units", "kinematics", "code_version", "case")

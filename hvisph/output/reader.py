@@ -50,8 +50,14 @@ def _is(*allowed: object) -> Callable[[object], bool]:
 
 
 _MEASURE = {"value": _number_or_none, "unit": _text, "uncertainty": _number_or_none}
-_EXPECTED = {"name": _text, "value": _number_or_none, "expected": _number, "tolerance": _number, "source": _text,
-             "passed": _is(True, False)}  # fmt: skip
+_EXPECTED = {
+    "name": _text,
+    "value": _number_or_none,
+    "expected": _number,
+    "tolerance": _number,
+    "source": _text,
+    "passed": _is(True, False),
+}
 _PLAIN = {"title": _text, "status": _is(*STATUSES), "end_time": _number, "particles": _count, "steps": _count,
           "threads": _count, "wall_seconds": _number, "microseconds_per_particle_step": _number_or_none}  # fmt: skip
 

@@ -134,9 +134,14 @@ class Subdomain(Collectives):
         if not self._asks or not steps:
             return ""
         halo, world = self.halos[0], self.world
-        own = [self._stepper.particles.count, halo.received / max(halo.evaluations, 1), world.messages / steps,
-               world.sent / steps, world.waited / max(wall.perf_counter() - self._started, 1e-9),
-               peak_memory() / 1e6]  # fmt: skip
+        own = [
+            self._stepper.particles.count,
+            halo.received / max(halo.evaluations, 1),
+            world.messages / steps,
+            world.sent / steps,
+            world.waited / max(wall.perf_counter() - self._started, 1e-9),
+            peak_memory() / 1e6,
+        ]
         table = world.everybodys(np.array(own, float))
         count, others, messages, rows, waited, _ = table.mean(axis=0)
         return (

@@ -88,8 +88,13 @@ class Entry:
     group: str = ""
 
 
-def entries(sources: Sequence[str | os.PathLike[str]], *, runs: str | os.PathLike[str] = "runs",
-            overrides: Sequence[str] = (), resolution: str | float | None = None) -> list[Entry]:  # fmt: skip
+def entries(
+    sources: Sequence[str | os.PathLike[str]],
+    *,
+    runs: str | os.PathLike[str] = "runs",
+    overrides: Sequence[str] = (),
+    resolution: str | float | None = None,
+) -> list[Entry]:
     """Return what `sources` name, every case of it loaded, so that bad input shows before anything runs.
 
     Parameters

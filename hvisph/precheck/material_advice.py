@@ -159,9 +159,15 @@ def _too_wide(facts: Facts) -> Iterator[Values]:
         finer = most * (own or facts.case.resolution) / width
         left = 100.0 * math.sqrt(stable / width)
         effect = f"its strength falls to {left:.2g} %" if width > stable else "cracks may take three times their energy"
-        yield {"name": name, "width": 1e3 * width, "stable": 1e3 * stable, "opening": 1e3 * opening, "effect": effect,
-               "of": f"bodies.{name}." if own else "",
-               "finer": math.floor(1e6 * finer) if finer > 1e-6 else 1e6 * finer}  # fmt: skip
+        yield {
+            "name": name,
+            "width": 1e3 * width,
+            "stable": 1e3 * stable,
+            "opening": 1e3 * opening,
+            "effect": effect,
+            "of": f"bodies.{name}." if own else "",
+            "finer": math.floor(1e6 * finer) if finer > 1e-6 else 1e6 * finer,
+        }
 
 
 def _too_narrow(facts: Facts) -> Iterator[Values]:
@@ -169,8 +175,13 @@ def _too_narrow(facts: Facts) -> Iterator[Values]:
     for name, width, _, opening in _cracks(facts):
         if width < WIDEST_CRACK * opening:
             own = facts.bodies[name].resolution
-            yield {"name": name, "width": 1e3 * width, "opening": 1e3 * opening, "of": f"bodies.{name}." if own else "",
-                   "coarser": math.ceil(1e6 * opening * (own or facts.case.resolution) / width)}  # fmt: skip
+            yield {
+                "name": name,
+                "width": 1e3 * width,
+                "opening": 1e3 * opening,
+                "of": f"bodies.{name}." if own else "",
+                "coarser": math.ceil(1e6 * opening * (own or facts.case.resolution) / width),
+            }
 
 
 def _molten(facts: Facts) -> Iterator[Values]:
@@ -193,9 +204,15 @@ def _molten(facts: Facts) -> Iterator[Values]:
         if hot > melts:
             kin = f"{model.name}{VAPOUR}"
             known = kin in names
-            yield {"name": name, "eos": model.eos.type, "shock": 1e-9 * behind.pressure, "hot": hot, "melts": melts,
-                   "remedy": f"take {kin}" if known else "`tillotson` and `table` have both",
-                   "setting": f"bodies.{name}.material={kin}" if known else ""}  # fmt: skip
+            yield {
+                "name": name,
+                "eos": model.eos.type,
+                "shock": 1e-9 * behind.pressure,
+                "hot": hot,
+                "melts": melts,
+                "remedy": f"take {kin}" if known else "`tillotson` and `table` have both",
+                "setting": f"bodies.{name}.material={kin}" if known else "",
+            }
 
 
 MATERIAL_RULES = (

@@ -133,8 +133,15 @@ def flow_at(
     return float(flow(table, models, 0, material.density, e, pressure, plastic_strain, 0.0, rate)[0])
 
 
-def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, strain: float = 0.2,
-          steps: int = 400, axis: int = 0, width: float = VOLUME ** (1.0 / 3.0)) -> PointRecord:  # fmt: skip
+def drive(
+    material: Material,
+    path: str = "uniaxial_stress",
+    rate: float = 1e3,
+    strain: float = 0.2,
+    steps: int = 400,
+    axis: int = 0,
+    width: float = VOLUME ** (1.0 / 3.0),
+) -> PointRecord:
     """Drive a material point along a path.
 
     Parameters

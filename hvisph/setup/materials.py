@@ -60,10 +60,17 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         name=model.name,
         density=model.density,
         eos=of_state,
-        strength=parameters(strength.REGISTRY[model.strength.type], model.strength, shear_modulus=model.shear_modulus,
-                            bulk_modulus=model.density * of_state.ambient_sound_speed(model.density) ** 2),
-        damage=parameters(damage.REGISTRY[model.damage.type], model.damage,
-                          void_growth=getattr(model.damage, "high_triaxiality", "") == "void_growth"),
+        strength=parameters(
+            strength.REGISTRY[model.strength.type],
+            model.strength,
+            shear_modulus=model.shear_modulus,
+            bulk_modulus=model.density * of_state.ambient_sound_speed(model.density) ** 2,
+        ),
+        damage=parameters(
+            damage.REGISTRY[model.damage.type],
+            model.damage,
+            void_growth=getattr(model.damage, "high_triaxiality", "") == "void_growth",
+        ),
         porosity=None if model.porosity is None else parameters(Porosity, model.porosity, **_ends(model.porosity)),
         heat_capacity=heat.heat_capacity or 0.0,
         room_temperature=heat.room_temperature or 0.0,
@@ -75,7 +82,7 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         **_spall(model.damage),
         heat_capacities=getattr(heat, "heat_capacities", ()),
         heat_of_melting=heat_of_melting,
-    )  # fmt: skip
+    )
     if material.entropies and model.eos.type == "table" and of_state.grid.entropy is None:
         raise CaseError(
             "the table has no entropy and no free energy: leave out `melting: {entropies: ...}`",

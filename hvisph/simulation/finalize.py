@@ -50,9 +50,15 @@ def sum_up(
 
     folder = writer.folder
     summary = summarise(
-        case, text, **ended, threads=numba.get_num_threads(), start=_start(case, text, writer), now=now,
-        history=read_history(folder.path), snapshots=list_snapshots(folder.path),
-    )  # fmt: skip
+        case,
+        text,
+        **ended,
+        threads=numba.get_num_threads(),
+        start=_start(case, text, writer),
+        now=now,
+        history=read_history(folder.path),
+        snapshots=list_snapshots(folder.path),
+    )
     summary |= {"start": origin} if origin else {}
     folder.write_json(file_names.SUMMARY, summary)
     how = f"{ended['status']} at {ended['time']:.6g} s after {ended['steps']} steps"

@@ -253,12 +253,17 @@ class Run:
             self.folder.log.write(shared)
         sums = self.setup.stepper.sums
         ended: Plain = {
-            "status": self.status, "time": self.clock.time, "steps": self.clock.steps,
-            "failure": self.failure.as_dict() if self.failure else None, "particles": self.subdomain.count,
-            "wall_seconds": self.reporter.seconds, "conservation": self.budget.as_dict(sums),
-            "energies": self.budget.energies(sums), "highest_pressure": self.budget.highest(),
+            "status": self.status,
+            "time": self.clock.time,
+            "steps": self.clock.steps,
+            "failure": self.failure.as_dict() if self.failure else None,
+            "particles": self.subdomain.count,
+            "wall_seconds": self.reporter.seconds,
+            "conservation": self.budget.as_dict(sums),
+            "energies": self.budget.energies(sums),
+            "highest_pressure": self.budget.highest(),
             "crack_area": self.budget.crack_area(),
-        }  # fmt: skip
+        }
         for one in (self.setup, self.writer):
             release_arrays(one)
 

@@ -32,8 +32,14 @@ from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
 
 
-def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, force: bool = False,
-        threads: int | None = None, listener: Listener | None = None) -> Outcome:  # fmt: skip
+def run(
+    case: Case | str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    force: bool = False,
+    threads: int | None = None,
+    listener: Listener | None = None,
+) -> Outcome:
     """Run a case and write its folder.
 
     Parameters
@@ -122,8 +128,14 @@ def set_threads(threads: int | None, worthwhile: int | None = None, beside: int 
     numba.set_num_threads(threads or max(1, min(worthwhile or most, most // beside)))
 
 
-def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
-           threads: int | None = None, listener: Listener | None = None) -> Outcome:  # fmt: skip
+def resume(
+    run: str | os.PathLike[str],
+    end: str | float | None = None,
+    *,
+    max_steps: int | None = None,
+    threads: int | None = None,
+    listener: Listener | None = None,
+) -> Outcome:
     """Continue a run from its newest checkpoint, bit for bit as without the stop.
 
     A run that was killed before its first checkpoint begins again. One that has reached its end only sums up

@@ -46,10 +46,15 @@ class SnapshotWriter:
     def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str):
         self.folder, self.setup, self.output = folder, setup, case.output
         self.metadata: Plain = {
-            "spacing": case.resolution, "h_over_dx": case.formulation.h_over_dx,
-            "kernel_reach": case.formulation.support_over_h, "kinematics": case.kinematics, "title": case.title,
-            "units": case.units, "code_version": __version__, "case": text,
-        }  # fmt: skip
+            "spacing": case.resolution,
+            "h_over_dx": case.formulation.h_over_dx,
+            "kernel_reach": case.formulation.support_over_h,
+            "kinematics": case.kinematics,
+            "title": case.title,
+            "units": case.units,
+            "code_version": __version__,
+            "case": text,
+        }
         self.metadata["shot"] = {
             "roles": _roles(case),
             "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],

@@ -250,9 +250,15 @@ class Calibration:
         from scipy.optimize import least_squares
         from scipy.stats import t
 
-        found = least_squares(lambda u: self._linearize(u)[0], self.start, jac=lambda u: self._linearize(u)[1],
-                              bounds=(0.0, 1.0), xtol=TOLERANCE, ftol=TOLERANCE,
-                              max_nfev=self.fit.iterations)  # fmt: skip
+        found = least_squares(
+            lambda u: self._linearize(u)[0],
+            self.start,
+            jac=lambda u: self._linearize(u)[1],
+            bounds=(0.0, 1.0),
+            xtol=TOLERANCE,
+            ftol=TOLERANCE,
+            max_nfev=self.fit.iterations,
+        )
         residuals, jacobian = self._linearize(found.x)
         freedom = max(len(residuals) - len(found.x), 1)
         spread = max(1.0, float(residuals @ residuals) / freedom)
@@ -262,8 +268,13 @@ class Calibration:
         text = f"least squares, {found.nfev} iterations"
         if found.status == 0:
             text += ", not converged: give more `iterations` or another start"
-        return self._result(found.x, covariance, bounds, self._evaluate(found.x[None])[0],
-                            {"method": text, "converged": found.status > 0})  # fmt: skip
+        return self._result(
+            found.x,
+            covariance,
+            bounds,
+            self._evaluate(found.x[None])[0],
+            {"method": text, "converged": found.status > 0},
+        )
 
     def _design(self) -> np.ndarray:
         """Return the points of a surrogate."""

@@ -44,8 +44,14 @@ class DaskCrew:
 
     waits_for_first = True  # machines may share a disk without locks
 
-    def __init__(self, folder: SweepFolder, client: Any, threads: int, options: Sequence[str] = (),
-                 tell: Callable[[str], None] = warn):  # fmt: skip
+    def __init__(
+        self,
+        folder: SweepFolder,
+        client: Any,
+        threads: int,
+        options: Sequence[str] = (),
+        tell: Callable[[str], None] = warn,
+    ):
         home = SweepFolder(folder.path.resolve())
         self.client, self.tell = client, tell
         self.address = client.scheduler.address

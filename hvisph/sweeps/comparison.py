@@ -45,9 +45,14 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
         unit = next(
             row["measures"][name]["unit"] for row in rows if row["measures"].get(name, {}).get("unit") is not None
         )
-        verdicts[name] = {"unit": unit, "cases": numbers, "measured": measured, "computed": computed,
-                          "mean": float(np.mean(off)) if off else None,
-                          "worst": max(off, key=abs) if off else None}  # fmt: skip
+        verdicts[name] = {
+            "unit": unit,
+            "cases": numbers,
+            "measured": measured,
+            "computed": computed,
+            "mean": float(np.mean(off)) if off else None,
+            "worst": max(off, key=abs) if off else None,
+        }
     return verdicts
 
 

@@ -247,8 +247,14 @@ SWEEPS = Path("sweeps")
 Source = str | os.PathLike[str] | PlainMapping
 
 
-def sweep(source: Source, out: str | os.PathLike[str] | None = None, *, workers: int | None = None,
-          threads: int | None = None, only: str | None = None) -> Iterator[Row]:  # fmt: skip
+def sweep(
+    source: Source,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    workers: int | None = None,
+    threads: int | None = None,
+    only: str | None = None,
+) -> Iterator[Row]:
     """Compute a sweep, giving the row of each case as it ends.
 
     Parameters
@@ -317,8 +323,14 @@ def update_sweep_of(run: Path) -> Path | None:
     return folder.path
 
 
-def driver(folder: SweepFolder, workers: int | None, threads: int | None, selection: Selection, only: str | None,
-           crew: Callable[[SweepFolder, int, tuple[str, ...]], Crew] | None = None) -> Driver:  # fmt: skip
+def driver(
+    folder: SweepFolder,
+    workers: int | None,
+    threads: int | None,
+    selection: Selection,
+    only: str | None,
+    crew: Callable[[SweepFolder, int, tuple[str, ...]], Crew] | None = None,
+) -> Driver:
     """Return the driver of the sweep in `folder`; `crew` creates workers other than those of this machine."""
     selection.require(folder.members())
     cores = available_threads()

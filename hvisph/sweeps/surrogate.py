@@ -76,11 +76,16 @@ def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> P
     first, total = surface.sobol(distributions)
     swing = [float(b * np.diff(one.ppf([0.05, 0.95]))[0]) for b, one in zip(slopes, distributions, strict=True)]
     return {
-        "slope": slopes.tolist(), "error": errors.tolist(), "swing": swing,
-        "share": (slopes**2 * np.var(x, axis=0) / np.var(y)).tolist(), "first": first, "total": total,
+        "slope": slopes.tolist(),
+        "error": errors.tolist(),
+        "swing": swing,
+        "share": (slopes**2 * np.var(x, axis=0) / np.var(y)).tolist(),
+        "first": first,
+        "total": total,
         "r2": 1.0 - float(residual @ residual) / float(n * np.var(y)),
-        "surrogate": surface.kind, "leave_one_out": surface.share,
-    }  # fmt: skip
+        "surrogate": surface.kind,
+        "leave_one_out": surface.share,
+    }
 
 
 def _terms(x: np.ndarray, degree: int) -> np.ndarray:

@@ -60,8 +60,13 @@ class Worker:
         A file as long as which is there to work; None to work until nothing is left.
     """
 
-    def __init__(self, folder: SweepFolder, threads: int | None = None, selection: Selection | None = None,
-                 wanted: Path | None = None):  # fmt: skip
+    def __init__(
+        self,
+        folder: SweepFolder,
+        threads: int | None = None,
+        selection: Selection | None = None,
+        wanted: Path | None = None,
+    ):
         self.folder, self.threads, self.selection = folder, threads, selection or Selection()
         self.file = wanted
         self.plan: Plan = folder.plan()

@@ -266,5 +266,11 @@ def _draw(verdicts: Sequence[Verdict], folder: Path) -> Path:
     first = verdicts[0]
     drawn = next(one for one in verdicts if one.curves)
     path = folder / file_name(first.problem, first.trial)
-    return curves_picture(panels, path, title=f"{first.problem}: {first.trial}", across=drawn.across,
-                          unitless=drawn.unitless, units=drawn.units)  # fmt: skip
+    return curves_picture(
+        panels,
+        path,
+        title=f"{first.problem}: {first.trial}",
+        across=drawn.across,
+        unitless=drawn.unitless,
+        units=drawn.units,
+    )

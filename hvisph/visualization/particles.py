@@ -290,8 +290,14 @@ def animate(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look,
     if target.suffix.lower() == ".gif":
         images = [picture.quantize(128) for picture in pictures]
         with replacing(target) as file:
-            images[0].save(file, format="GIF", save_all=True, append_images=images[1:], loop=0,
-                           duration=[int(1000 * pace)] * (len(images) - 1) + [1500])  # fmt: skip
+            images[0].save(
+                file,
+                format="GIF",
+                save_all=True,
+                append_images=images[1:],
+                loop=0,
+                duration=[int(1000 * pace)] * (len(images) - 1) + [1500],
+            )
         return target
     return _film(pictures, target, pace)
 

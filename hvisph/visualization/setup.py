@@ -145,8 +145,13 @@ def _section(axes: Axes, setup: Setup) -> None:
         if axis < 2:
             (axes.axvline if axis == 0 else axes.axhline)(at * unit, color="#c0392b", ls="-.", lw=1.2)
     if setup.planes:
-        axes.plot([], [], "-.", color="#c0392b", label="symmetry: " + ", ".join(
-            f"{'xyz'[axis]} = {at * unit:g}" for axis, at in setup.planes))  # fmt: skip
+        axes.plot(
+            [],
+            [],
+            "-.",
+            color="#c0392b",
+            label="symmetry: " + ", ".join(f"{'xyz'[axis]} = {at * unit:g}" for axis, at in setup.planes),
+        )
     if setup.revolved:
         axes.axhline(0.0, color="#666666", ls=(0, (12, 3, 2, 3)), lw=0.8, label="axis")
     for name, place in setup.gauges.items():

@@ -25,8 +25,13 @@ MOST_PANELS = 9
 MOST_GROUPS = 12  # that a legend names
 
 
-def sweep_picture(results: Mapping[str, object], rows: Sequence[PlainMapping], path: str | os.PathLike[str],
-                  title: str = "", record: Sequence[str] | None = None) -> Path:  # fmt: skip
+def sweep_picture(
+    results: Mapping[str, object],
+    rows: Sequence[PlainMapping],
+    path: str | os.PathLike[str],
+    title: str = "",
+    record: Sequence[str] | None = None,
+) -> Path:
     """Draw the results of a sweep and store the picture.
 
     Parameters
@@ -222,8 +227,14 @@ def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Fig
         for colour, (group, members) in zip(_colours(len(groups)), groups.items(), strict=True):
             values = {k: done[k]["measures"].get(name, {}).get("value") for k in members}
             shown = sorted((k for k in members if isinstance(values[k], int | float)), key=x.__getitem__)
-            axes.plot([x[k] for k in shown], [values[k] * display.factor for k in shown],
-                      "o-" if len(groups) > 1 else "o", color=colour, label=group, linewidth=1)  # fmt: skip
+            axes.plot(
+                [x[k] for k in shown],
+                [values[k] * display.factor for k in shown],
+                "o-" if len(groups) > 1 else "o",
+                color=colour,
+                label=group,
+                linewidth=1,
+            )
         if ticks:
             axes.set_xticks(range(len(ticks)), ticks, rotation=30, ha="right", fontsize=7)
         if name == "perforated":

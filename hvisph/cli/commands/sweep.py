@@ -120,8 +120,13 @@ def ballistic_limit(
     """
     bounds = _bounds(bracket)
     width = tolerance if tolerance is not None else _sixteenth(*bounds)
-    varied = {"type": "bisect", "path": vary, "bracket": list(bounds), "tolerance": width,
-              "event": {"measure": measure, "threshold": threshold}}  # fmt: skip
+    varied = {
+        "type": "bisect",
+        "path": vary,
+        "bracket": list(bounds),
+        "tolerance": width,
+        "event": {"measure": measure, "threshold": threshold},
+    }
     varied |= {"longest": longest} if longest else {}
     varied |= {"resolutions": [one.strip() for one in resolutions.split(",")]} if resolutions else {}
     varied |= {"fit": fit} if fit else {}

@@ -222,8 +222,15 @@ def _sets_with_results(
             yield one
 
 
-def _compute_set(experiments: Experiments, form: Form, across: float | None, only: str | None, table: bool,
-              out: Path | None, how: Running) -> SetResult:  # fmt: skip
+def _compute_set(
+    experiments: Experiments,
+    form: Form,
+    across: float | None,
+    only: str | None,
+    table: bool,
+    out: Path | None,
+    how: Running,
+) -> SetResult:
     """Compute the remaining experiments of a set and return its results."""
     from hvisph_validation.evaluation import folders, result
 

@@ -154,8 +154,14 @@ def _align(rows: Sequence[Sequence[str]], indent: int) -> str:
 def paragraph(text: str, indent: int = 0, hanging: int | None = None) -> str:
     """Return `text` in lines that fit a screen, those after the first indented by `hanging`."""
     rest = " " * (indent if hanging is None else hanging)
-    return textwrap.fill(sanitize(text), SCREEN, initial_indent=" " * indent, subsequent_indent=rest,
-                         break_long_words=False, break_on_hyphens=False)  # fmt: skip
+    return textwrap.fill(
+        sanitize(text),
+        SCREEN,
+        initial_indent=" " * indent,
+        subsequent_indent=rest,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def _widths(rows: Sequence[Sequence[str]]) -> list[int]:

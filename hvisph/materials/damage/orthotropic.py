@@ -53,8 +53,15 @@ class Hashin:
     tag: ClassVar[int] = tags.HASHIN
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "fibre_tension", "fibre_compression", "matrix_tension", "matrix_compression",
-                               "shear", "transverse_shear")  # fmt: skip
+        slots.require_positive(
+            self,
+            "fibre_tension",
+            "fibre_compression",
+            "matrix_tension",
+            "matrix_compression",
+            "shear",
+            "transverse_shear",
+        )
         slots.require_not_negative(self, "delamination_tension", "delamination_shear")
         require_share(self.residual, self.name)
 

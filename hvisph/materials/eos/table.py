@@ -118,9 +118,15 @@ def _hermite(t, width):
     """Cubic Hermite weights of two values and of their slopes, and the weights' own slopes, at `t` in a cell."""
     u = t - 1.0
     return (
-        (1.0 + 2.0 * t) * u * u, t * t * (3.0 - 2.0 * t), t * u * u * width, t * t * u * width,
-        6.0 * t * u / width, -6.0 * t * u / width, (3.0 * t - 1.0) * u, t * (3.0 * t - 2.0),
-    )  # fmt: skip
+        (1.0 + 2.0 * t) * u * u,
+        t * t * (3.0 - 2.0 * t),
+        t * u * u * width,
+        t * t * u * width,
+        6.0 * t * u / width,
+        -6.0 * t * u / width,
+        (3.0 * t - 1.0) * u,
+        t * (3.0 * t - 2.0),
+    )
 
 
 @inline

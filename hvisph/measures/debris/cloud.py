@@ -50,9 +50,15 @@ def arrivals(scene: Scene, rows: np.ndarray, x: float) -> Arrivals:
     reach = (velocity[:, 0] > 0.0) & (ahead >= 0.0)
     velocity, flight = velocity[reach], ahead[reach] / velocity[reach, 0]
     own = mass[reach]
-    return Arrivals(x, scene.lateral[rows[reach]] + flight[:, None] * velocity[:, 1:], scene.now.time + flight, own,
-                    own * velocity[:, 0], 0.5 * own * (velocity**2).sum(axis=1),
-                    float(own.sum() / mass.sum()))  # fmt: skip
+    return Arrivals(
+        x,
+        scene.lateral[rows[reach]] + flight[:, None] * velocity[:, 1:],
+        scene.now.time + flight,
+        own,
+        own * velocity[:, 0],
+        0.5 * own * (velocity**2).sum(axis=1),
+        float(own.sum() / mass.sum()),
+    )
 
 
 def plane_loads(came: Arrivals, round_: bool, spacing: float) -> Plain:
@@ -163,8 +169,15 @@ def cloud_velocity(scene: Scene) -> Outcomes:
     mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
     radius = np.maximum(scene.radius[rows], 1e-3 * scene.spacing)
     radial = np.asarray((velocity[:, 1:] * scene.lateral[rows]).sum(axis=1) / radius)
-    shares = {"front": 0.999, "front_99": 0.99, "front_90": 0.9, "rear": 0.01, "radial": 0.999, "radial_99": 0.99,
-              "radial_90": 0.9}  # fmt: skip
+    shares = {
+        "front": 0.999,
+        "front_99": 0.99,
+        "front_90": 0.9,
+        "rear": 0.01,
+        "radial": 0.999,
+        "radial_99": 0.99,
+        "radial_90": 0.9,
+    }
     return {
         name: weighted_quantile(radial if name.startswith("radial") else velocity[:, 0], mass, share)
         for name, share in shares.items()

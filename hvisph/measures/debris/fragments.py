@@ -150,8 +150,15 @@ class Fragments(Sequence[Fragment]):
         centre, velocity = self.centres[k], self.velocities[k]
         if self.back is not None:
             centre, velocity = self.back(centre, velocity)
-        return Fragment(self.body, int(self.groups.counts[k]), float(self.masses[k]), centre, velocity,
-                        self.extents[k], self.groups.particles(k))  # fmt: skip
+        return Fragment(
+            self.body,
+            int(self.groups.counts[k]),
+            float(self.masses[k]),
+            centre,
+            velocity,
+            self.extents[k],
+            self.groups.particles(k),
+        )
 
 
 @dataclass(frozen=True)

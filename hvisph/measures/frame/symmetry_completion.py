@@ -92,8 +92,13 @@ class Whole:
 
         fields = transform_arrays(snapshot.fields, mirror, [name for name in snapshot.fields if name not in SKIPPED])
         number = (snapshot.id[None] * images + np.arange(images)[:, None]).ravel()
-        return replace(snapshot, fields=fields, body=np.tile(snapshot.body, images),
-                       material=np.tile(snapshot.material, images), id=number)  # fmt: skip
+        return replace(
+            snapshot,
+            fields=fields,
+            body=np.tile(snapshot.body, images),
+            material=np.tile(snapshot.material, images),
+            id=number,
+        )
 
     def join_groups(self, labels: np.ndarray, position: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
         """Return the groups of the whole, of images * n particles as `complete` orders them, from those of the part.

@@ -109,9 +109,16 @@ def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) 
     near = depth[off <= off.min() + 1.5 * spacing]
     front = float(near.min() - 0.5 * spacing)
     entry = _crossing(basis, axis, front)
-    return Plate(body, _rows(basis), front, float(np.ptp(near) + spacing), tuple(entry.tolist()),
-                 tuple((flat - entry).min(axis=0).tolist()), tuple((flat - entry).max(axis=0).tolist()),
-                 outline(flat - entry))  # fmt: skip
+    return Plate(
+        body,
+        _rows(basis),
+        front,
+        float(np.ptp(near) + spacing),
+        tuple(entry.tolist()),
+        tuple((flat - entry).min(axis=0).tolist()),
+        tuple((flat - entry).max(axis=0).tolist()),
+        outline(flat - entry),
+    )
 
 
 def outline(flat: np.ndarray) -> tuple[float, ...]:

@@ -40,9 +40,15 @@ class SpatialPass:
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
         to = layout.slots()
         self.parted = formulation.contact.parts
-        shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
-                            CONTACT=float(self.parted),
-                            STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
+        shares = specialise(
+            coupling.shares,
+            DIM=dim,
+            KIND=to["KIND"],
+            BODY=to["BODY"],
+            D=to["D"],
+            CONTACT=float(self.parted),
+            STRESS_AT_INTERFACE=float(formulation.stress_at_interface),
+        )
         coupled = {"COUPLED": 1, "shares": shares} | ({"HYBRID": 1} if formulation.revolved else {})
         passes = [replace(one, reads=layout, options=one.options | coupled, skips=False) for one in euler.passes(dim)]
         constants = np.append(euler.coefficients(), (kernel.reach * h) ** 2)
@@ -80,9 +86,15 @@ class SpatialPass:
         """Clear the pairs of this evaluation."""
         self._chosen = 0
 
-    def add(self, chosen: np.ndarray, rows: np.ndarray, numbers: np.ndarray,
-            shown: tuple[np.ndarray, np.ndarray, np.ndarray], eulerian: np.ndarray,
-            rates: np.ndarray) -> None:  # fmt: skip
+    def add(
+        self,
+        chosen: np.ndarray,
+        rows: np.ndarray,
+        numbers: np.ndarray,
+        shown: tuple[np.ndarray, np.ndarray, np.ndarray],
+        eulerian: np.ndarray,
+        rates: np.ndarray,
+    ) -> None:
         """Add the pairs of the `chosen` particles (k,) to `rates`; `shown`: bodies, pressures and loads [Pa] (n,)."""
         pairs = self.pairs
         packed = np.zeros((len(chosen), pairs.layout.used_width))

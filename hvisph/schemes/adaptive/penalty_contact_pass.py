@@ -237,9 +237,15 @@ class BodyContact:
 
     def get_carried(self) -> dict[str, np.ndarray]:
         """Return the data of each particle that the next step needs, by name."""
-        return {"contact_starts": self.starts, "contact_omega": self.omega, "contact_volume": self._volume,
-                "contact_inner": self._inner, "contact_pieces": self._pieces, "contact_folded": self.folded,
-                "contact_leaving": self.leaving}  # fmt: skip
+        return {
+            "contact_starts": self.starts,
+            "contact_omega": self.omega,
+            "contact_volume": self._volume,
+            "contact_inner": self._inner,
+            "contact_pieces": self._pieces,
+            "contact_folded": self.folded,
+            "contact_leaving": self.leaving,
+        }
 
     def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
         """Set the data of `get_carried` for the present particles."""

@@ -61,9 +61,15 @@ class CompositeState(ReferenceChanges, Stepper):
     def get_carried(self) -> dict[str, np.ndarray]:
         """Return the data of each particle beside its state that the next step needs, a row a particle."""
         renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
-        return {name: getattr(self, name) for name in KEPT} | renewed | {
-            "rows": self.rows_[: self.particles.count], "rates": self._rates,
-        } | (self.contact.get_carried() if self.contact is not None else {})  # fmt: skip
+        return (
+            {name: getattr(self, name) for name in KEPT}
+            | renewed
+            | {
+                "rows": self.rows_[: self.particles.count],
+                "rates": self._rates,
+            }
+            | (self.contact.get_carried() if self.contact is not None else {})
+        )
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the global data that the next step needs, by name."""

@@ -115,9 +115,16 @@ class CompositeStepper(CompositeState):
         if formulation.contact.parts and (formulation.contact.self_contact or not self._one_body):
             fullest = np.zeros(self._bodies_in_all)
             np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
-            self.contact = BodyContact(particles, formulation, self.materials, self._at_start, self.h, self.planes,
-                                       (self.reference.zeroth_sums, self.get_maxima(fullest)),
-                                       self.totals.units[column.SLIPPING])  # fmt: skip
+            self.contact = BodyContact(
+                particles,
+                formulation,
+                self.materials,
+                self._at_start,
+                self.h,
+                self.planes,
+                (self.reference.zeroth_sums, self.get_maxima(fullest)),
+                self.totals.units[column.SLIPPING],
+            )
             if self._halo_for is not None:
                 self.contact.attach_halo(self._halo_for)
         self._classify()
@@ -192,12 +199,19 @@ class CompositeStepper(CompositeState):
         if self._any_active:
             self._mirror()
             self._loops.deform(
-                len(self._active), self.rows_, self._current_rows(), self._active, self._eulerian,
+                len(self._active),
+                self.rows_,
+                self._current_rows(),
+                self._active,
+                self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
-                ref.lists, ref.corrections, (self.table, self.models, self._moduli),
+                ref.lists,
+                ref.corrections,
+                (self.table, self.models, self._moduli),
                 (self._stage, VISCOUS_SIGNAL * formulation.alpha, formulation.courant),
-                (self.jacobians, self.strains, self.latest, self.pressures, self.signals), self._rates,
-            )  # fmt: skip
+                (self.jacobians, self.strains, self.latest, self.pressures, self.signals),
+                self._rates,
+            )
             self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._read))
             for coupled in range(1 + self._any_eulerian):
                 self._loops.sums[coupled](
@@ -220,8 +234,14 @@ class CompositeStepper(CompositeState):
         """Add the pairs of Eulerian particles, and of bodies in bonded contact, at present positions."""
         if (self._any_eulerian or not self.spatial.parted) and self.anywhere(near.any()):
             chosen = np.flatnonzero(near & ~self.loose)
-            self.spatial.add(chosen, self.rows_, self._numbers, (self._bodies, self.pressures, self.loads),
-                             self._eulerian, self._rates)  # fmt: skip
+            self.spatial.add(
+                chosen,
+                self.rows_,
+                self._numbers,
+                (self._bodies, self.pressures, self.loads),
+                self._eulerian,
+                self._rates,
+            )
 
     def _mirror(self) -> None:
         """Update positions and velocities of images and copies."""

@@ -58,10 +58,16 @@ class ProjectionStepper:
     def _compile_loops(self) -> list[CompiledFunction]:
         """Return the loops of the four passes and of the step's completion."""
         dim, kernel = self.particles.dim, self.formulation.kernel
-        named = particle_layout.slots(dim) | self.particles.bindings() | {
-            "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
-            "respond": bind_models(stress_update.respond, self.table, self.models),
-        }  # fmt: skip
+        named = (
+            particle_layout.slots(dim)
+            | self.particles.bindings()
+            | {
+                "DIM": dim,
+                "slope": kernel.slope,
+                "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+                "respond": bind_models(stress_update.respond, self.table, self.models),
+            }
+        )
         sums: tuple[PythonFunction, ...] = (
             law.velocity_gradient,
             law.stress_divergence,
@@ -155,14 +161,24 @@ class ProjectionStepper:
         """Return the data of each particle beside its state that the next step needs, a row a particle."""
         listed_at = self._rows.listed_at
         listed_at = listed_at if len(listed_at) else np.zeros_like(self.particles["position"])
-        return {"rates": self.rates, "rows": self._rows.pair[0][: self.particles.count], "signals": self.signals,
-                "listed_at": listed_at, **self._averaged.get_carried()}  # fmt: skip
+        return {
+            "rates": self.rates,
+            "rows": self._rows.pair[0][: self.particles.count],
+            "signals": self.signals,
+            "listed_at": listed_at,
+            **self._averaged.get_carried(),
+        }
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the global data that the next step needs, by name."""
-        return self.totals.history() | self._averaged.history() | {
-            "step": np.array([self._step]), "crossed": np.array([self._crossed]),
-        }  # fmt: skip
+        return (
+            self.totals.history()
+            | self._averaged.history()
+            | {
+                "step": np.array([self._step]),
+                "crossed": np.array([self._crossed]),
+            }
+        )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """Connect to other processes by the halos that `halo_for` makes of row layouts."""

@@ -40,8 +40,14 @@ METALS = {
     "tungsten": "tungsten",
 }
 SPEEDS = (600.0, 3100.0, 6000.0, 12000.0, 24000.0)
-PAIRS = (("steel", "aluminium"), ("copper", "aluminium"), ("tungsten", "aluminium"), ("tungsten", "steel"),
-         ("copper", "steel"), ("tungsten", "copper"))  # fmt: skip
+PAIRS = (
+    ("steel", "aluminium"),
+    ("copper", "aluminium"),
+    ("tungsten", "aluminium"),
+    ("tungsten", "steel"),
+    ("copper", "steel"),
+    ("tungsten", "copper"),
+)
 LONG, SHORT = 200, 100  # particles along a plate
 STRIP = (44, 100, 6)  # particles: along a plate, across half of it, read about the axis
 SPACING = 25e-6  # [m]

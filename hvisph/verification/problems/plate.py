@@ -69,8 +69,14 @@ def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         begin, end = at / elastic.speed, at / plastic.speed
         inside = _in_interval(time, begin + 0.5 * (end - begin), begin + 0.75 * (end - begin))
         computed = -ran.history[f"gauge.{gauge}.stress_xx"][inside].mean()
-        yield Figure(f"precursor (HEL) at {1e3 * at:g} mm", float(computed), plastic.ahead.stress, 0.03, "Pa",
-                     why="a front of some particles must settle within the step")  # fmt: skip
+        yield Figure(
+            f"precursor (HEL) at {1e3 * at:g} mm",
+            float(computed),
+            plastic.ahead.stress,
+            0.03,
+            "Pa",
+            why="a front of some particles must settle within the step",
+        )
     yield from _levels(ran, waves, first.stress)
     yield from _parting(ran, waves)
 
@@ -87,14 +93,24 @@ def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
     # until the release is over: the next wave comes from the other surface
     last = low[np.flatnonzero(np.diff(low) > 1)[0]] if (np.diff(low) > 1).any() else low[-1]
     inside = _middle(time, time[low[0]], min(time[last], WAVES))
-    yield Figure("velocity behind the release", float(ran.history["gauge.middle.velocity_x"][inside].mean()),
-                 float(velocity[inside].mean()), 0.01, "m/s")  # fmt: skip
+    yield Figure(
+        "velocity behind the release",
+        float(ran.history["gauge.middle.velocity_x"][inside].mean()),
+        float(velocity[inside].mean()),
+        0.01,
+        "m/s",
+    )
     times, values = waves.surface()
     arrival = times[1:][np.abs(np.diff(values)).argmax()]
     inside = _in_interval(time, arrival + 0.2e-6, arrival + 0.8e-6)
     exact = values[np.searchsorted(times, time[inside], side="right") - 1]
-    yield Figure("velocity of the free surface", float(ran.history["gauge.surface.velocity_x"][inside].mean()),
-                 float(exact.mean()), 0.01, "m/s")  # fmt: skip
+    yield Figure(
+        "velocity of the free surface",
+        float(ran.history["gauge.surface.velocity_x"][inside].mean()),
+        float(exact.mean()),
+        0.01,
+        "m/s",
+    )
 
 
 def _parting(ran: Ran, waves: Tracked) -> Iterator[Figure]:

@@ -23,8 +23,14 @@ MOST_POINTS = 400  # of a line
 COLOURS = 256  # of a colour map
 
 
-def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption: str, unitless: bool,
-          bands: Mapping[str, np.ndarray] | None = None) -> dict[str, str]:  # fmt: skip
+def chart(
+    time: np.ndarray,
+    lines: Mapping[str, np.ndarray],
+    unit: str,
+    caption: str,
+    unitless: bool,
+    bands: Mapping[str, np.ndarray] | None = None,
+) -> dict[str, str]:
     """Return a chart of lines over time: its SVG and its caption.
 
     Parameters
@@ -144,8 +150,15 @@ def history_charts(
     return measured, health
 
 
-def _scaled_chart(time: np.ndarray, lines: Mapping[str, np.ndarray], name: str, unit: str, caption: str, unitless: bool,
-           bands: Mapping[str, np.ndarray] | None = None) -> dict[str, str]:  # fmt: skip
+def _scaled_chart(
+    time: np.ndarray,
+    lines: Mapping[str, np.ndarray],
+    name: str,
+    unit: str,
+    caption: str,
+    unitless: bool,
+    bands: Mapping[str, np.ndarray] | None = None,
+) -> dict[str, str]:
     """Return a chart of lines [SI] in `unit`, or in the unit that suits their size."""
     word, factor = ("", 1.0) if unitless else axis_unit(unit, np.concatenate(list(lines.values())))
     shown, spread = ({label: values * factor for label, values in part.items()} for part in (lines, bands or {}))

@@ -152,9 +152,15 @@ class RunReport(RunFiles):
                 speed = float(np.linalg.norm(velocity))
                 angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
                 share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
-                tables.append({"name": f"{body.body}{': ' + role if role else ''}", "particles": fragment.count,
-                              "share": f"{100.0 * share:.3g} %", "speed": f"{speed:.4g}",
-                              "angle": "-" if angle is None else f"{angle:.0f}"})  # fmt: skip
+                tables.append(
+                    {
+                        "name": f"{body.body}{': ' + role if role else ''}",
+                        "particles": fragment.count,
+                        "share": f"{100.0 * share:.3g} %",
+                        "speed": f"{speed:.4g}",
+                        "angle": "-" if angle is None else f"{angle:.0f}",
+                    }
+                )
         tables.sort(key=lambda row: -row["particles"])
         return [row for row in tables if row["particles"] >= 5][:MOST_PIECES]
 
@@ -219,8 +225,13 @@ def template(name: str) -> Any:
     return environment.from_string((PAGE / name).read_text(encoding="utf-8"))
 
 
-SECTIONS = [("verdict", "Verdict"), ("player", "Player"), ("measures-0", "Measures"), ("health-0", "Health"),
-            ("setup-0", "Set-up")]  # fmt: skip
+SECTIONS = [
+    ("verdict", "Verdict"),
+    ("player", "Player"),
+    ("measures-0", "Measures"),
+    ("health-0", "Health"),
+    ("setup-0", "Set-up"),
+]
 
 
 def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] | None = None) -> Path:

@@ -103,8 +103,13 @@ def facts(run: RunFiles) -> list[tuple[str, str]]:
             velocity = ", ".join(f"{part:.4g}" for part in _parts(body.velocity))
             speed = f"velocity ({velocity}){'' if run.unitless else ' m/s'}"
             rows.append((f"body {name}", f"{_describe_shape(body.shape, run.unitless)}; {speed}"))
-    for key, label in (("steps", "steps"), ("threads", "threads"), ("wall_seconds", "wall time [s]"),
-                       ("code_version", "version of hvisph"), ("case_hash", "hash of the case")):  # fmt: skip
+    for key, label in (
+        ("steps", "steps"),
+        ("threads", "threads"),
+        ("wall_seconds", "wall time [s]"),
+        ("code_version", "version of hvisph"),
+        ("case_hash", "hash of the case"),
+    ):
         if key in run.summary:
             value = run.summary[key]
             rows.append((label, f"{value:.4g}" if isinstance(value, float) else str(value)))

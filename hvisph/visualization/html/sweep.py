@@ -84,10 +84,17 @@ def sweep_report(
                 run_report([_run(home, row)])
     said_heads, *said_rows = result_lines(results) or [[]]
     text = template("sweep.html.j2").render(
-        title=title, css=(PAGE / "report.css").read_text(encoding="utf-8"), verdict=_verdict(results),
-        failures=results.get("failures", []), said_heads=said_heads, said_rows=said_rows, svg=_picture(results, rows),
-        heads=heads, rows=[_row(home, heads, row) for row in rows], pictures=_pictures(home, rows),
-    )  # fmt: skip
+        title=title,
+        css=(PAGE / "report.css").read_text(encoding="utf-8"),
+        verdict=_verdict(results),
+        failures=results.get("failures", []),
+        said_heads=said_heads,
+        said_rows=said_rows,
+        svg=_picture(results, rows),
+        heads=heads,
+        rows=[_row(home, heads, row) for row in rows],
+        pictures=_pictures(home, rows),
+    )
     target = Path(path) if path is not None else home / REPORT
     write_text(target, text)
     return target
