@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,11 +13,11 @@ import numpy as np
 from hvisph.case.formulations.contact import PenaltyContact
 from hvisph.core.text import recommend
 
-from .facts import Facts
-from .formulation_advice import FORMULATION_RULES
+from .facts import Facts, Rule
+from .formulation_advice import FORMULATION_CONDITIONS
 from .hugoniot_check import hugoniot_warnings
 from .impact_pair import impact_pair
-from .material_advice import MATERIAL_RULES
+from .material_advice import MATERIAL_CONDITIONS
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -24,10 +27,18 @@ FEWEST_ACROSS = 5  # particles across a body, below which its waves and its bend
 SHARE = 0.5
 
 
+@cache
+def rules() -> list[Rule]:
+    """Return all rules in the order of their advice."""
+    texts = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+    conditions = FORMULATION_CONDITIONS | MATERIAL_CONDITIONS
+    return [Rule(condition, **texts[name]) for name, condition in conditions.items()]
+
+
 def advice(case: Case) -> list[str]:
     """Return advice on formulation, contact, smoothing length, spacing and material."""
     facts = Facts(case)
-    texts = [rule.texts(facts) for rule in (*FORMULATION_RULES, *MATERIAL_RULES)]
+    texts = [rule.texts(facts) for rule in rules()]
     return [*texts[0], *texts[1], *hugoniot_warnings(case), *(text for one in texts[2:] for text in one)]
 
 

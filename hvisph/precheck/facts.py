@@ -116,15 +116,20 @@ Values = Mapping[str, object]
 Found = bool | Values | Iterable[Values]
 
 
+Condition = Callable[[Facts], Found]
+
+
 @dataclass(frozen=True)
 class Rule:
-    """A piece of advice."""
+    """A piece of advice: an entry of `advice.toml` with its condition.
 
-    # whether it applies; or the values of the sentence, or several of them where it applies several times
-    condition: Callable[[Facts], Found]
-    sentence: str  # key of the case and what to consider, with the values in braces
-    page: str = ""  # page of the documentation with the evidence
-    # settings that follow the recommendation, one a line, with the values in braces; empty where the user has to decide
+    The condition returns whether it applies; or the values of the sentence, or several of them where it applies several
+    times. Without a setting the user has to decide.
+    """
+
+    condition: Condition
+    sentence: str
+    page: str = ""
     setting: str = ""
 
     def texts(self, facts: Facts) -> list[str]:

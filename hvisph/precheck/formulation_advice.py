@@ -11,7 +11,7 @@ from hvisph.case.time import COURANT_OF
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 
-from .facts import BALLISTIC, POINTED, Facts, Found, Rule, Values
+from .facts import BALLISTIC, POINTED, Condition, Facts, Found, Values
 from .regime import ELASTIC, SHOCK, material_of_body
 
 if TYPE_CHECKING:
@@ -128,81 +128,62 @@ def _thin_walls(facts: Facts) -> Iterator[Values]:
             yield {"name": name, "wall": 1e3 * wall, "count": wall / dx, "finer": 1e3 * wall / FEWEST_IN_WALL}
 
 
-FORMULATION_RULES = (
-    Rule(lambda f: f.is_motionless and not f.moving,
-         "bodies: none has a velocity, and nothing else sets them in motion: nothing will happen"),
-    Rule(_receding, "bodies.{name}.velocity: no two bodies approach each other: nothing will be struck{row}"),
-    Rule(_slow,
-         "formulation: the bodies stay elastic and move slowly over {crossings:.3g} crossings of their waves; "
-         "'{scheme}' damps vibration and rebound{lost}; take {instead}", "verification", "{setting}"),
-    Rule(_yielding,
-         "formulation.variant: 'elastic' overshoots in shocks beyond the elastic limit (5 % in aluminium at 600 m/s); "
-         "the impact pressure is {pressure:.3g} GPa, the least strength {strength:.3g} GPa; take 'corrected'",
-         "theory/default-scheme", "formulation.variant=corrected"),
-    Rule(lambda f: (f.scheme == "riemann" and f.case.time.step is None and f.case.time.cfl > LONGEST_STEP)
-         and {"cfl": f.case.time.cfl, "most": LONGEST_STEP},
-         "time.cfl: {cfl:g} is beyond {most:g}, up to which 'riemann' was verified; from 0.5 on yielded metal, liquids "
-         "and gases stay noisy; leave it out and take the default", "verification", "time.cfl={most:g}"),
-    Rule(lambda f: f.scheme == "riemann" and f.model.variant == "original" and f.strength_of_shock > STRONG / 2,
-         "formulation.variant: 'original' underestimates the stress behind strong shocks, by 2 % at 3 km/s and "
-         "37 % at 24 km/s in aluminium; take 'corrected'", "verification", "formulation.variant=corrected"),
-    Rule(lambda f: f.scheme == "eulerian" and f.model.density_form == "volume" and f.strength_of_shock > 1.5 * STRONG,
-         "formulation.density_form: 'volume' is off by up to 6 % of the stress in shocks this strong (24 km/s in "
-         "aluminium); take 'mass', or the formulation riemann", "verification", "formulation.density_form=mass"),
-    Rule(lambda f: f.scheme == "total_lagrangian" and f.overload > SHOCK,
-         "formulation: at an impact pressure above ten times the strength strains exceed what reference kernels "
-         "resolve; take riemann or adaptive, or give reference_update_strain: 0.3",
-         "verification", "formulation={{type: riemann}}"),
-    Rule(lambda f: ({"name": name} for name, body in f.bodies.items()
-                    if f.overload >= SHOCK and body.arrangement == "lattice_two_rings"),
-         "bodies.{name}.arrangement: single particles on the axis of 'lattice_two_rings' show 1.3 times the pressure "
-         "of 'square' and 'rings'; take one of these, or a mean, where peaks count",
-         "verification", "bodies.{name}.arrangement=rings"),
-    Rule(lambda f: (f.scheme == "eulerian" and f.dim == 3 and f.overload >= SHOCK
-                    and any(body.shape.type == "sphere" for body in f.bodies.values())),
-         "formulation: in 3D 'eulerian' leaves single particles at the rim of the contact of a sphere at up to 1.2 "
-         "times the pressure of a flat impact (riemann: 1.09); take riemann where peaks count",
-         "verification", "formulation={{type: riemann}}"),
-    Rule(lambda f: f.gases != "" and f.scheme in ("total_lagrangian", "adaptive") and {"gases": f.gases},
-         "formulation: {gases} is a gas or becomes one, which no reference kernel follows; take riemann, or give such "
-         "bodies `formulation: eulerian`", "verification", "formulation={{type: riemann}}"),
-    Rule(_fixed_smoothing_length,
-         "formulation.smoothing_length: fixed, and {gases} is a gas or becomes one, which expands beyond the reach of "
-         "a fixed kernel; give {wanted}", "verification", "formulation.smoothing_length={wanted}"),
-    Rule(lambda f: (f.gases != "" and f.scheme == "eulerian" and f.model.correction.type == "none"
-                    and f.model.density_form == "volume"
-                    and all(body.material.eos.type == "ideal_gas" for body in f.bodies.values())),
-         "formulation.density_form: with 'volume' density and pressure of a gas are a fifth too high behind a shock "
-         "that compresses it fourfold; take 'mass', or the formulation riemann",
-         "verification", "formulation.density_form=mass"),
-    Rule(_initial_overlap,
-         "formulation.contact: 'penalty' starts loaded where bodies touch: bodies.{name} is pushed off at rest; give "
-         "it a gap of {gap:g}, or take 'frictional'", "verification", "bodies.{name}.gap={gap:g}"),
+FORMULATION_CONDITIONS: dict[str, Condition] = {
+    "motionless": lambda f: f.is_motionless and not f.moving,
+    "receding": _receding,
+    "slow": _slow,
+    "yielding": _yielding,
+    "courant_number": lambda f: (
+        (f.scheme == "riemann" and f.case.time.step is None and f.case.time.cfl > LONGEST_STEP)
+        and {"cfl": f.case.time.cfl, "most": LONGEST_STEP}
+    ),
+    "original_in_shocks": lambda f: (
+        f.scheme == "riemann" and f.model.variant == "original" and f.strength_of_shock > STRONG / 2
+    ),
+    "volume_form_in_shocks": lambda f: (
+        f.scheme == "eulerian" and f.model.density_form == "volume" and f.strength_of_shock > 1.5 * STRONG
+    ),
+    "reference_kernels_in_shocks": lambda f: f.scheme == "total_lagrangian" and f.overload > SHOCK,
+    "lattice_two_rings": lambda f: (
+        {"name": name}
+        for name, body in f.bodies.items()
+        if f.overload >= SHOCK and body.arrangement == "lattice_two_rings"
+    ),
+    "sphere_in_standard_sph": lambda f: (
+        f.scheme == "eulerian"
+        and f.dim == 3
+        and f.overload >= SHOCK
+        and any(body.shape.type == "sphere" for body in f.bodies.values())
+    ),
+    "gas_with_reference_kernels": lambda f: (
+        f.gases != "" and f.scheme in ("total_lagrangian", "adaptive") and {"gases": f.gases}
+    ),
+    "fixed_smoothing_length": _fixed_smoothing_length,
+    "volume_form_of_gas": lambda f: (
+        f.gases != ""
+        and f.scheme == "eulerian"
+        and f.model.correction.type == "none"
+        and f.model.density_form == "volume"
+        and all(body.material.eos.type == "ideal_gas" for body in f.bodies.values())
+    ),
+    "initial_overlap": _initial_overlap,
     # a limit came out 8 % too high with 60 particles across and by more than 12 % with 40
-    Rule(lambda f: (bool(f.plug_damage) and f.flat and f.across < BAND)
-         and {"finer": f.case.resolution * f.across / RESOLVED_BAND},
-         "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; "
-         "with 40 the ballistic limit is 12 % too high; compare with an experiment",
-         "validation", "resolution={finer:.3g}"),
-    Rule(lambda f: [{"name": name} for name, damage in f.plug_damage.items() if not damage.softening][:1],
-         "bodies.{name}.material.damage: damage does not reduce the yield stress, so that plugs leave a metal that "
-         "hardens too late; give `softening`, D_c, if the damage was published with one: 0.3 of Weldox 460 E",
-         "validation", "bodies.{name}.material.damage.softening=0.3"),
+    "narrow_band": lambda f: (
+        (bool(f.plug_damage) and f.flat and f.across < BAND) and {"finer": f.case.resolution * f.across / RESOLVED_BAND}
+    ),
+    "no_softening": lambda f: [{"name": name} for name, damage in f.plug_damage.items() if not damage.softening][:1],
     # a flat steel core at 850 m/s leaves 10 mm of aluminium at 616 m/s at 8 particles across, at 648 at 12, for 680
-    Rule(lambda f: bool(f.plug_damage) and f.flat and f.scheme == "riemann" and f.across < COARSE,
-         "formulation: a projectile that punches a plate at this speed loses up to 10 % too much of it in 'riemann' "
-         "with few particles across; take adaptive, and compare with eulerian",
-         "validation", "formulation={{type: adaptive, conversion: {{damage: true}}}}"),
-    Rule(_eroding,
-         "resolution: a rod that erodes stops too early with few particles across it: tungsten at 1.5 km/s penetrates "
-         "0.75 of its length into steel at 8 across and 0.91 at 14; compare with a finer one",
-         "validation", "resolution={finer:.3g}"),
-    Rule(lambda f: (f.dim == 3 and f.scheme == "riemann" and f.model.h_over_dx < WIDE and f.impact_pair is None
-                    and f.overload > SHOCK) and {"wide": WIDE},
-         "formulation.h_over_dx: in a foot that flattens against a wall in 3D particles separate beyond the reach of "
-         "their kernels; it spreads by 9 % too much at 1.2, within 3 % at {wide:g}; give that, or take axisymmetric",
-         "validation", "formulation.h_over_dx={wide:g}"),
-    Rule(_thin_walls,
-         "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
-         "it a `resolution` of {finer:.3g} mm or finer", setting="bodies.{name}.resolution={finer:.3g} mm"),
-)  # fmt: skip
+    "coarse_plug": lambda f: bool(f.plug_damage) and f.flat and f.scheme == "riemann" and f.across < COARSE,
+    "eroding": _eroding,
+    "thick_foot": lambda f: (
+        (
+            f.dim == 3
+            and f.scheme == "riemann"
+            and f.model.h_over_dx < WIDE
+            and f.impact_pair is None
+            and f.overload > SHOCK
+        )
+        and {"wide": WIDE}
+    ),
+    "thin_walls": _thin_walls,
+}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hvisph.case.formulations.riemann import bears_any_tension
 from hvisph.core.catalogues import KINEMATICS
 
-from .facts import BALLISTIC, Facts, Found, Rule, Values
+from .facts import BALLISTIC, Condition, Facts, Found, Values
 from .regime import SHOCK, material_of_body
 
 if TYPE_CHECKING:
@@ -215,42 +215,14 @@ def _molten(facts: Facts) -> Iterator[Values]:
             }
 
 
-MATERIAL_RULES = (
-    Rule(_brittle,
-         "bodies.{name}.material.damage: the strain to failure falls to zero at a triaxiality of {end:.3g}, so that "
-         "the tension of a release fails it at once; give high_triaxiality: void_growth, or damage none",
-         "validation", "bodies.{name}.material.damage.high_triaxiality=void_growth"),
-    Rule(_spalling,
-         "bodies.{name}.material.damage: johnson_cook adds up plastic strain, of which a release makes little, so that "
-         "plates spall too late; give spall_strength where spall decides, '{of}' has {like:.3g} Pa",
-         "validation", "bodies.{name}.material.damage.spall_strength={like:.3g}"),
-    Rule(_liquid,
-         "bodies.{name}.material: the library has no strength of '{material}', a liquid here: bending, penetration and "
-         "shape are those of a liquid{remedy}", setting="{setting}"),
-    Rule(_held_by_hoops,
-         "bodies.{name}.material: has neither damage nor a cut-off of tension, and axisymmetric matter does not break "
-         "in the hoop direction: unlimited tension holds a cloud of debris together, and leaves the range of the "
-         "equation of state; give a limit, such as the spall strength of '{of}'",
-         setting="bodies.{name}.material.damage={{type: pressure_cutoff, pressure: -{like:.3g}}}"),
-    Rule(_moduli_apart,
-         "bodies.{name}.material: shear and bulk modulus give a Poisson's ratio of {poisson:.2g}, below {least:g}, "
-         "so that they are of different measurements; give the shear modulus of a ratio of {usual:g} unless both are "
-         "measured",
-         setting="bodies.{name}.material.strength.shear_modulus={shear:.3g}"),
-    Rule(_too_wide,
-         "bodies.{name}.material.damage: the bands of its cracks are {width:.3g} mm wide: {effect}; its strength is "
-         "borne up to l_max = {stable:.3g} mm, and the energy is right up to ten times the displacement of "
-         "{opening:.3g} mm over which it softens; give a finer resolution",
-         "materials", "{of}resolution={finer:.4g} um"),
-    Rule(_too_narrow,
-         "bodies.{name}.material.damage: bands of {width:.3g} mm are narrower than the displacement of {opening:.3g} "
-         "mm over which they soften: the lattice tears before a crack has taken its energy, 0.6 to 1 of it; give a "
-         "coarser resolution", "materials", "{of}resolution={coarser:.4g} um"),
-    Rule(_weak_cohesion,
-         "bodies.{name}.material.strength: a cohesion of {cohesion:.3g} Pa is lost in the pressure of the lattice's "
-         "disorder, {share:g} of the bulk modulus; the smallest that counts is {least:.3g} Pa", "materials"),
-    Rule(_molten,
-         "bodies.{name}.material.eos: after a shock of {shock:.0f} GPa and its release '{eos}' is at {hot:.0f} K, "
-         "above the melting point of {melts:g} K, and has no liquid and no vapour; {remedy}",
-         "materials", "{setting}"),
-)  # fmt: skip
+MATERIAL_CONDITIONS: dict[str, Condition] = {
+    "brittle": _brittle,
+    "spalling": _spalling,
+    "liquid": _liquid,
+    "held_by_hoops": _held_by_hoops,
+    "moduli_apart": _moduli_apart,
+    "too_wide": _too_wide,
+    "too_narrow": _too_narrow,
+    "weak_cohesion": _weak_cohesion,
+    "molten": _molten,
+}
