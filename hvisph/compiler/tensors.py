@@ -20,8 +20,13 @@ from __future__ import annotations
 from .lazy_import import PythonFunction, operation
 
 # Number of components of each rank in 1, 2 and 3 dimensions.
-SIZE = {"vector": (1, 2, 3), "axial": (0, 1, 3), "symmetric": (1, 3, 6), "gradient": (1, 4, 9),
-        "symmetric_gradient": (1, 6, 18)}  # fmt: skip
+SIZE = {
+    "vector": (1, 2, 3),
+    "axial": (0, 1, 3),
+    "symmetric": (1, 3, 6),
+    "gradient": (1, 4, 9),
+    "symmetric_gradient": (1, 6, 18),
+}
 # By the length of a symmetric tensor: the indices of the components of its matrix, and the number of diagonal ones.
 PLACES = {1: ((0,),), 3: ((0, 2), (2, 1)), 6: ((0, 3, 4), (3, 1, 5), (4, 5, 2))}
 _DIAGONAL = {1: 1, 3: 2, 6: 3}
@@ -245,9 +250,17 @@ def adjugate(l):
     if len(l) == 4:
         return l[3], -l[1], -l[2], l[0]
     xx, xy, xz, yx, yy, yz, zx, zy, zz = l
-    return (yy * zz - yz * zy, xz * zy - xy * zz, xy * yz - xz * yy,
-            yz * zx - yx * zz, xx * zz - xz * zx, xz * yx - xx * yz,
-            yx * zy - yy * zx, xy * zx - xx * zy, xx * yy - xy * yx)  # fmt: skip
+    return (
+        yy * zz - yz * zy,
+        xz * zy - xy * zz,
+        xy * yz - xz * yy,
+        yz * zx - yx * zz,
+        xx * zz - xz * zx,
+        xz * yx - xx * yz,
+        yx * zy - yy * zx,
+        xy * zx - xx * zy,
+        xx * yy - xy * yx,
+    )
 
 
 @operation

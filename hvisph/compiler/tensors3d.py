@@ -81,9 +81,17 @@ def rotation(a):
     square = x * x + y * y + z * z
     scale = 2.0 / (1.0 + square)
     diagonal = 1.0 - scale * square
-    return (diagonal + scale * x * x, scale * (x * y - z), scale * (x * z + y),
-            scale * (x * y + z), diagonal + scale * y * y, scale * (y * z - x),
-            scale * (x * z - y), scale * (y * z + x), diagonal + scale * z * z)  # fmt: skip
+    return (
+        diagonal + scale * x * x,
+        scale * (x * y - z),
+        scale * (x * z + y),
+        scale * (x * y + z),
+        diagonal + scale * y * y,
+        scale * (y * z - x),
+        scale * (x * z - y),
+        scale * (y * z + x),
+        diagonal + scale * z * z,
+    )
 
 
 @operation
@@ -99,8 +107,12 @@ def quaternion_product(a, b):
     """Return the quaternion of the rotation `a` after the rotation `b`; components are w, x, y, z."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
-    return (aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw)  # fmt: skip
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
 
 
 @operation
@@ -108,9 +120,17 @@ def quaternion_rotation(q):
     """Return the rotation of a quaternion, row by row; its columns are the turned axes. A length near 1 is enough."""
     w, x, y, z = q
     scale = 2.0 / (w * w + x * x + y * y + z * z)
-    return (1.0 - scale * (y * y + z * z), scale * (x * y - w * z), scale * (x * z + w * y),
-            scale * (x * y + w * z), 1.0 - scale * (x * x + z * z), scale * (y * z - w * x),
-            scale * (x * z - w * y), scale * (y * z + w * x), 1.0 - scale * (x * x + y * y))  # fmt: skip
+    return (
+        1.0 - scale * (y * y + z * z),
+        scale * (x * y - w * z),
+        scale * (x * z + w * y),
+        scale * (x * y + w * z),
+        1.0 - scale * (x * x + z * z),
+        scale * (y * z - w * x),
+        scale * (x * z - w * y),
+        scale * (y * z + w * x),
+        1.0 - scale * (x * x + y * y),
+    )
 
 
 @operation
@@ -120,8 +140,14 @@ def rotate_in_plane(s, z):
     scale = 1.0 / (1.0 + z * z)
     cosine, sine = (1.0 - z * z) * scale, 2.0 * z * scale
     cc, ss, cs = cosine * cosine, sine * sine, cosine * sine
-    return (cc * xx + ss * yy - 2.0 * cs * xy, ss * xx + cc * yy + 2.0 * cs * xy, zz,
-            cs * (xx - yy) + (cc - ss) * xy, cosine * xz - sine * yz, sine * xz + cosine * yz)  # fmt: skip
+    return (
+        cc * xx + ss * yy - 2.0 * cs * xy,
+        ss * xx + cc * yy + 2.0 * cs * xy,
+        zz,
+        cs * (xx - yy) + (cc - ss) * xy,
+        cosine * xz - sine * yz,
+        sine * xz + cosine * yz,
+    )
 
 
 @inline

@@ -29,8 +29,16 @@ TORN = (
 class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
     """Stop of a run by a sanity check: criterion, message with the likely cause, particle, time [s] and step."""
 
-    def __init__(self, criterion: str, message: str, particle: int | None, body: str | None,
-                 position: list[float] | None, time: float, step: int):  # fmt: skip
+    def __init__(
+        self,
+        criterion: str,
+        message: str,
+        particle: int | None,
+        body: str | None,
+        position: list[float] | None,
+        time: float,
+        step: int,
+    ):
         super().__init__(message)
         self.criterion, self.particle, self.body = criterion, particle, body
         self.position, self.time, self.step = position, time, step

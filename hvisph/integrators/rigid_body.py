@@ -70,9 +70,13 @@ def in_space(vectors: np.ndarray) -> np.ndarray:
 def rotation(q: np.ndarray) -> np.ndarray:
     """Return the matrix (3, 3), body to space, of the unit quaternion `q` (4,)."""
     w, x, y, z = q
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])  # fmt: skip
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def quaternion(axes: np.ndarray) -> np.ndarray:
@@ -89,10 +93,14 @@ def quaternion(axes: np.ndarray) -> np.ndarray:
 def turn_about(q: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
     """Return the quaternion `q` (4,), turned before by `angle` about `axis` (3,) in the body, of length 1."""
     w, v = np.cos(0.5 * angle), np.sin(0.5 * angle) * axis
-    after = np.array([q[0] * w - q[1] * v[0] - q[2] * v[1] - q[3] * v[2],
-                      q[0] * v[0] + q[1] * w + q[2] * v[2] - q[3] * v[1],
-                      q[0] * v[1] - q[1] * v[2] + q[2] * w + q[3] * v[0],
-                      q[0] * v[2] + q[1] * v[1] - q[2] * v[0] + q[3] * w])  # fmt: skip
+    after = np.array(
+        [
+            q[0] * w - q[1] * v[0] - q[2] * v[1] - q[3] * v[2],
+            q[0] * v[0] + q[1] * w + q[2] * v[2] - q[3] * v[1],
+            q[0] * v[1] - q[1] * v[2] + q[2] * w + q[3] * v[0],
+            q[0] * v[2] + q[1] * v[1] - q[2] * v[0] + q[3] * w,
+        ]
+    )
     return after / np.sqrt((after * after).sum())
 
 

@@ -53,10 +53,13 @@ class Porosity:
         if self.crush:
             falls = all(p < q and a > b for (p, a), (q, b) in pairwise(self.crush))
             ends = self.crush[0] == (self.elastic_pressure, self.distension) and self.crush[-1] == (
-                self.solid_pressure, 1.0)  # fmt: skip
+                self.solid_pressure,
+                1.0,
+            )
             if not (falls and ends and len(self.crush) <= CRUSH_POINTS):
-                raise CaseError(f"crush must fall from the distension to 1 in at most {CRUSH_POINTS} points",
-                                where="porosity")  # fmt: skip
+                raise CaseError(
+                    f"crush must fall from the distension to 1 in at most {CRUSH_POINTS} points", where="porosity"
+                )
 
     def pack(self, row: np.ndarray) -> None:
         """Write the parameters into the material's row of the table."""

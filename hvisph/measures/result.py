@@ -6,10 +6,12 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib import import_module
+from pkgutil import walk_packages
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+import hvisph.measures as measures_package
 from hvisph.core.measure_catalogue import SECTIONS, Measure, reported_measures
 from hvisph.core.text import Plain, PlainMapping
 
@@ -174,10 +176,6 @@ class Entry:
         return found if isinstance(found, Mapping) and self.names[0] in found else {self.names[0]: found}
 
 
-# The modules with measures, below `hvisph.measures`.
-MODULES = ("debris.cloud", "debris.ejecta", "phases", "pressure", "projectile.bars", "projectile.cavities",
-           "projectile.lengths", "projectile.residual_projectile", "target.target_damage",
-           "target.targets")  # fmt: skip
 ENTRIES: dict[str, list[Entry]] = {section: [] for section in SECTIONS}
 
 
@@ -193,9 +191,9 @@ def measures(section: str, *names: str, needs: tuple[str, ...] = ()) -> Callable
 
 @lru_cache(maxsize=1)
 def entries() -> Mapping[str, list[Entry]]:
-    """Return the functions of every section, which are registered as their modules are imported."""
-    for module in MODULES:
-        import_module(f"hvisph.measures.{module}")
+    """Return the functions of every section, which are registered as the modules of `hvisph.measures` are imported."""
+    for module in walk_packages(measures_package.__path__, f"{measures_package.__name__}."):
+        import_module(module.name)
     return ENTRIES
 
 

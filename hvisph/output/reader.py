@@ -58,8 +58,16 @@ _EXPECTED = {
     "source": _text,
     "passed": _is(True, False),
 }
-_PLAIN = {"title": _text, "status": _is(*STATUSES), "end_time": _number, "particles": _count, "steps": _count,
-          "threads": _count, "wall_seconds": _number, "microseconds_per_particle_step": _number_or_none}  # fmt: skip
+_PLAIN = {
+    "title": _text,
+    "status": _is(*STATUSES),
+    "end_time": _number,
+    "particles": _count,
+    "steps": _count,
+    "threads": _count,
+    "wall_seconds": _number,
+    "microseconds_per_particle_step": _number_or_none,
+}
 
 
 def misfit(summary: object) -> str:

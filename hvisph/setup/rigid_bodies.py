@@ -36,8 +36,9 @@ def rigid_material(body: PlacedBody, material: Material) -> Material:
     return Material(material.name, density, Linear(material.density * material.bulk_sound_speed**2))
 
 
-def rigid_motions(case: Case, particles: Particles, placed: list[PlacedBody], materials: list[Material],
-                  planes: tuple[Plane, ...]) -> tuple[RigidMotion, ...]:  # fmt: skip
+def rigid_motions(
+    case: Case, particles: Particles, placed: list[PlacedBody], materials: list[Material], planes: tuple[Plane, ...]
+) -> tuple[RigidMotion, ...]:
     """Return the motions of the rigid bodies, whose particles are marked here.
 
     Raises
@@ -62,8 +63,16 @@ def rigid_motions(case: Case, particles: Particles, placed: list[PlacedBody], ma
     return tuple(motions)
 
 
-def _motion(case: Case, particles: Particles, body: PlacedBody, own: np.ndarray, group: int,
-            planes: tuple[Plane, ...], impedance: float, where: str) -> RigidMotion:  # fmt: skip
+def _motion(
+    case: Case,
+    particles: Particles,
+    body: PlacedBody,
+    own: np.ndarray,
+    group: int,
+    planes: tuple[Plane, ...],
+    impedance: float,
+    where: str,
+) -> RigidMotion:
     rigid = body.model.rigid
     assert rigid is not None
     mass, x, u = particles["mass"][own], particles["position"][own], in_space(particles["velocity"][own])
@@ -95,8 +104,9 @@ def _motion(case: Case, particles: Particles, body: PlacedBody, own: np.ndarray,
         velocity = in_space(table.velocity(case.begins)[None])[0]
         particles["velocity"][own] = table.velocity(case.begins)
     radius = float(np.sqrt((r * r).sum(axis=1).max()))
-    return RigidMotion(body.name, group, found, moves, turns, axis, velocity, rate, radius,
-                       float(body.spacing.min()), impedance, table)  # fmt: skip
+    return RigidMotion(
+        body.name, group, found, moves, turns, axis, velocity, rate, radius, float(body.spacing.min()), impedance, table
+    )
 
 
 def _freedom(rigid: Rigid, particles: Particles) -> tuple[np.ndarray, bool, np.ndarray | None]:

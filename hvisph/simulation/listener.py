@@ -75,6 +75,15 @@ class Reporter:
         pace = (clock.steps - self._last_steps) / since
         self._last, self._last_steps = now, clock.steps
         self._listener.progress(
-            Progress(clock.time, clock.end, clock.steps, time_step.length, time_step.criterion,
-                     self._setup.bodies[body], now - self._began, pace, drift)
-        )  # fmt: skip
+            Progress(
+                clock.time,
+                clock.end,
+                clock.steps,
+                time_step.length,
+                time_step.criterion,
+                self._setup.bodies[body],
+                now - self._began,
+                pace,
+                drift,
+            )
+        )

@@ -126,9 +126,18 @@ class SnapshotWriter:
         shown = list(diagnose(particles, stepper.table, stepper.models))
         more = ["entropy"] * ("entropies" in self.metadata)
         names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
-        return Snapshot(time, step, particles.dim, Derived(names_, field), particles.body[order].astype(np.int64),
-                        particles.material[order].astype(np.int64), particles.id[order].astype(np.int64),
-                        self.setup.bodies, self.setup.materials, dict(self.metadata))  # fmt: skip
+        return Snapshot(
+            time,
+            step,
+            particles.dim,
+            Derived(names_, field),
+            particles.body[order].astype(np.int64),
+            particles.material[order].astype(np.int64),
+            particles.id[order].astype(np.int64),
+            self.setup.bodies,
+            self.setup.materials,
+            dict(self.metadata),
+        )
 
     def _entropy(self, particles: Particles, peak: np.ndarray) -> np.ndarray:
         """Return specific entropies (n,) [J/(kg K)], not a number where the material has none."""

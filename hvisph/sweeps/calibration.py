@@ -312,12 +312,21 @@ class Calibration:
             [[weighted_quantile(column, weights, share) for column in draws.T] for share in (0.025, 0.975)]
         )
         sobol = [surface.sobol([uniform()] * len(mean)) if len(mean) > 1 else None for surface in surfaces]
-        return self._result(mean, covariance, bounds, predict(mean[None])[0], {
-            "method": f"posterior of a response surface of {self.fit.count} points", "converged": True,
-            "effective_draws": float(1.0 / (weights**2).sum()),
-            "surrogates": [{"kind": one.kind, "error": one.error, "share": one.share, "sobol": indices}
-                           for one, indices in zip(surfaces, sobol, strict=True)],
-        })  # fmt: skip
+        return self._result(
+            mean,
+            covariance,
+            bounds,
+            predict(mean[None])[0],
+            {
+                "method": f"posterior of a response surface of {self.fit.count} points",
+                "converged": True,
+                "effective_draws": float(1.0 / (weights**2).sum()),
+                "surrogates": [
+                    {"kind": one.kind, "error": one.error, "share": one.share, "sobol": indices}
+                    for one, indices in zip(surfaces, sobol, strict=True)
+                ],
+            },
+        )
 
     def _result(
         self, u: np.ndarray, covariance: np.ndarray, bounds: np.ndarray, computed: np.ndarray, more: Plain

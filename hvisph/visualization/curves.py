@@ -241,8 +241,17 @@ def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title:
 
 
 # Panels of the picture in their order, and their SI units.
-KINDS = {"length": "m", "length, plug and lip": "m", "velocity": "m/s", "pressure": "Pa", "temperature": "K",
-         "mass": "kg", "momentum": "N s", "ratio": "", "number": ""}  # fmt: skip
+KINDS = {
+    "length": "m",
+    "length, plug and lip": "m",
+    "velocity": "m/s",
+    "pressure": "Pa",
+    "temperature": "K",
+    "mass": "kg",
+    "momentum": "N s",
+    "ratio": "",
+    "number": "",
+}
 PLUG_AND_LIP = ("plug_width", "plug_thickness", "impact_diameter", "lip_height", "lip_height_max")
 
 

@@ -73,8 +73,14 @@ def _compare(function: Callable[..., object], sign: str) -> None:
         lower_builtin(function, *case)(lower)
 
 
-for _comparison, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="),
-                           (operator.eq, "=="), (operator.ne, "!=")):  # fmt: skip
+for _comparison, _sign in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+    (operator.ne, "!="),
+):
     _compare(_comparison, _sign)
 
 

@@ -52,8 +52,17 @@ class BodyContact:
         Particles inside a body that their own interpenetrates (k,); None if there are none.
     """
 
-    def __init__(self, particles: Particles, formulation: Any, materials: list[Material], at: np.ndarray, h: float,
-                 planes: tuple[Plane, ...], fullness: tuple[np.ndarray, np.ndarray], power_unit: float):  # fmt: skip
+    def __init__(
+        self,
+        particles: Particles,
+        formulation: Any,
+        materials: list[Material],
+        at: np.ndarray,
+        h: float,
+        planes: tuple[Plane, ...],
+        fullness: tuple[np.ndarray, np.ndarray],
+        power_unit: float,
+    ):
         self.particles, self.law, self.h = particles, formulation.contact, h
         dim, kernel = particles.dim, formulation.kernel
         spacing = h / formulation.h_over_dx

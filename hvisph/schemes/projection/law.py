@@ -136,9 +136,17 @@ def stress(i, state, tags, near, rows, following, rates, materials, dt):
     rho = state[i, S_DENSITY]
     # The pressure that comes with the deviator is the equation of state's: it has no part here.
     s, plastic, _, _, _ = respond(
-        table, models, np.uint64(tags[i, 2]), dt, rho, state[i, S_INTERNAL_ENERGY],
-        own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
-        full_gradient(l))  # fmt: skip
+        table,
+        models,
+        np.uint64(tags[i, 2]),
+        dt,
+        rho,
+        state[i, S_INTERNAL_ENERGY],
+        own_full_symmetric(state, i, S_DEVIATOR, DIM),
+        state[i, S_PLASTIC_STRAIN],
+        state[i, S_DAMAGE],
+        full_gradient(l),
+    )
     put_full_symmetric(state, i, S_DEVIATOR, s, DIM)
     state[i, S_PLASTIC_STRAIN] = plastic
     put(following, i, 0, own_vector(rows, i, 0, DIM))

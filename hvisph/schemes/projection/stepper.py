@@ -34,8 +34,16 @@ class ProjectionStepper:
     workspace = None
     stored_energy = contact_energy = 0.0
 
-    def __init__(self, particles: Particles, formulation: Projection, materials: list[Material], stage: float,
-                 previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
+    def __init__(
+        self,
+        particles: Particles,
+        formulation: Projection,
+        materials: list[Material],
+        stage: float,
+        previous: float,
+        h: float,
+        planes: tuple[Plane, ...] = (),
+    ):
         dim, count = particles.dim, particles.count
         self.particles, self.formulation = particles, formulation
         self.table, self.models = pack(materials)

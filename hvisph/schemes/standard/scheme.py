@@ -186,8 +186,16 @@ class Eulerian:
 
     def _plain_coefficients(self) -> np.ndarray:
         at_spacing = self.kernel.shape.py_func(1.0 / self.h_over_dx)
-        return np.array([self.viscosity.alpha, self.viscosity.beta, 1.0 / at_spacing, self.artificial_stress.eps,
-                         self.dissipation.alpha, *self.viscosity.relaxation])  # fmt: skip
+        return np.array(
+            [
+                self.viscosity.alpha,
+                self.viscosity.beta,
+                1.0 / at_spacing,
+                self.artificial_stress.eps,
+                self.dissipation.alpha,
+                *self.viscosity.relaxation,
+            ]
+        )
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and what it is bound to."""

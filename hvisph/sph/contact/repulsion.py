@@ -109,10 +109,19 @@ class Contact:
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
         """Return the particle row; K is the stiffness [Pa/m^d]."""
-        return RowLayout(dim, select_fields(
-            ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
-            ("k", "scalar"), revolved and ("ring", "radius"),
-        ))  # fmt: skip
+        return RowLayout(
+            dim,
+            select_fields(
+                ("x", "vector"),
+                ("u", "vector"),
+                ("h", "scalar"),
+                ("m", "scalar"),
+                ("v", "scalar"),
+                ("body", "scalar"),
+                ("k", "scalar"),
+                revolved and ("ring", "radius"),
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -161,5 +170,11 @@ def accumulate(near, n, rows, i, constants, out):
         omega2 += both * (
             float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
         )
-    write_rates(out, i, multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power),
-                2.0 * scale_own * lane_sum(omega2), no_gradient(DIM))  # fmt: skip
+    write_rates(
+        out,
+        i,
+        multiply(scale_own, lane_sums(a)),
+        -0.5 * scale_own * lane_sum(power),
+        2.0 * scale_own * lane_sum(omega2),
+        no_gradient(DIM),
+    )

@@ -115,8 +115,14 @@ def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
     return np.array([(-1.0) ** name.count("xyz"[axis]) for name in names])
 
 
-def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: np.ndarray, place: np.ndarray,
-              planes: tuple[Plane, ...]) -> None:  # fmt: skip
+def turn_back(
+    particles: Particles,
+    rows: np.ndarray,
+    layout: RowLayout,
+    rates: np.ndarray,
+    place: np.ndarray,
+    planes: tuple[Plane, ...],
+) -> None:
     """Put the images of the particles that have passed a plane into their place.
 
     Particle and image are one to all others, so that nothing else changes.

@@ -150,8 +150,17 @@ class NeighbourList:
             if len(self.listed) < chunks * self._room:
                 self.listed = np.zeros(chunks * self._room, np.uint32)
             self._capacity = traversal.complete_sweep(
-                self._sweep, self._sorted, self._columns, self.order, (n, n), self._grid, self.reach, NO_COEFFICIENTS,
-                self._capacity, outputs)  # fmt: skip
+                self._sweep,
+                self._sorted,
+                self._columns,
+                self.order,
+                (n, n),
+                self._grid,
+                self.reach,
+                NO_COEFFICIENTS,
+                self._capacity,
+                outputs,
+            )
             needed = int(used.max())
             if needed <= self._room:
                 return

@@ -251,8 +251,17 @@ class Reference:
                 fill(int(some.sum()), apart[some] * FINEST, volume[self.near[part][some]], 1.0 / self.h, rows)
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
-        self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
-                      self.corrections, self.sums, self.holding)  # fmt: skip
+        self._correct(
+            len(chosen),
+            chosen.astype(np.uint64),
+            self.position,
+            self.volume,
+            self.lists,
+            1.0 / self.h,
+            self.corrections,
+            self.sums,
+            self.holding,
+        )
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""

@@ -52,7 +52,13 @@ class Limiter:
         return self.name != "none"
 
 
-LIMITERS = {name: Limiter(name, share) for name, share in (
-    ("none", minmod), ("minmod", minmod), ("van_leer", van_leer), ("van_albada", van_albada),
-)}  # fmt: skip
+LIMITERS = {
+    name: Limiter(name, share)
+    for name, share in (
+        ("none", minmod),
+        ("minmod", minmod),
+        ("van_leer", van_leer),
+        ("van_albada", van_albada),
+    )
+}
 NO_RECONSTRUCTION = LIMITERS["none"]
