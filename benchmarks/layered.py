@@ -10,17 +10,21 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from hvisph.casefile.loader import load_case
-from hvisph.measures.compare import Comparison, compare_gauge
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.postprocessing.exact_solution import ExactSolution, exact_solution
 from hvisph.simulation.run import run
 from hvisph.visualization.curves import Curve, curves_picture, steps
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+
+from gauge_beside_exact import Comparison, compare_gauge  # noqa: E402
 
 FOLDER = "published/layered/"
 SETS = ("test", "al_glass_al", "al_carbon_al", "st_glass_st", "st_carbon_st")

@@ -9,6 +9,7 @@ impact that overdrives the precursor, and prints what is measured.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +17,14 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.casefile.loader import load_case
-from hvisph.measures.compare import compare_gauge
 from hvisph.output.reader import read_history
 from hvisph.postprocessing.exact_solution import ExactSolution, exact_solution
 from hvisph.simulation.run import run
 from hvisph.visualization.curves import curves_picture, gauge_panels, steps
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+
+from gauge_beside_exact import compare_gauge  # noqa: E402
 
 CASE = "plate_impact_600"
 MIE_GRUENEISEN = "eos={type: mie_gruneisen, sound_speed: 5328, gamma: 2.0, s1: 1.338}"

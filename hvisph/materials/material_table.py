@@ -21,7 +21,7 @@ from hvisph.materials.damage import (
     NoDamage,
     pressure_cutoff,
 )
-from hvisph.materials.eos import elastic
+from hvisph.materials.eos import linear
 
 from .damage.fracture_energy import FractureEnergy
 from .eos import MODULES, JonesWilkinsLee
@@ -93,7 +93,7 @@ class Material:
     @property
     def young_modulus(self) -> float:
         """E [Pa] at rest, zero without strength."""
-        return elastic.young_modulus(self.density * self.bulk_sound_speed**2, self.shear_modulus)
+        return linear.young_modulus(self.density * self.bulk_sound_speed**2, self.shear_modulus)
 
     @property
     def first_yield(self) -> float:

@@ -16,11 +16,10 @@ from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.graded_spacing import Grading, fill_graded
 from hvisph.geometry.inclusions import ball_volume, deal_spheres, owner_of
 from hvisph.geometry.lattices import Filling
-from hvisph.geometry.mirror import Mirror, crosses, cut
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.placement import needed_turn, rotate, rotation_matrix, row
-from hvisph.geometry.section import Section, fill_section
+from hvisph.geometry.section import Mirror, Section, crosses, cut, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 
 from .materials import material_of, start_of

@@ -7,11 +7,11 @@ from math import sqrt
 
 from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
+from hvisph.materials.eos.linear import Elastic
 from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 from hvisph.materials.tags import FURTHER
 
 from . import ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson, us_up_table
-from .elastic import Elastic
 from .grid import Grid as Grid
 from .grid import read_grid as read_grid
 from .ideal_gas import IdealGas
