@@ -24,7 +24,7 @@ from hvisph.visualization.curves import Curve, curves_picture, steps
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from gauge_beside_exact import Comparison, compare_gauge  # noqa: E402
+from gauge_beside_exact import Comparison, compare_gauge
 
 FOLDER = "published/layered/"
 SETS = ("test", "al_glass_al", "al_carbon_al", "st_glass_st", "st_carbon_st")

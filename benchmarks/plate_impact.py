@@ -24,7 +24,7 @@ from hvisph.visualization.curves import curves_picture, gauge_panels, steps
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from gauge_beside_exact import compare_gauge  # noqa: E402
+from gauge_beside_exact import compare_gauge
 
 CASE = "plate_impact_600"
 MIE_GRUENEISEN = "eos={type: mie_gruneisen, sound_speed: 5328, gamma: 2.0, s1: 1.338}"

@@ -204,8 +204,9 @@ class Grading(StrictModel):
     fine: tuple[PositiveLength | None, ...] = Field(
         description="Full width of the fine part along each axis [m], null along an axis that is not graded; of rings "
         "along x, and as a diameter about the axis",
-        min_length=1, max_length=3,
-    )  # fmt: skip
+        min_length=1,
+        max_length=3,
+    )
     coarsest: PositiveLength = Field(description="Largest spacing [m], above the resolution")
     ratio: Annotated[float, Quantity(NUMBER, above=1, maximum=1.1)] = Field(
         default=1.1,

@@ -54,8 +54,9 @@ def deal_spheres(
     generator = np.random.Generator(np.random.PCG64([seed, *map(int, words)]))
     diameters = draw_diameters(limits, exponent, shape.dim, share * shape.volume, generator)
     if not len(diameters):
-        raise CaseError(f"a volume of {share:g} holds no sphere of the diameters drawn; give a larger volume or "
-                        "smaller diameters")  # fmt: skip
+        raise CaseError(
+            f"a volume of {share:g} holds no sphere of the diameters drawn; give a larger volume or smaller diameters"
+        )
     low, high = shape.bounds()
     centres = np.zeros((0, shape.dim))
     for number, d in enumerate(diameters):
@@ -69,8 +70,10 @@ def deal_spheres(
                 break
         else:
             filled = sum(ball_volume(one, shape.dim) for one in diameters[:number]) / shape.volume
-            raise CaseError(f"there is no free place for a sphere of {d:.3g} after {number} of {len(diameters)}, which "
-                            f"fill {filled:.3g}; give a smaller volume or smaller diameters")  # fmt: skip
+            raise CaseError(
+                f"there is no free place for a sphere of {d:.3g} after {number} of {len(diameters)}, which "
+                f"fill {filled:.3g}; give a smaller volume or smaller diameters"
+            )
     return centres, diameters
 
 

@@ -104,8 +104,7 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
         velocity = f"({parts})" if len(body["velocity"]) > 1 else parts
         velocity += "" if unitless else " m/s"
         velocity += f", Gurney {known[name]:.4g} m/s" if name in known else ""
-        table.append((name, quantity(body["mass"], "g"), velocity,
-                      quantity(energy, "kJ" if energy >= KILO else "J")))  # fmt: skip
+        table.append((name, quantity(body["mass"], "g"), velocity, quantity(energy, "kJ" if energy >= KILO else "J")))
     return table
 
 

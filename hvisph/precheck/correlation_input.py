@@ -63,8 +63,12 @@ def _driven_bodies(case: Case) -> Iterator[Correlation]:
         for side, gap in ((0, low[0] - boxes[name][1][0]), (1, boxes[name][0][0] - high[0])):
             if body is not charge and abs(gap) <= slack and (wide[1:] >= 0.9 * size[1:]).all():
                 sides[side] = name, _areal_density(body, wide) / thick
-    held = [side for side, face in ((0, low[0]), (1, high[0])) for plane in case.symmetry
-            if plane.axis == "x" and abs(plane.at - face) <= slack]  # fmt: skip
+    held = [
+        side
+        for side, face in ((0, low[0]), (1, high[0]))
+        for plane in case.symmetry
+        if plane.axis == "x" and abs(plane.at - face) <= slack
+    ]
     for side, (name, ratio) in sides.items():
         other = sides.get(1 - side, ("", 0.0))[1]
         if 1 - side in held:  # half of a slab with such a plate on both faces

@@ -110,8 +110,15 @@ ENOUGH = 0.75  # of the particles across of the page: with fewer its figures do 
 
 
 ALUMINIUM, METALS = (2600.0, 2900.0), (2600.0, 20_000.0)  # densities [kg/m^3]
-DUCTILE = ("von_mises", "linear_hardening", "johnson_cook", "steinberg_guinan", "steinberg_lund", "zerilli_armstrong",
-           "cowper_symonds")  # fmt: skip
+DUCTILE = (
+    "von_mises",
+    "linear_hardening",
+    "johnson_cook",
+    "steinberg_guinan",
+    "steinberg_lund",
+    "zerilli_armstrong",
+    "cowper_symonds",
+)
 STIFF = 5e9  # shear modulus above which a ductile solid is a metal and no plastic [Pa]
 
 

@@ -130,22 +130,37 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
     (without, beyond), numbers = scale.numbers[:2], scale.numbers[2:]
     limits = bracket(numbers, happened, beyond < without)
     shots = [
-        {"number": row["number"], "value": number, "happened": yes,
-         "residual": row["measures"].get(vary.residual, {}).get("value")}
+        {
+            "number": row["number"],
+            "value": number,
+            "happened": yes,
+            "residual": row["measures"].get(vary.residual, {}).get("value"),
+        }
         for row, number, yes in sorted(zip(rows, numbers, happened, strict=True), key=lambda one: one[1])
-    ]  # fmt: skip
+    ]
     curve = None
     through = [shot for shot in shots if shot["happened"] and shot["residual"] is not None]
     if scale.unit in FACTORS:  # the fit is in m/s
         factor = FACTORS[scale.unit]
-        curve = lambert_jonas([factor * s["value"] for s in through], [abs(s["residual"]) for s in through],
-                              bracket([factor * number for number in numbers], happened))  # fmt: skip
+        curve = lambert_jonas(
+            [factor * s["value"] for s in through],
+            [abs(s["residual"]) for s in through],
+            bracket([factor * number for number in numbers], happened),
+        )
     v50 = logistic_limit(numbers, happened) if limits.mixed else None
     if v50 is None and limits.below is not None and limits.above is not None:  # equally likely within the bracket
         v50 = 0.5 * (limits.below + limits.above), abs(limits.above - limits.below) / sqrt(12.0)
-    return {"parameters": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "v50": v50, "shots": shots,
-            "undecided": undecided, "open": _open(limits, without, beyond, decided, undecided),
-            "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
+    return {
+        "parameters": fixed,
+        "path": vary.path,
+        "unit": scale.unit,
+        **limits.as_dict(),
+        "v50": v50,
+        "shots": shots,
+        "undecided": undecided,
+        "open": _open(limits, without, beyond, decided, undecided),
+        "lambert_jonas": None if curve is None else curve.as_dict(),
+    }
 
 
 def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[Any], undecided: Sequence[int]) -> str:
@@ -167,8 +182,10 @@ def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[Any]
 
 
 def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) -> Plain:
-    perturbed = [next((row for row in rows if row["values"] == one), None)
-                 for one in converge_cases(vary, base)[len(vary.values) :]]  # fmt: skip
+    perturbed = [
+        next((row for row in rows if row["values"] == one), None)
+        for one in converge_cases(vary, base)[len(vary.values) :]
+    ]
     rows = [row for row in rows if len(row["values"]) == 1]
     scale = Scale(vary.path, [row["values"][vary.path] for row in rows], base) if rows else None
     spacings = scale.numbers if scale else []
@@ -185,9 +202,12 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
         values = [float(measure["value"]) for measure, _ in known]
         uncertain = [_noise(measure) for measure, _ in known]
         verdicts[name] = convergence(values, [h for _, h in known], uncertain).as_dict() | {
-            "unit": known[0][0]["unit"], "spacings": [h for _, h in known], "values": values,
-            "uncertainties": uncertain, "spacing_unit": scale.unit if scale else "",
-        }  # fmt: skip
+            "unit": known[0][0]["unit"],
+            "spacings": [h for _, h in known],
+            "values": values,
+            "uncertainties": uncertain,
+            "spacing_unit": scale.unit if scale else "",
+        }
         if len(values) == len(vary.values):
             finest = min(known, key=lambda one: one[1])[0]
             time = (finest.get("uncertainty_by") or {}).get("swing", 0.0)
@@ -261,8 +281,10 @@ def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequenc
         return ""
     name = _main_measure(varied)
     display = format_of(name).scale_to(max(abs(value) for value, _ in varied[name]))
-    low, high = (f"{display.factor * value:.4g} {display.unit} ({where})"
-                 for value, where in (min(varied[name]), max(varied[name])))  # fmt: skip
+    low, high = (
+        f"{display.factor * value:.4g} {display.unit} ({where})"
+        for value, where in (min(varied[name]), max(varied[name]))
+    )
     return f"The {display.label} ranges from {low} to {high} over {len(varied[name])} cases."
 
 
@@ -311,8 +333,10 @@ def _sample_text(display: NumberFormat, one: PlainMapping) -> str:
 def _experiment_text(display: NumberFormat, one: PlainMapping) -> str:
     if one["mean"] is None:
         return ""
-    return (f"The {display.label} differs by {100.0 * one['mean']:+.2g} % in the mean of {len(one['cases'])} shots, by "
-            f"{100.0 * one['worst']:+.2g} % at most.")  # fmt: skip
+    return (
+        f"The {display.label} differs by {100.0 * one['mean']:+.2g} % in the mean of {len(one['cases'])} shots, by "
+        f"{100.0 * one['worst']:+.2g} % at most."
+    )
 
 
 def uncertainty_text(one: PlainMapping | None, factor: float, unit: str) -> str:

@@ -172,8 +172,10 @@ class Porosity(StrictModel):
         if not self.crush:
             for name, value in pressures.items():
                 if value is None:
-                    yield Problem((name,), "missing; or give the curve as points, crush: [[1 MPa, "
-                                  f"{self.distension:g}], [100 MPa, 1]]")  # fmt: skip
+                    yield Problem(
+                        (name,),
+                        f"missing; or give the curve as points, crush: [[1 MPa, {self.distension:g}], [100 MPa, 1]]",
+                    )
             if None not in pressures.values() and self.solid_pressure <= self.elastic_pressure:  # type: ignore[operator]
                 yield Problem(("solid_pressure",), "must be above the elastic_pressure")
             return
@@ -182,13 +184,16 @@ class Porosity(StrictModel):
                 yield Problem((name,), "given beside `crush`, whose first and last point it is; leave it out")
         for number, ((p, alpha), (further, less)) in enumerate(pairwise(self.crush), 1):
             if not (further > p and less < alpha):
-                yield Problem(("crush", number), f"does not fall: from [{p:g} Pa, {alpha:g}] on the pressure must "
-                              "rise and the distension fall")  # fmt: skip
+                yield Problem(
+                    ("crush", number),
+                    f"does not fall: from [{p:g} Pa, {alpha:g}] on the pressure must rise and the distension fall",
+                )
         if self.crush[0][1] != self.distension:
             yield Problem(("crush", 0), f"must begin at the distension, {self.distension:g}, not {self.crush[0][1]:g}")
         if self.crush[-1][1] != 1.0:
-            yield Problem(("crush", len(self.crush) - 1), f"must end at 1, where pores are gone, not "
-                          f"{self.crush[-1][1]:g}")  # fmt: skip
+            yield Problem(
+                ("crush", len(self.crush) - 1), f"must end at 1, where pores are gone, not {self.crush[-1][1]:g}"
+            )
 
 
 class Material(StrictModel):

@@ -28,7 +28,7 @@ PAIRS = (
     ("composition-b", "copper-ofhc"),
 )
 FIBRES = ("kevlar-129", "aluminium-6061-t6")  # in the kinematics that have materials with directions
-DIRECTIONS: dict[str, dict[str, Any]] = {
+DIRECTIONS: dict[str, Plain] = {
     "axisymmetric": {},
     "three_d": {"axes": {"one": [0, 1, 0], "two": [0, 0, 1]}},
 }
@@ -56,7 +56,7 @@ def common_cases() -> Iterator[tuple[str, Plain]]:
     """Yield title and case of each pair of materials, by each common formulation and kinematics."""
     from hvisph.core.catalogues import KINEMATICS
 
-    solids: dict[str, dict[str, Any]] = {
+    solids: dict[str, Plain] = {
         "axisymmetric": {"type": "cylinder", "diameter": 8e-3, "length": 8e-3},
         "uniaxial_strain": {"type": "interval", "length": 8e-3},
     }
@@ -72,8 +72,13 @@ def common_cases() -> Iterator[tuple[str, Plain]]:
                 }
                 if pair == FIBRES:
                     bodies[pair[0]] |= DIRECTIONS[kinematics]
-                case = {"kinematics": kinematics, "resolution": 1e-3, "bodies": bodies,
-                        "formulation": {"type": formulation}, "time": {"end": 1e-6, "max_steps": 1}}  # fmt: skip
+                case = {
+                    "kinematics": kinematics,
+                    "resolution": 1e-3,
+                    "bodies": bodies,
+                    "formulation": {"type": formulation},
+                    "time": {"end": 1e-6, "max_steps": 1},
+                }
                 yield f"{kinematics}, {formulation}: {' on '.join(pair)}", case
 
 

@@ -104,9 +104,17 @@ def point(
         rows = [("strain", f"stress {stress}", "von Mises", "pressure", "plastic strain", "damage", "temperature")]
         for k in range(0, len(record.strain), max(1, steps // 10)):
             at = {name: float(record[name][k]) for name in COLUMNS}
-            rows.append((f"{record.strain[k]:.4g}", quantity(at[stress], "Pa"), quantity(at["von_mises_stress"], "Pa"),
-                         quantity(at["pressure"], "Pa"), f"{at['plastic_strain']:.4g}", f"{at['damage']:.3g}",
-                         f"{at['temperature']:.0f} K"))  # fmt: skip
+            rows.append(
+                (
+                    f"{record.strain[k]:.4g}",
+                    quantity(at[stress], "Pa"),
+                    quantity(at["von_mises_stress"], "Pa"),
+                    quantity(at["pressure"], "Pa"),
+                    f"{at['plastic_strain']:.4g}",
+                    f"{at['damage']:.3g}",
+                    f"{at['temperature']:.0f} K",
+                )
+            )
         say(table(rows, indent=0))
     if plot is not None:
         from hvisph.postprocessing.material_sheet import point_picture
