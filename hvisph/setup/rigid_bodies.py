@@ -47,7 +47,8 @@ def rigid_motions(
         Where a clamp holds a part of one, or a plane of symmetry stands in its way.
     """
     motions: list[RigidMotion] = []
-    deformable = [material for body, material in zip(placed, materials, strict=True) if body.model.rigid is None]
+    parts = [part for body in placed for part in body.parts]
+    deformable = [one for part, one in zip(parts, materials, strict=True) if part.model.rigid is None]
     impedance = STRUCK * max([one.density * one.longitudinal_sound_speed for one in deformable] or [0.0])
     for number, body in enumerate(placed):
         rigid, own = body.model.rigid, particles.body == number
