@@ -132,7 +132,7 @@ CASES = {
         document_of([METAL, METAL], time={"end": 6e-7}, output={"every": 3e-7})
         | {
             "bodies": document_of([METAL, METAL])["bodies"]
-            | {"body_0": document_of([METAL, METAL])["bodies"]["body_0"] | {"rigid": "x"}}
+            | {"body_0": document_of([METAL, METAL])["bodies"]["body_0"] | {"rigid": True}}
         }
     ),
     # cracks about the axis: softened particles are neighbours over the cuts

@@ -68,6 +68,11 @@ class Motion:
         return moved
 
 
+def is_rigid_particle(tags: np.ndarray) -> np.ndarray:
+    """Return which particles with these tags (n, 4) belong to a rigid body (n,)."""
+    return np.asarray(tags[:, FLAGS] >> GROUP_SHIFT >= RIGID_GROUP)
+
+
 class PrescribedMotion:
     """Groups of driven particles of a run, and rigid bodies.
 

@@ -204,7 +204,7 @@ class Stepper:
         """Evaluate the forces of the state as it stands, without a step."""
         self.totals.begin(self.particles)
         self.rates[:] = 0.0
-        self._carry(0.0, 0.0, complete=False)
+        self.predict(0.0)
         self.evaluate()
         if self.motion is not None:
             self.motion.look_ahead(self)

@@ -21,6 +21,7 @@ from hvisph.measures.debris.groups import connected_groups
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.setup.formulations import stiff_enough
+from hvisph.sph.contact.penalty_contact import Pressing
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
 
@@ -182,6 +183,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     if rigid and isinstance(formulation, Riemann | Eulerian) and formulation.parted:
         of_rigid: Any = {"rigid": True, "turns": case.dim > 1 and not particles.kinematics.revolved}
         formulation = replace(formulation, **of_rigid)
+    elif rigid and isinstance(getattr(formulation, "contact", None), Pressing):
+        formulation = replace(formulation, contact=replace(formulation.contact, rigid=True))
     _carry_on(particles, placed, "kernel_type")
     refuse_outside(particles, case.domain, names)
     if particles.kinematics.revolved:

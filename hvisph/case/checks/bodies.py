@@ -56,8 +56,8 @@ def _rigid(case: Surroundings) -> Iterator[Problem]:
         if not fields or body.internal_energy or body.temperature or body.formulation:
             what = "a rigid body has no internal_energy, temperature, formulation, nor other initial_velocity than spin"
             yield Problem(path, f"{what} and uniform; leave them out")
-        if case.formulation.type not in ("riemann", "eulerian") or case.kinematics == "plane_stress":
-            what = "rigid bodies need formulation riemann or eulerian, and other kinematics than plane_stress"
+        if case.formulation.type == "projection" or case.kinematics == "plane_stress":
+            what = "rigid bodies need another formulation than projection, and other kinematics than plane_stress"
             yield Problem(path, what)
         elif len(case.bodies) > 1 and case.formulation.contact.type != "frictional":
             yield Problem(("formulation", "contact"), "bodies meet a rigid one in `frictional` contact alone")

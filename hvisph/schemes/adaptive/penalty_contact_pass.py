@@ -14,6 +14,7 @@ import numpy as np
 from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.errors import RunError
 from hvisph.core.particles import Particles
+from hvisph.integrators.prescribed_motion import is_rigid_particle
 from hvisph.materials.material_table import Material
 from hvisph.sph.contact import penalty_contact
 from hvisph.sph.neighbours import particle_layout as rate_slots
@@ -227,6 +228,8 @@ class BodyContact:
         packed[:, to["K"]] = self._stiffness[chosen]
         if self._revolved:
             packed[:, to["RING"]] = own[:, slots["RING"]]
+        if "RIGID_SIDE" in to:
+            packed[:, to["RIGID_SIDE"]] = is_rigid_particle(self.particles.tags[chosen])
         if self.law.stores:
             packed[:, to["START"]] = self.starts[chosen]
         if self.law.self_contact:

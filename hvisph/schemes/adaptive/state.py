@@ -77,6 +77,7 @@ class CompositeState(ReferenceChanges, Stepper):
             super().history()
             | {"stage": np.array([self._stage])}
             | (self.contact.history() if self.contact is not None else {})
+            | ({} if self.motion is None else self.motion.history())
         )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
@@ -125,6 +126,8 @@ class CompositeState(ReferenceChanges, Stepper):
         if self.contact is not None:
             self.contact.restore(history)
         self._stage = float(history["stage"][0])
+        if self.motion is not None:
+            self.motion.restore(history)
         self.totals.restore(history)
         if self.motion is not None:
             self.motion.restore(history)

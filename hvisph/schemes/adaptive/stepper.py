@@ -20,6 +20,7 @@ from hvisph.core.particles import Particles
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
 from hvisph.integrators.gravity import Gravity
+from hvisph.integrators.prescribed_motion import is_rigid_particle
 from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.materials.material_table import Material, pack
 from hvisph.schemes.stepper import fastest_sound
@@ -103,8 +104,9 @@ class CompositeStepper(CompositeState):
         self.volume = self._volume_at_start.copy()
         if formulation.revolved:  # areas of the section
             self.volume /= 2.0 * np.pi * self._ring_radius(self._at_start)
-        self.alone = np.zeros(particles.count, bool)
         self._make_room()
+        self.alone = is_rigid_particle(particles.tags)  # they have no pairs of their own
+        self.loose = self.alone.copy()
         self._build_reference()
         offered = offered_to_loops(formulation, particles, (self.table, self.models), self.slots, self._read)
         self._loops = loops(formulation, offered)
@@ -136,6 +138,11 @@ class CompositeStepper(CompositeState):
         An evaluation leaves the velocities of its stage in them.
         """
         return self.rows_
+
+    @property
+    def row_slots(self) -> dict[str, int]:
+        """Slots of a packed row, by name."""
+        return self.slots
 
     @property
     def rates(self) -> np.ndarray:
@@ -301,11 +308,12 @@ class CompositeStepper(CompositeState):
         inverted = self._tied[~(self.jacobians[self._tied] > 0.0)]
         if len(inverted):
             return [(0.0, "inverted", self._first(inverted))]
+        held = super().limits() + self._held
         if self.contact is None:
-            return self._held
+            return held
         if len(self.contact.passed):
             return [(0.0, "passed_through", self._first(self.contact.passed))]
-        return self._held + self._swinging("contact", self.contact.omega)
+        return held + self._swinging("contact", self.contact.omega)
 
     def permute(self) -> np.ndarray:
         """Keep the order, which reference lists depend on."""

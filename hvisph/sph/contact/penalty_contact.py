@@ -11,7 +11,7 @@ V are volumes of the reference, so that E is a function of places alone: it give
 of its own.
 
 Coulomb's friction (FRICTION) goes with the slip across the normal n of `sph.contact.contact_normal`, and is heat of
-both sides by halves; where slip comes to rest it is a dashpot:
+both sides by halves, of the other side alone where one is rigid (RIGID); where slip comes to rest it is a dashpot:
 
     T_ab = - min(mu |F_ab . n|, sqrt(k_ab min(m_a, m_b))/2 |u_t|) u_t/|u_t|,    u_t = u_ab - (u_ab . n) n
 
@@ -61,8 +61,8 @@ from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.limiters import TINY
 
-# Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction.
-AXISYMMETRIC = SELF_CONTACT = FRICTION = 0
+# Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction; rigid bodies.
+AXISYMMETRIC = SELF_CONTACT = FRICTION = RIGID = 0
 # A contact carries so many times the pressure that is expected: lattices that do not face each other particle by
 # particle carry less than those that do.
 RESERVE = 2.5
@@ -74,13 +74,15 @@ STICKING = 0.5
 class Pressing:
     """Parameters of the penalty contact: stiffness relative to the material, friction coefficient.
 
-    The stiffness is increased for the `expected` pressure [Pa]. With `self_contact` faces of one body are in contact.
+    The stiffness is increased for the `expected` pressure [Pa]. With `self_contact` faces of one body are in contact,
+    with `rigid` some bodies are rigid.
     """
 
     stiffness: float = 1.0
     expected: float = 0.0
     friction: float = 0.0
     self_contact: bool = True
+    rigid: bool = False
 
     parts = True  # bodies meet through it, and not through kernel sums
     stores = True  # its energy is in no particle
@@ -121,20 +123,21 @@ class Pressing:
         ways |= {"AXISYMMETRIC": int(revolved)}
         return [
             Pass(fill, layout, ways, (against,), into_rows=True),
-            Pass(accumulate, layout, ways, (against,), slips=True),
+            Pass(accumulate, layout, ways | {"RIGID": int(self.rigid)}, (against,), slips=True),
         ]
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
         """Return the particle row.
 
         K is the stiffness [Pa], START phi0, D the displacement from the reference, TIED whether the particle has
-        reference neighbours; the first pass writes P, G, the gradient of phi, and phi into START.
+        reference neighbours, RIGID_SIDE whether it is rigid; the first pass writes P, G, the gradient of phi, and phi
+        into START.
         """
         return RowLayout(dim, select_fields(
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
             ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.self_contact and ("d", "vector"),
             self.self_contact and ("tied", "scalar"), self.friction > 0.0 and ("n_other", "vector"),
-            revolved and ("ring", "radius"), ("start", "scalar"),
+            revolved and ("ring", "radius"), self.rigid and ("rigid_side", "scalar"), ("start", "scalar"),
         ))  # fmt: skip
 
 
@@ -234,7 +237,7 @@ def accumulate(near, n, rows, i, constants, out):
             sticks = STICKING * np.sqrt(stiff * min(own_m, b[M]) / rows[i, V]) * slip
             held = min(abs(constants[2] * dot(force, n_ab)), sticks)
             force = subtract(force, multiply(held / slip, du))
-            rubbed += held * slip
+            rubbed += held * slip * (1.0 + b[RIGID_SIDE] - rows[i, RIGID_SIDE]) if RIGID else held * slip
         a = add(a, force)
     acceleration, work = multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power)
     if AXISYMMETRIC:  # what widens has less of a section, and fills less
