@@ -16,6 +16,7 @@ from hvisph.core.measure_catalogue import measures_of
 from hvisph.core.text import Plain
 
 from .bodies import Body
+from .edges import OpenEdge, PressureLoad
 from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
 from .gravity import Gravity, OptionalOverburden
@@ -70,6 +71,14 @@ class Case(StrictModel):
     clamped: tuple[Clamp, ...] = Field(default=(), description="Regions that are held fixed", max_length=100)
     initial_loads: tuple[InitialLoad, ...] = Field(
         default=(), description="Impulses: pressures that act during the first step", max_length=100
+    )
+    edges: tuple[OpenEdge, ...] = Field(
+        default=(),
+        description="Planes through which waves leave, so that bodies may be smaller; at most two per axis",
+        max_length=6,
+    )
+    loads: tuple[PressureLoad, ...] = Field(
+        default=(), description="Pressures over time on faces of bodies", max_length=100
     )
     start: Start | None = Field(
         default=None,

@@ -9,6 +9,7 @@ import numpy as np
 from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
+from hvisph.integrators.boundary_forces import LAYER_GROUP, Boundaries
 from hvisph.integrators.gravity import UNIFORM, Gravity
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, PrescribedMotion
 from hvisph.integrators.rigid_body import RigidMotion
@@ -34,6 +35,8 @@ EXTERNAL_COLUMN = "external_work"
 ROTATION_COLUMN = "rigid_rotation"
 # Momentum that clamps, walls and planes of symmetry have taken up to the record [kg m/s].
 SUPPORT_COLUMNS = ("support_momentum_x", "support_momentum_y", "support_momentum_z")
+# Energy that left through open edges, up to the record [J], and momentum [kg m/s].
+EDGE_COLUMNS = ("edge_energy", "edge_momentum_x", "edge_momentum_y", "edge_momentum_z")
 # Highest pressure of any particle up to the record [Pa].
 HIGHEST_COLUMN = "highest_pressure"
 # Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
@@ -58,9 +61,10 @@ class Budget:
     particles (3,) [kg m/s]; `retired` number, mass [kg], momentum (3) and energy [J] of particles that left the domain
     (6,); `highest_pressure` [Pa]; initial `angular_momentum` [kg m^2/s], None where it is not recorded; `pending`
     momentum (3) and energy that the next step removes from retired particles, per time (4,); `gravity_energy` the
-    potential energy since the start [J], `potential` that at the start, `weight` the momentum given by a uniform field
-    (3,) [kg m/s]; `scale` is the energy to which drifts refer [J];
-    `external_work` is the work of what moves the clamps [J], `rigid_rotation` that of `ROTATION_COLUMN`.
+    potential energy since the start [J], `potential` at the start, `weight` the momentum of a uniform field and
+    of pressures (3,) [kg m/s]; `scale` is the energy to which drifts refer [J];
+    `external_work` is the work of what moves the clamps and of pressures on faces [J], `rigid_rotation` that of
+    `ROTATION_COLUMN`; `edge_energy` [J] and `edge_momentum` (3,) [kg m/s] are what left through open edges.
     """
 
     def __init__(self, setup: Setup):
@@ -74,7 +78,8 @@ class Budget:
         self.size = share.exact_sum(particles["mass"] * speed)
         self.slip_work = self.plastic_work = self.shock_heating = self.external_work = 0.0
         self.rigid_rotation = 0.0
-        self.impulse = np.zeros(3)
+        self.impulse, self.edge_momentum, self.edge_energy = np.zeros(3), np.zeros(3), 0.0
+        self.boundaries: Boundaries | None = getattr(setup.stepper, "boundaries", None)
         self.retired = np.zeros(6)
         self.pending = np.zeros(4)
         self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
@@ -92,7 +97,7 @@ class Budget:
             if rigid.is_free(particles.dim):
                 clamped &= particles.tags[:, FLAGS] >> GROUP_SHIFT != rigid.group
         held = share.get_maxima(float(clamped.any()))[0]
-        kept = not setup.planes and not held
+        kept = not setup.planes and not held and self.boundaries is None
         self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
         middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
         lever = particles["position"] - np.array(middle)
@@ -110,11 +115,17 @@ class Budget:
         self.impulse += dt * sums[column.SUPPORT : column.SUPPORT + 3]
         self.retired[2:] += dt * self.pending
         self.pending[:] = 0.0
-        if self._setup.driven:
-            motion: PrescribedMotion = getattr(self._stepper, "motion")  # noqa: B009
+        motion: PrescribedMotion | None = getattr(self._stepper, "motion", None)
+        if motion is not None:
             self.external_work += motion.work
             self.rigid_rotation += motion.rotation
             self.impulse[: len(motion.momentum)] -= motion.momentum
+        if self.boundaries is not None:
+            given, left = self.boundaries.momentum, self.boundaries.edge_momentum
+            self.external_work += self.boundaries.work
+            self.weight[: len(given)] += given
+            self.edge_energy += self.boundaries.edge_energy
+            self.edge_momentum[: len(left)] += left
         if self.gravity is not None:
             particles = self._setup.particles
             self.gravity_energy = self._total_potential() - self.potential
@@ -128,7 +139,8 @@ class Budget:
         assert self.gravity is not None
         particles = self._setup.particles
         potential = self.gravity.potential(particles["position"])
-        return float(self._setup.subdomain.exact_sum(particles["mass"] * potential))
+        within = particles.tags[:, FLAGS] >> GROUP_SHIFT != LAYER_GROUP  # what lies beyond an edge gives no energy
+        return float(self._setup.subdomain.exact_sum(np.where(within, particles["mass"] * potential, 0.0)))
 
     def highest(self) -> float:
         """Return the highest pressure of any particle of all processes so far [Pa]."""
@@ -150,6 +162,7 @@ class Budget:
         energies |= {} if self.gravity is None else {"gravity": self.gravity_energy}
         energies |= {"external_work": self.external_work} if self._setup.driven else {}
         energies |= {ROTATION_COLUMN: self.rigid_rotation} if _rigid_bodies(self._setup) else {}
+        energies |= {"edge_energy": self.edge_energy} if has_edges(self.boundaries) else {}
         if "band_width" in self._setup.particles.offsets:
             energies[FRACTURE_COLUMN] = work_of_fracture(self._setup)
         return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
@@ -159,13 +172,14 @@ class Budget:
         if not self._has_energy:
             return None
         stored = self._stepper.stored_energy + self.gravity_energy - self.external_work - self.rigid_rotation
+        stored += self.edge_energy
         total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
         scale = self.scale + abs(self.external_work)
         return (total - self.energy) / scale if scale > 0.0 else None
 
     def support_momentum(self, sums: np.ndarray) -> list[float]:
         """Return the momentum (3) [kg m/s] that clamps, walls and planes of symmetry have taken since the start."""
-        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.retired[2:5] - self.weight
+        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.retired[2:5] - self.weight + self.edge_momentum
         return [float(one) for one in np.where(self._free > 0.0, self.impulse, self.momentum - now)]
 
     def momentum_drift(self, sums: np.ndarray) -> float | None:
@@ -173,6 +187,7 @@ class Budget:
         if self.gravity is not None and self.gravity.kind != UNIFORM:
             return None
         now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.impulse + self.retired[2:5] - self.weight
+        now = now + self.edge_momentum
         change = float(np.linalg.norm((now - self.momentum) * self._free))
         return change / self.size if self.size > 0.0 else None
 
@@ -194,6 +209,11 @@ class Budget:
             kept |= {"retired_particles": float(self.retired[0]), "retired_mass": float(self.retired[1]),
                       "retired_energy": float(self.retired[5])}  # fmt: skip
         return {name: value if value is not None and np.isfinite(value) else None for name, value in kept.items()}
+
+
+def has_edges(boundaries: Boundaries | None) -> bool:
+    """Return whether any of the boundaries is an open edge."""
+    return boundaries is not None and boundaries.is_open
 
 
 def angular_momentum(setup: Setup) -> np.ndarray:
@@ -265,6 +285,8 @@ class Observer:
         counted = (*counted, EXTERNAL_COLUMN, *SUPPORT_COLUMNS) if setup.driven else counted
         self._rigid = bool(_rigid_bodies(setup))
         counted = (*counted, ROTATION_COLUMN) if self._rigid else counted
+        self._edged = has_edges(getattr(setup.stepper, "boundaries", None))
+        counted = (*counted, *EDGE_COLUMNS[: 1 + particles.dim]) if self._edged else counted
         self._repels = formulation.repels
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         self._fractures = "band_width" in particles.offsets
@@ -293,6 +315,7 @@ class Observer:
             *((budget.gravity_energy,) if budget.gravity else ()),
             *((budget.external_work, *budget.support_momentum(sums)) if self._setup.driven else ()),
             *((budget.rigid_rotation,) if self._rigid else ()),
+            *((budget.edge_energy, *budget.edge_momentum[: self._setup.particles.dim].tolist()) if self._edged else ()),
             *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
             *((work_of_fracture(self._setup),) if self._fractures else ()),
             budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),

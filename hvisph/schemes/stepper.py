@@ -13,6 +13,7 @@ from hvisph.core.particles import Particles, reorder, take_rows
 from hvisph.integrators import particle_steps as carrying
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
+from hvisph.integrators.boundary_forces import Boundaries
 from hvisph.integrators.gravity import NONE, Gravity, gravity_at
 from hvisph.integrators.prescribed_motion import PrescribedMotion
 from hvisph.materials import anisotropic_stress, plane_stress, stress_update, thermodynamics, traction_limits
@@ -101,6 +102,7 @@ class Stepper:
     pieces: np.ndarray | None = None
     _in_pieces = False  # whether any differs from the body
     motion: PrescribedMotion | None = None
+    boundaries: Boundaries | None = None
     turns_back = True  # whether particles that pass a plane of symmetry are put back
     keeps_order = False  # whether particles stay with their process until space is cut anew
 
@@ -216,11 +218,19 @@ class Stepper:
             self.formulation.keep(self.pairs, self.lengths)
         finally:  # other processes wait for this one's part in the contact, also where it has failed
             self.separating.add(self.pairs, self.h_max)
+        self._act()
+
+    def _act(self) -> None:
+        """Add the forces of faces and edges to the rates."""
+        if self.boundaries is not None:
+            self.boundaries.act(self)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
         if self.motion is not None:
             self.motion.begin(self, dt)
+        if self.boundaries is not None:
+            self.boundaries.begin(self, dt)
         self._carry(dt, self.stage_share * following, complete=True)
         if self.turns_back:
             turn_back(self.particles, self.rows, self.pairs.layout, self.rates, self.place, self.pairs.planes)
@@ -242,6 +252,8 @@ class Stepper:
         self._show_pieces()
         if self.motion is not None:
             self.motion.finish(self, stage)
+        if self.boundaries is not None:
+            self.boundaries.finish(self, stage)
         self._sum_up()
 
     def split(self, pieces: np.ndarray) -> None:
@@ -301,7 +313,8 @@ class Stepper:
 
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
-        return self.totals.history() | ({} if self.motion is None else self.motion.history())
+        driving = [one for one in (self.motion, self.boundaries) if one is not None]
+        return dict(item for one in (self.totals, *driving) for item in one.history().items())
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
@@ -348,6 +361,8 @@ class Stepper:
         self.totals.restore(history)
         if self.motion is not None:
             self.motion.restore(history)
+        if self.boundaries is not None:
+            self.boundaries.restore(history)
         self._sum_up()
 
 

@@ -16,6 +16,7 @@ from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.graded_spacing import Grading, fill_graded
 from hvisph.geometry.inclusions import ball_volume, deal_spheres, owner_of
 from hvisph.geometry.lattices import Filling
+from hvisph.geometry.open_edge import Edge, cut_open
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.placement import needed_turn, rotate, rotation_matrix, row
@@ -104,6 +105,17 @@ class PlacedBody:
         return shape * float(self.volumes.sum()) / whole
 
 
+def open_edges(case: Case) -> list[Edge]:
+    """Return the open edges of a case."""
+    return [Edge("xyz".index(edge.axis), edge.at, edge.sign) for edge in case.edges]
+
+
+def layer_depth(case: Case) -> float:
+    """Return how deep bodies go on beyond an edge, in spacings: as the kernel reaches, 0 with viscous edges."""
+    model = case.formulation
+    return model.support_over_h * model.h_over_dx if model.type == "riemann" else 0.0
+
+
 def placed_bodies(case: Case) -> list[PlacedBody]:
     """Fill all bodies of a case and put them in their places.
 
@@ -117,6 +129,7 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         return _with_carried(case)
     dim = case.dim
     mirrors = [Mirror("xyz".index(p.axis), p.at, 1.0 if p.keep == "above" else -1.0) for p in case.symmetry]
+    edges = open_edges(case)
     fillings, shapes, faced = [], [], []
     for name, model in case.bodies.items():
         turn = None
@@ -138,6 +151,9 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         spacing = np.broadcast_to(np.asarray(filling.spacing, dtype=float), filling.count)
         try:
             positions, volumes, kept = cut(filling.positions + centre, filling.volumes, spacing, mirrors)
+            positions, volumes, spacing = cut_open(
+                positions, volumes, spacing[kept], edges, layer_depth(case), case.drawing_dimensions != dim
+            )
         except CaseError as error:
             raise CaseError(error.message, where=f"bodies.{name}") from error
         if not len(positions):
@@ -154,13 +170,13 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         if case.drawing_dimensions != case.dim:
             middle[1] = 0.0
         for mirror in mirrors:
-            if len(positions) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
+            if len(kept) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
                 middle[mirror.axis] = mirror.at
                 try:
                     refuse_unlike_halves(model, positions, middle, mirror.axis, mirror.at)
                 except CaseError as error:
                     raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
-        body = PlacedBody(name, model, filling, positions, volumes, spacing[kept], middle, surface)
+        body = PlacedBody(name, model, filling, positions, volumes, spacing, middle, surface)
         bodies.append(body if model.inclusions is None else _with_inclusions(body))
     _refuse_overlaps(bodies, case.units)
     if dim == 1:

@@ -37,8 +37,8 @@ class Setup:
     `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
     which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `watched` as of
     `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
-    `driven` whether a clamp moves or a body is rigid, `substances` the models of `materials`, `origin` as of
-    `Beginning`.
+    `driven` whether a clamp moves, a body is rigid or a pressure acts, `substances` the models of `materials`,
+    `origin` as of `Beginning`.
     """
 
     stepper: AnyStepper
@@ -88,10 +88,13 @@ def set_up(case: Case, start: Beginning) -> Setup:
     criteria = Criteria(particles.dim, particles.count, case.time.cfl, formulation.viscous_factor)
     limits = np.array([_largest_density(material) for material in start.materials])
     subdomain = Subdomain(stepper, criteria, start.planes, start.count)
+    if start.boundaries is not None:
+        stepper.boundaries = start.boundaries
+        stepper.boundaries.share = subdomain
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
-                 bool(motions), tuple(start.materials), start.origin)  # fmt: skip
+                 bool(motions or case.loads), tuple(start.materials), start.origin)  # fmt: skip
 
 
 def _largest_density(material: Material) -> float:

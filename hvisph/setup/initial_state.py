@@ -13,6 +13,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.fields import CRACK, MEMORY
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.core.text import Plain
+from hvisph.integrators.boundary_forces import Boundaries
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, Motion
 from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.integrators.scheme import SCHEMES
@@ -27,6 +28,7 @@ from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
 
 from .axes import material_axes
 from .bodies import PlacedBody, placed_bodies
+from .boundaries import boundaries_of
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .initial_fields import add_overburden, body_material, initial_history
@@ -119,7 +121,8 @@ class Beginning:
     `longest` is the largest smoothing length [m] and `spread` the ratio of smallest to largest; `count` is the number
     of particles of all bodies. For a part, `watched` has the numbers of particles whose pressures the history records,
     by column, and `sequence` (n,) their places in the order of all, if the scheme keeps an order. `origin` tells of the
-    other run that this one starts from, see `start.Origin.as_dict`; `rigid` are the motions of rigid bodies.
+    other run that this one starts from, see `start.Origin.as_dict`; `rigid` are the motions of rigid bodies,
+    `boundaries` faces and edges.
     """
 
     particles: Particles
@@ -136,6 +139,7 @@ class Beginning:
     sequence: np.ndarray | None = None
     origin: Plain = field(default_factory=dict)
     rigid: tuple[RigidMotion, ...] = ()
+    boundaries: Boundaries | None = None
 
 
 def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
@@ -167,6 +171,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         contact: Any = getattr(case.formulation, "contact", None)
         if _in_pieces(case, contact, placed):
             formulation = replace(formulation, parted=True, friction=contact.friction, fragment_contact=True)
+    if isinstance(formulation, Riemann) and case.edges:
+        formulation = replace(formulation, edges=True)
     if isinstance(formulation, Riemann) and any(material.has_axes for material in made):
         formulation = replace(formulation, anisotropic=True)
     particles["smoothing_length"] = lengths
@@ -189,6 +195,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     refuse_outside(particles, case.domain, names)
     if particles.kinematics.revolved:
         planes = (*planes, AXIS)
+    loaded = [filled_region(particles, load, names, f"loads.{number}") for number, load in enumerate(case.loads)]
+    boundaries = boundaries_of(case, formulation, placed, particles, own, planes, loaded)
     unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawing_dimensions] if case.units == "si" else ""
     notes = tuple(
         f"{body.name}: mass {particles['mass'][particles.body == number].sum():.6g}{unit}; {body.filling.note}"
@@ -205,7 +213,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     gauges = placed_gauges(case.gauges, placed, case.resolution)
     longest, shortest = float(lengths.max()), float(lengths.min())
     return Beginning(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
-                     particles.count, origin=origin, rigid=rigid)  # fmt: skip
+                     particles.count, origin=origin, rigid=rigid, boundaries=boundaries)  # fmt: skip
 
 
 def _carry_on(particles: Particles, placed: list[PlacedBody], name: str) -> None:

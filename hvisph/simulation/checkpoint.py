@@ -92,7 +92,8 @@ class Keeper:
             "step": {"length": time_step.length, "criterion": time_step.criterion, "lands_on": time_step.lands_on},
             "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
                        "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
-                       "pending": budget.pending.tolist(),
+                       "pending": budget.pending.tolist(), "edge_energy": budget.edge_energy,
+                       "edge_momentum": budget.edge_momentum.tolist(),
                        "slip_work": budget.slip_work, "plastic_work": budget.plastic_work,
                        "shock_heating": budget.shock_heating, "external_work": budget.external_work,
                        "rigid_rotation": budget.rigid_rotation,
@@ -143,7 +144,7 @@ class Keeper:
         stepper.restore(carried, history)
         for name, value in header["clock"].items():
             setattr(clock, name, value)
-        for name in ("momentum", "impulse", "retired", "pending", "weight"):
+        for name in ("momentum", "impulse", "retired", "pending", "weight", "edge_momentum"):
             getattr(budget, name)[...] = header["budget"][name]
         for name in (
             "energy",
@@ -153,6 +154,7 @@ class Keeper:
             "shock_heating",
             "external_work",
             "rigid_rotation",
+            "edge_energy",
             "highest_pressure",
             "gravity_energy",
             "potential",

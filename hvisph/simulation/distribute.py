@@ -79,6 +79,6 @@ def compile_for_all(world: Alone, case: Case, start: Beginning) -> None:
         sample = particles.like(0)
         sample.data, sample.tags = particles.data[few], particles.tags[few]
         with suppress(RunError):
-            set_up(case, replace(start, particles=sample, sequence=None)).stepper.start()
+            set_up(case, replace(start, particles=sample, sequence=None, boundaries=None)).stepper.start()
 
     world.prepare_per_machine(evaluate)

@@ -50,6 +50,7 @@ class Setup:
     notes: Sequence[str] = ()  # lines below the picture
     si: bool = True  # whether lengths are in metres
     revolved: bool = False  # whether particles are axisymmetric about x: the bodies are solids of revolution
+    edges: Sequence[tuple[int, float]] = ()  # open edges: axis and coordinate [m]
 
     @property
     def solid(self) -> bool:
@@ -141,17 +142,15 @@ def _section(axes: Axes, setup: Setup) -> None:
     low, high = np.min(np.array(corners), axis=0), np.max(np.array(corners), axis=0)
     span = float((high - low).max())
     _velocities(axes, setup, span)
-    for axis, at in setup.planes:
-        if axis < 2:
-            (axes.axvline if axis == 0 else axes.axhline)(at * unit, color="#c0392b", ls="-.", lw=1.2)
-    if setup.planes:
-        axes.plot(
-            [],
-            [],
-            "-.",
-            color="#c0392b",
-            label="symmetry: " + ", ".join(f"{'xyz'[axis]} = {at * unit:g}" for axis, at in setup.planes),
-        )
+    for planes, colour, dashes, name in (
+        (setup.planes, "#c0392b", "-.", "symmetry"), (setup.edges, "#2471a3", "--", "open edge"),
+    ):  # fmt: skip
+        for axis, at in planes:
+            if axis < 2:
+                (axes.axvline if axis == 0 else axes.axhline)(at * unit, color=colour, ls=dashes, lw=1.2)
+        if planes:
+            listed = ", ".join(f"{'xyz'[axis]} = {at * unit:g}" for axis, at in planes)
+            axes.plot([], [], dashes, color=colour, label=f"{name}: {listed}")
     if setup.revolved:
         axes.axhline(0.0, color="#666666", ls=(0, (12, 3, 2, 3)), lw=0.8, label="axis")
     for name, place in setup.gauges.items():

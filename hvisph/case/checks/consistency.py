@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
 from typing import Protocol
 
 from hvisph.case.bodies import Body
 from hvisph.case.context import Surroundings
+from hvisph.case.edges import edge_problems, table_problems
 from hvisph.case.expectations import Expectations
 from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.gravity import gravity_problems
@@ -66,6 +66,7 @@ def problems_of(case: Case) -> list[Problem]:
         *_symmetry(case),
         *_regions(case),
         *gravity_problems(case),
+        *edge_problems(case),
         *start_problems(case),
         *gauge_problems(case.gauges, case.dim),
         *case.formulation.problems(case),
@@ -158,6 +159,8 @@ def _regions(case: Case) -> Iterator[Problem]:
         yield from _moving_clamp(case, clamp, ("clamped", index, "velocity"))
     for index, load in enumerate(case.initial_loads):
         yield from region_problems(load, ("initial_loads", index), case.dim, case.bodies)
+    for index, pressed in enumerate(getattr(case, "loads", ())):
+        yield from region_problems(pressed, ("loads", index), case.dim, case.bodies)
     for name, region in case.output.regions.items():
         yield from region_problems(region, ("output", "regions", name), case.dim, case.bodies)
     if case.domain is not None:
@@ -166,13 +169,7 @@ def _regions(case: Case) -> Iterator[Problem]:
 
 def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
     """Yield the errors of the prescribed velocity of a clamp."""
-    times = [time for time, _ in clamp.velocity_table]
-    if any(later < earlier for earlier, later in pairwise(times)) or any(
-        times[k] == times[k + 2] for k in range(len(times) - 2)
-    ):
-        yield Problem(
-            (*path[:-1], "velocity_table"), "its times must rise; two rows at one time are a jump, three none"
-        )
+    yield from table_problems([time for time, _ in clamp.velocity_table], (*path[:-1], "velocity_table"))
     if clamp.velocity and clamp.velocity_table:
         yield Problem(path, "is given beside `velocity_table`; leave one of them out")
     if clamp.velocity_table and clamp.along not in AXES[: case.dim]:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
+    from hvisph.case.edges import load_words
     from hvisph.case.output import moving_clamps
     from hvisph.precheck.impact_pair import first_contact
     from hvisph.setup.bodies import placed_bodies
@@ -50,10 +51,12 @@ def draw_setup(case: Case, path: str) -> Path:
         shown = format_time(time) if case.units == "si" else f"{time:.4g}"
         notes.append(f"first contact: {one} and {other} at {shown}")
     notes += [f"moving clamp: {text}" for text in moving_clamps(case)]
+    notes += [f"load {text}" for text in load_words(case)]
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
+    edges = [("xyz".index(edge.axis), edge.at) for edge in case.edges]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
     title, revolved = case.title or "untitled case", KINEMATICS[case.kinematics].revolved
-    return setup_picture(Setup(title, bodies, planes, gauges, notes, case.units == "si", revolved), path)
+    return setup_picture(Setup(title, bodies, planes, gauges, notes, case.units == "si", revolved, edges), path)
 
 
 Format = Callable[[float, str], str]  # of a number with its SI unit
@@ -131,6 +134,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
 
     si = case.units == "si"
 
+    from hvisph.case.edges import edge_words, load_words
     from hvisph.case.output import moving_clamps
 
     def number(value: float, unit: str, digits: int = 4) -> str:
@@ -164,6 +168,8 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
         ("rigid body", f"{name}, {body.rigid.words}") for name, body in case.bodies.items() if body.rigid is not None
     ]
     facts += [("moving clamp", text) for text in moving_clamps(case)]
+    facts += [("open edge", text) for text in edge_words(case)]
+    facts += [("load", text) for text in load_words(case)]
     if case.start is None:
         kind = regime(case)
         facts.append(("regime", kind.words))

@@ -131,6 +131,8 @@ class CompositeState(ReferenceChanges, Stepper):
         self.totals.restore(history)
         if self.motion is not None:
             self.motion.restore(history)
+        if self.boundaries is not None:
+            self.boundaries.restore(history)
         self._sum_up()
 
 

@@ -236,6 +236,7 @@ class CompositeStepper(CompositeState):
         finally:  # other processes wait for this one's part in the contact, also where it has failed
             if self.contact is not None:
                 self.contact.add(np.flatnonzero(near_body), self.rows_, self.slots, self.loose, self._rates)
+        self._act()
 
     def _add_spatial(self, near: np.ndarray) -> None:
         """Add the pairs of Eulerian particles, and of bodies in bonded contact, at present positions."""

@@ -109,7 +109,7 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
 AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = ADJOINT = 0
-RIGID = TURNS = 0
+RIGID = TURNS = EDGES = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
 FILLER_VOLUME = 1e-12
@@ -147,6 +147,9 @@ def accumulate(near, n, rows, i, constants, out):
         if ANISOTROPIC:  # along the line of centres
             za = np.sqrt(dot(symmetric_dot(own_symmetric(rows, i, Z_SQUARED, DIM), e), e))
             zb = np.sqrt(dot(symmetric_dot(symmetric(b, Z_SQUARED, DIM), e), e))
+        if EDGES:  # an ambient layer has the impedance of its partner
+            real = min(b[V] * inverse_filler, 1.0)
+            za, zb = za + real * rows[i, AMBIENT] * (zb - za), zb + b[AMBIENT] * (za - zb)
         jump, lever = subtract(vector(b, U, DIM), u), dx
         its_rigid, heated = 0.0, 1.0
         if RIGID:
@@ -168,6 +171,9 @@ def accumulate(near, n, rows, i, constants, out):
             if in_contact:
                 e, g, weight, gate = contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface)
                 half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), multiply(dot(dx, e), e)
+        if EDGES:  # and no slopes
+            matter = 1.0 - max(rows[i, AMBIENT], b[AMBIENT])
+            half = half * matter
         closing = elementwise_max(closing, min(b[V] * inverse_filler, 1.0) * approach)
         area = energy_area = b[V] * g
         if AXISYMMETRIC:
@@ -276,7 +282,10 @@ def accumulate(near, n, rows, i, constants, out):
             ts = add(ts, add(own, its))
         if CORRECTED_VARIANT:
             power += conducted_power(
-                energy_area * (1.0 - other), rows[i, RHO] + b[RHO], stiffening, b[ENERGY] - rows[i, ENERGY]
+                energy_area * ((1.0 - other) * matter if EDGES else 1.0 - other),
+                rows[i, RHO] + b[RHO],
+                stiffening,
+                b[ENERGY] - rows[i, ENERGY],
             )
         if AXISYMMETRIC:
             radial = radial_part(e) + (elastic * radial_part(subtract(mean_e, e)) if ADJOINT else 0.0)

@@ -43,7 +43,7 @@ from hvisph.sph.terms.shape_matrix import sound_inverse
 # Where in the constants the tables of depths begin.
 DEPTH_TABLE = 2
 # Options of the pass, off unless bound.
-RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = FRACTURES = ADJOINT = 0
+RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = FRACTURES = ADJOINT = EDGES = 0
 # What passes write that all pairs read.
 READ_BY_PAIRS = ("gu", "gt", "crack", "stage_t", "operator", "elastic")
 
@@ -52,7 +52,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
                following: bool = False, revolved: bool = False, unlike: bool = False,
                faces: bool = False, spins: bool = False, leads: bool = False,
                anisotropic: bool = False, fractures: bool = False, adjoint: bool = False,
-               turns: bool = False) -> RowLayout:  # fmt: skip
+               turns: bool = False, edges: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
     TENSION_LIMIT and SHEAR_LIMIT are the tractions it bears, ENERGY its energy, LATTICE_ORDER o, SPIN_STRESS w,
@@ -64,12 +64,13 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
     rates lead and density go, SOFT the damage past the onset of fracture, CRACK where it lies (`sph.terms.crack`).
     GU_BEFORE is GU of the evaluation before, AHEAD_TWICE twice the time of the stage, STAGE_T the stress extrapolated
     to it, OPERATOR K, and ELASTIC the share with which K holds (`sph.terms.adjoint_operator`). TURN_RATE is the angular
-    velocity of a rigid body, zero of others.
+    velocity of a rigid body, zero of others. AMBIENT is 1 in the layer beyond an open edge
+    (`integrators.boundary_forces`).
     """
     return RowLayout(dim, select_fields(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
         parted and ("body", "scalar"), faces and ("n_previous", "vector"), ("zn", "scalar"), ("zt", "scalar"),
-        anisotropic and ("z_squared", "symmetric"),
+        anisotropic and ("z_squared", "symmetric"), edges and ("ambient", "scalar"),
         consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
         turns and ("turn_rate", "axial"),
         consistent and ("energy", "scalar"), consistent and ("lattice_order", "scalar"), revolved and ("ring",
@@ -127,6 +128,8 @@ def gradients(near, n, rows, i, constants, out):
             cracks, crack_sums = crack_terms(cracks, crack_sums, b[SOFT], g)
         if RECONSTRUCTION:
             moment = add(moment, symmetric_outer(dx, g))
+            if EDGES:  # the state goes on beyond an edge
+                g = multiply(1.0 - b[AMBIENT], g)
             of_u = add(of_u, outer(subtract(vector(b, U, DIM), u), g))
             of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
     if SEPARATING:

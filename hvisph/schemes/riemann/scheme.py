@@ -91,6 +91,7 @@ class Riemann:
     adjoint: bool = False
     rigid: bool = False
     turns: bool = False
+    edges: bool = False
 
     name = "riemann"
     corrects = repels = False
@@ -134,7 +135,8 @@ class Riemann:
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
                                   self.meets_unlike, self.face_contact, self.spins, self.leads,
-                                  self.anisotropic, self.fractures, self.adjoint, self.turns)  # fmt: skip
+                                  self.anisotropic, self.fractures, self.adjoint, self.turns,
+                                  self.edges)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
@@ -146,6 +148,7 @@ class Riemann:
             "SELF_CONTACT": int(self.face_contact),
             "FRACTURES": int(self.fractures),
             "ADJOINT": int(self.adjoint),
+            "EDGES": int(self.edges),
         }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.pair_layout(row), ways | {

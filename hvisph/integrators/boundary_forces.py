@@ -1,0 +1,191 @@
+"""Forces at faces: pressures over time, and edges that let waves out.
+
+A face gives each particle a of its outermost row, with the share A_a of the face and the outward normal n, the force
+
+    F_a = A_a [t0 - p(t) n - Z_n (u - u0)_n n - Z_t (u - u0)_t]
+
+A pressure load has p alone. A viscous edge has the traction t0 and the velocity u0 of the start, and the impedances
+rho c_l and rho c_t: it absorbs plane waves of normal incidence, and most of the energy of others.
+
+In contact SPH an ambient layer continues the body beyond the edge, as deep as the kernel reaches, in the state of the
+start. With the impedance of its partner a in a pair, and without slopes, the Riemann problem of an outgoing wave,
+t - t0 = - Z (u - u0), has
+
+    t* = (t_a + t0)/2 + Z (u0 - u_a)/2 = t_a,        u* = u_a
+
+so that nothing returns. Places of the layer follow the mean displacement of the particles beside the edge. What its
+particles would receive from their pairs is the momentum and the energy that leave.
+
+Source: Lysmer & Kuhlemeyer 1969 (viscous edge).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+# Group of the particles of an ambient layer, see `prescribed_motion.GROUP_SHIFT`.
+LAYER_GROUP = 2000
+# What it bears [Pa]: its partner in a pair is the weaker one.
+UNLIMITED = 1e30
+# Rows and columns of the stress whose components the field of deviators has.
+COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+@dataclass(frozen=True)
+class Face:
+    """Particles behind a face."""
+
+    numbers: np.ndarray  # permanent numbers (k,)
+    areas: np.ndarray  # shares of the face (k,) [m^2]
+    normal: np.ndarray  # outward normal (dim,)
+    times: np.ndarray  # times of the pressures (m,) [s]
+    pressures: np.ndarray  # (m,) [Pa]: linear between the times, constant beyond them
+    impedances: np.ndarray | None = None  # of an edge: normal and tangential impedance (k, 2) [kg/(m^2 s)]
+    velocity: np.ndarray | None = None  # of an edge: velocity of the start (k, dim) [m/s]
+    lag: float = 0.0  # distance over which the velocity of the face is extrapolated from that of the particles [m]
+
+    def tractions(self, time: float, u: np.ndarray, some: np.ndarray, at_start: np.ndarray) -> np.ndarray:
+        """Return the tractions (k, dim) [Pa] on `some` particles at a time [s], from velocities u and those of t0."""
+        pressure = float(np.interp(time, self.times, self.pressures))
+        if self.impedances is None or self.velocity is None:
+            return np.tile(-pressure * self.normal, (len(u), 1))
+        moved = u - self.velocity[some]
+        normal = (moved @ self.normal)[:, None] * self.normal
+        z = self.impedances[some]
+        return np.asarray(at_start - z[:, :1] * normal - z[:, 1:] * (moved - normal))
+
+
+@dataclass(frozen=True)
+class AmbientLayer:
+    """Particles beyond the edges of contact SPH."""
+
+    numbers: np.ndarray  # permanent numbers (k,)
+    places: np.ndarray  # places at the start (k, dim) [m]
+    sources: np.ndarray  # permanent numbers of the particles beside the edges (m,)
+    at_start: np.ndarray  # their places at the start (m, dim) [m]
+    starts: np.ndarray  # first term of the mean of each particle (k,)
+    terms: np.ndarray  # index among the sources of each term (n,)
+    weights: np.ndarray  # weight of each term (n,)
+    signs: np.ndarray  # signs of each term (n, dim), negative along the normal of a mirror
+
+    def follow(self, positions: np.ndarray) -> np.ndarray:
+        """Return the places (k, dim) [m] for `positions` (m, dim) [m] of the sources."""
+        displacement = (positions - self.at_start)[self.terms] * self.signs * self.weights[:, None]
+        return np.asarray(self.places + np.add.reduceat(displacement, self.starts, axis=0))
+
+
+class Boundaries:
+    """Faces and edges of a run.
+
+    `work` [J] and `momentum` (dim,) [kg m/s] are what the pressures gave in the last step, `edge_energy` [J] and
+    `edge_momentum` (dim,) what left through the edges in it; `time` [s] is that of the state. `share` finds particles
+    by their numbers (`parallel.collectives`).
+    """
+
+    share: Any
+
+    def __init__(self, faces: tuple[Face, ...], layer: AmbientLayer | None, dim: int):
+        self.faces, self.layer, self.time, self._ahead = faces, layer, 0.0, 0.0
+        self.work, self.momentum, self.edge_energy, self.edge_momentum = 0.0, np.zeros(dim), 0.0, np.zeros(dim)
+        self._given: list[tuple[bool, np.ndarray, np.ndarray]] = []
+        self._left = (np.zeros((0, dim)), np.zeros(0))
+        self._at_start: list[np.ndarray] = []
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is an edge."""
+        return self.layer is not None or any(face.impedances is not None for face in self.faces)
+
+    def act(self, stepper: Any) -> None:
+        """Add the forces of the faces to the rates of the stage, and take from them what the layer would receive."""
+        if not self._at_start:
+            self._at_start = [self._initial_traction(stepper, face) for face in self.faces]
+        particles, dim, self._given = stepper.particles, stepper.particles.dim, []
+        first = stepper.row_slots["U"]
+        for face, at_start in zip(self.faces, self._at_start, strict=True):
+            rows, some = self._here(face.numbers)
+            u, places = stepper.rows[rows, first : first + dim], stepper.place[rows]
+            if face.lag:
+                gradient = stepper.rates[places, dim + 2 : dim + 2 + dim * dim].reshape(-1, dim, dim)
+                u = u + face.lag * (gradient @ face.normal)
+            force = face.areas[some, None] * face.tractions(self.time + self._ahead, u, some, at_start[some])
+            mass = particles["mass"][rows]
+            present = mass > 0.0  # else it has left the domain
+            force[~present] = 0.0
+            stepper.rates[places, :dim] += force / np.where(present, mass, 1.0)[:, None]
+            self._given.append((face.impedances is not None, force, rows))
+        if self.layer is not None:
+            rows, _ = self._here(self.layer.numbers)
+            rates, mass = stepper.rates[stepper.place[rows]], particles["mass"][rows]
+            power = rates[:, dim] + (rates[:, :dim] * stepper.rows[rows, first : first + dim]).sum(axis=1)
+            self._left = mass[:, None] * rates[:, :dim], mass * power
+            stepper.rates[stepper.place[rows]] = 0.0
+
+    def begin(self, stepper: Any, dt: float) -> None:
+        """Take account of the last forces over the step `dt` [s]: their work at the mean velocity is no heat."""
+        exact, particles, dim = stepper.totals.exact, stepper.particles, stepper.particles.dim
+        first, sums = stepper.row_slots["U"], np.zeros((2, 1 + dim))
+        for leaves, force, rows in self._given:
+            places, mass = stepper.place[rows], particles["mass"][rows]
+            a = stepper.rates[places, :dim]
+            if stepper.gravity is not None:
+                a = a + stepper.gravity.acceleration(stepper.rows[rows, :dim])
+            mean = particles["velocity"][rows] + 0.5 * dt * a
+            ahead = mean - stepper.rows[rows, first : first + dim]
+            stepper.rates[places, dim] += (force * ahead).sum(axis=1) / np.where(mass > 0.0, mass, 1.0)
+            sums[int(leaves)] += _sums(exact, (force * mean).sum(axis=1), force)
+        if self.layer is not None:
+            sums[1] -= _sums(exact, self._left[1], self._left[0])
+        sums *= dt
+        self.work, self.momentum = float(sums[0, 0]), sums[0, 1:]
+        self.edge_energy, self.edge_momentum = float(-sums[1, 0]), -sums[1, 1:]
+        self.time += dt
+
+    def finish(self, stepper: Any, stage: float) -> None:
+        """Put the layer in its place, in the state and in the packed rows, whose time is `stage` [s] ahead."""
+        self._ahead = stage
+        if self.layer is None:
+            return
+        rows, some = self._here(self.layer.numbers)
+        dim, at, gather = stepper.particles.dim, stepper.row_slots, self.share.gather_values
+        position, ahead = stepper.particles["position"], stepper.rows[:, :dim]
+        position[rows] = self.layer.follow(gather(self.layer.sources, position))[some]
+        stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead))[some]
+        stepper.rows[rows, at["AMBIENT"]] = 1.0
+        for name, value in (("LATTICE_ORDER", 0.0), ("TENSION_LIMIT", UNLIMITED), ("SHEAR_LIMIT", UNLIMITED)):
+            if name in at:
+                stepper.rows[rows, at[name]] = value
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return the times of state and stage, by name."""
+        return {"boundaries": np.array([self.time, self._ahead])}
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Restore what `history` returned."""
+        self.time, self._ahead = (float(one) for one in history["boundaries"])
+
+    def _here(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows of the particles of this process, and their indices among `numbers`."""
+        rows = self.share.find_rows(numbers)
+        some = np.flatnonzero(rows >= 0)
+        return rows[some], some
+
+    def _initial_traction(self, stepper: Any, face: Face) -> np.ndarray:
+        """Return the tractions of the initial stress on a face (k, dim) [Pa]."""
+        particles, axis = stepper.particles, int(np.abs(face.normal).argmax())
+        pressure = self.share.gather_values(face.numbers, stepper.pressures)
+        deviator = self.share.gather_values(face.numbers, particles["deviator"])
+        traction = -pressure[:, None] * face.normal
+        for column, pair in enumerate(COMPONENTS[: deviator.shape[1]]):
+            if axis in pair and max(pair) < particles.dim:
+                other = pair[1] if pair[0] == axis else pair[0]
+                traction[:, other] += deviator[:, column] * face.normal[axis]
+        return np.asarray(traction)
+
+
+def _sums(exact: Any, power: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Return the exact sums of powers (k,) and forces (k, dim)."""
+    return np.array([exact(power), *(exact(component) for component in force.T)])

@@ -1,0 +1,155 @@
+"""Faces with pressures, viscous edges and ambient layers of a case, from its particles at the start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.particles import CLAMPED, FLAGS, Particles
+from hvisph.geometry.open_edge import Edge, face_areas, follow, is_beyond, row_shares
+from hvisph.integrators.boundary_forces import LAYER_GROUP, AmbientLayer, Boundaries, Face
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT
+from hvisph.materials.material_table import Material
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.sph.neighbours.ghost_rows import Plane
+
+from .bodies import PlacedBody, open_edges
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+# Reach of the mean that the places of a layer follow, in spacings.
+BESIDE = 2.0
+
+
+def boundaries_of(case: Case, formulation: Any, placed: Sequence[PlacedBody], particles: Particles,
+                  own: Sequence[Material], planes: tuple[Plane, ...],
+                  loaded: Sequence[np.ndarray]) -> Boundaries | None:  # fmt: skip
+    """Return faces and edges of a case, and mark the particles of ambient layers.
+
+    Parameters
+    ----------
+    case, formulation
+        The case and its scheme.
+    placed, own
+        Bodies and their materials.
+    particles
+        Particles of all bodies.
+    planes
+        Planes of symmetry.
+    loaded
+        Which particles lie in the region of each load (n,).
+
+    Raises
+    ------
+    CaseError
+        For a load on clamped particles, an edge in a projectile, a clamp or a rigid body.
+    """
+    if not case.edges and not case.loads:
+        return None
+    edges, dim = open_edges(case), particles.dim
+    x, across = particles["position"], [(plane.axis, plane.at) for plane in planes]
+    faces: list[Face] = []
+    layers: list[tuple[np.ndarray, np.ndarray, Any]] = []
+    for number, body in enumerate(placed):
+        rows, spacing = np.flatnonzero(particles.body == number), float(body.spacing.max())
+        reached = [edge for edge in edges if (edge.distance_beyond(x[rows]) > -1.5 * spacing).any()]
+        for edge in reached:
+            _refuse_at_edge(case, body, placed, edge)
+            outside = rows[edge.distance_beyond(x[rows]) > -spacing]
+            if (particles.tags[outside, FLAGS] & CLAMPED).any():
+                raise CaseError(f"reaches a clamp of '{body.name}'; move one of them", where=_name(edges, edge))
+        beyond = is_beyond(edges, x[rows])
+        if isinstance(formulation, Riemann) and beyond.any():
+            layer, matter = rows[beyond], rows[~beyond]
+            layers.append((layer, matter, follow(x[layer], x[matter], edges, across, BESIDE * spacing)))
+        elif reached:
+            c_l, c_t = _wave_speeds(own[number], particles.kinematics.thins)
+            for edge in reached:
+                some, areas, lag = _face(formulation, particles, rows, spacing, (edge.axis, edge.sign))
+                impedances = np.outer(particles["density"][some], (c_l, c_t))
+                faces.append(
+                    Face(particles.id[some].copy(), areas, edge.sign * np.eye(dim)[edge.axis], np.zeros(1), np.zeros(1),
+                         impedances, particles["velocity"][some].copy(), lag)
+                )  # fmt: skip
+    for index, load in enumerate(case.loads):
+        axis, sign = "xyz".index(load.normal[1]), 1.0 if load.normal[0] == "+" else -1.0
+        times, pressures = (np.array(one) for one in zip(*load.pressure, strict=True))
+        for number, body in enumerate(placed):
+            rows = np.flatnonzero(particles.body == number)
+            pressed = rows[loaded[index][rows]]
+            if not len(pressed):
+                continue
+            some, areas, _ = _face(formulation, particles, pressed, float(body.spacing.max()), (axis, sign))
+            if (particles.tags[some, FLAGS] & CLAMPED).any() or is_beyond(edges, x[some]).any():
+                message = f"acts on particles of '{body.name}' that are clamped, rigid or beyond an edge; choose others"
+                raise CaseError(message, where=f"loads.{index}")
+            faces.append(Face(particles.id[some].copy(), areas, sign * np.eye(dim)[axis], times, pressures))
+    for layer, _, _ in layers:
+        particles.tags[layer, FLAGS] = CLAMPED | LAYER_GROUP << GROUP_SHIFT
+    return Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim)
+
+
+def _face(formulation: Any, particles: Particles, some: np.ndarray, spacing: float,
+          normal: tuple[int, float]) -> tuple[np.ndarray, np.ndarray, float]:  # fmt: skip
+    """Return particles behind the face of `some`, their areas, and how far before the face they bear its velocity [m].
+
+    Where gradients are corrected, the row of the face bears all of its traction, and moves as matter one spacing behind
+    the face does.
+    """
+    volumes, kernel = particles["mass"] / particles["density"], formulation.kernel
+    corrected = getattr(formulation, "conversion", None) is not None and formulation.correction.acts
+    shares = np.ones(1)
+    if not corrected:
+        layers, aside = kernel.layers(formulation.h_over_dx, particles.dim)
+        slope = np.vectorize(lambda r: abs(kernel.slope.py_func(r / formulation.h_over_dx)))
+        shares = row_shares(layers, aside, slope)
+    rows, areas, depth = face_areas(
+        particles["position"][some], volumes[some], spacing, normal, shares, particles.kinematics.revolved
+    )
+    return some[rows], areas, depth if corrected else 0.0
+
+
+def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarray, Any]]) -> AmbientLayer:
+    """Return the layers (rows, matter beside them, what they follow) of all bodies as one."""
+    sources: list[np.ndarray] = []
+    terms, starts, first, count = [], [], 0, 0
+    for _, matter, followed in layers:
+        used, index = np.unique(followed.source, return_inverse=True)
+        terms.append(index + count)
+        count += len(used)
+        sources.append(matter[used])
+        starts.append(followed.starts + first)
+        first += len(index)
+    rows, beside = np.concatenate([layer for layer, _, _ in layers]), np.concatenate(sources)
+    weights, signs = (np.concatenate([getattr(one, name) for _, _, one in layers]) for name in ("weight", "signs"))
+    x = particles["position"]
+    return AmbientLayer(particles.id[rows].copy(), x[rows].copy(), particles.id[beside].copy(), x[beside].copy(),
+                        np.concatenate(starts), np.concatenate(terms), weights, signs)  # fmt: skip
+
+
+def _wave_speeds(material: Material, thins: bool) -> tuple[float, float]:
+    """Return the speeds of longitudinal and shear waves [m/s]; in plane stress those of a plate."""
+    c_l, c_t = material.longitudinal_sound_speed, (material.shear_modulus / material.density) ** 0.5
+    return (2.0 * c_t * (1.0 - (c_t / c_l) ** 2) ** 0.5 if thins and c_t > 0.0 else c_l), c_t
+
+
+def _name(edges: Sequence[Edge], edge: Edge) -> str:
+    return f"edges.{list(edges).index(edge)}"
+
+
+def _refuse_at_edge(case: Case, body: PlacedBody, placed: Sequence[PlacedBody], edge: Edge) -> None:
+    """Raise `CaseError` where a rigid body or one that moves among others reaches an edge."""
+    where = _name(open_edges(case), edge)
+    if case.bodies[body.name].rigid is not None:
+        raise CaseError(f"the rigid body '{body.name}' reaches it, and no wave leaves through one", where=where)
+    if body.model.inclusions is not None:
+        raise CaseError(f"'{body.name}' reaches it, and inclusions do not go on beyond an edge", where=where)
+    moves = bool(np.any(body.mean_velocity)) and any(not np.any(other.mean_velocity) for other in placed)
+    if moves or (body.model.role == "projectile" and len(placed) > 1):
+        raise CaseError(
+            f"the projectile '{body.name}' starts in it; move the edge outwards, or the projectile", where=where
+        )
