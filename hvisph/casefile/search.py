@@ -80,21 +80,11 @@ ALLOY = re.compile(r"(?:al|aa)_?(\d{4}.*)")
 
 @dataclass(frozen=True)
 class Entry:
-    """Search result.
+    """Search result."""
 
-    Parameters
-    ----------
-    kind
-        key, value, measure, material, case, page or command.
-    name
-        How it is written; of keys the whole path.
-    text
-        What it is, in a line.
-    """
-
-    kind: str
-    name: str
-    text: str
+    kind: str  # key, value, measure, material, case, page or command
+    name: str  # how it is written; of keys the whole path
+    text: str  # what it is, in a line
 
 
 def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:

@@ -22,43 +22,20 @@ COST = ("particles", "steps", "threads", "wall_seconds", "microseconds_per_parti
 
 @dataclass(frozen=True)
 class Row:
-    """One run of a comparison.
+    """One run of a comparison."""
 
-    Parameters
-    ----------
-    name
-        What it is called in the comparison.
-    source
-        Its folder, or a snapshot that stands for it.
-    title
-        The case's title.
-    status
-        ``done``, ``failed`` or ``interrupted``; ``unfinished`` for a run without a summary, ``snapshot`` for
-        files of other codes and single snapshots.
-    failure
-        What stopped it; None where nothing did.
-    end_time
-        Time reached [s].
-    measures
-        As in ``summary.json``: SI.
-    conservation
-        Drifts by name; empty where they are not known.
-    cost
-        Particles, steps, threads, wall time [s] and microseconds per particle-step; empty likewise.
-    published
-        What the case expects, by name of the measure: `value`, `tolerance`, `source`.
-    """
-
-    name: str
-    source: Path
-    title: str
+    name: str  # what it is called in the comparison
+    source: Path  # its folder, or a snapshot that stands for it
+    title: str  # the case's title
+    # ``done``, ``failed`` or ``interrupted``; ``unfinished`` for a run without a summary, ``snapshot`` for files of
+    # other codes and single snapshots
     status: str
-    failure: Plain | None
-    end_time: float
-    measures: dict[str, Plain]
-    conservation: dict[str, float | None]
-    cost: Plain
-    published: dict[str, Plain]
+    failure: Plain | None  # what stopped it; None where nothing did
+    end_time: float  # time reached [s]
+    measures: dict[str, Plain]  # as in ``summary.json``: SI
+    conservation: dict[str, float | None]  # drifts by name; empty where they are not known
+    cost: Plain  # particles, steps, threads, wall time [s] and microseconds per particle-step; empty likewise
+    published: dict[str, Plain]  # what the case expects, by name of the measure: `value`, `tolerance`, `source`
 
     def value(self, name: str) -> float | None:
         """Return a measure or a drift by name; None where it has no value."""

@@ -147,21 +147,12 @@ MISSING: dict[str, tuple[Callable[[Scene], bool], str]] = {
 
 @dataclass(frozen=True)
 class Entry:
-    """A function and the measures that it returns.
+    """A function and the measures that it returns."""
 
-    Parameters
-    ----------
-    names
-        Measures of the catalogue.
-    function
-        Of a scene, and in the section of layers also of the plate; returns an `Outcome`, or `Outcomes` by name.
-    needs
-        Data without which the measures are undefined: ``layer``, ``start``, ``motion``.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # measures of the catalogue
+    # of a scene, and in the section of layers also of the plate; returns an `Outcome`, or `Outcomes` by name
     function: Callable[..., Any]
-    needs: tuple[str, ...]
+    needs: tuple[str, ...]  # data without which the measures are undefined: ``layer``, ``start``, ``motion``
 
     def outcomes(self, scene: Scene, *subject: Plate) -> Outcomes:
         """Return what the function finds, or the reason for all of its measures."""

@@ -21,27 +21,17 @@ _TIME = NumberFormat("time", "t", "us", 2)
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table.
+    """One line of the table."""
 
-    Parameters
-    ----------
-    name, label
-        The measure's name in files, and in words.
-    value, expected
-        Texts with uncertainty or tolerance and unit; `value` is a dash where there is none,
-        `expected` is empty where nothing is expected.
-    passed
-        None where nothing is expected.
-    note
-        When a peak was reached, where the expected value comes from, or why there is no value.
-    """
-
+    # the measure's name in files, and in words
     name: str
     label: str
+    # texts with uncertainty or tolerance and unit; `value` is a dash where there is none, `expected` is empty where
+    # nothing is expected
     value: str
     expected: str = ""
-    passed: bool | None = None
-    note: str = ""
+    passed: bool | None = None  # None where nothing is expected
+    note: str = ""  # when a peak was reached, where the expected value comes from, or why there is no value
 
 
 def rows(

@@ -65,27 +65,13 @@ ENDED = ("done", "failed")
 
 @dataclass(frozen=True)
 class Entry:
-    """One run of a comparison, there or yet to be made.
+    """One run of a comparison, there or yet to be made."""
 
-    Parameters
-    ----------
-    name
-        Its name among the others.
-    folder
-        Where the run is or goes; of another code's run, its folder or snapshot.
-    case
-        What to run; None for what has only to be read.
-    file
-        The case's file.
-    group
-        Name of the folder that it comes from.
-    """
-
-    name: str
-    folder: Path
-    case: Case | None = None
-    file: Path | None = None
-    group: str = ""
+    name: str  # its name among the others
+    folder: Path  # where the run is or goes; of another code's run, its folder or snapshot
+    case: Case | None = None  # what to run; None for what has only to be read
+    file: Path | None = None  # the case's file
+    group: str = ""  # name of the folder that it comes from
 
 
 def entries(

@@ -109,27 +109,17 @@ FEWEST = 20  # particles of a cloud
 
 @dataclass(frozen=True)
 class Cloud:
-    """The debris cloud.
+    """The debris cloud."""
 
-    Parameters
-    ----------
-    results
-        By name; values in SI.
-    over_angle
-        Mass, axial momentum and kinetic energy in bins of 2 degrees between velocity and shot line: ``angle`` (upper
-        ends [rad]), ``mass``, ``momentum``, ``energy``.
-    witness
-        What a plane across the shot line would receive if all flew on as it does: ``x`` [m], ``radius`` (upper ends
-        [m]), ``mass``, ``momentum``, ``energy``, ``areal_momentum`` [Pa s] and the mean ``pressure`` [Pa] from the
-        first to 99 % of a bin's mass, and all of it: ``impulse``, ``first``, ``last`` [s]; empty without a plane.
-    arrivals
-        The particles behind that.
-    """
-
-    results: dict[str, Result]
+    results: dict[str, Result]  # by name; values in SI
+    # mass, axial momentum and kinetic energy in bins of 2 degrees between velocity and shot line: ``angle`` (upper ends
+    # [rad]), ``mass``, ``momentum``, ``energy``
     over_angle: dict[str, list[float]] = field(default_factory=dict)
+    # what a plane across the shot line would receive if all flew on as it does: ``x`` [m], ``radius`` (upper ends [m]),
+    # ``mass``, ``momentum``, ``energy``, ``areal_momentum`` [Pa s] and the mean ``pressure`` [Pa] from the first to 99
+    # % of a bin's mass, and all of it: ``impulse``, ``first``, ``last`` [s]; empty without a plane
     witness: Plain = field(default_factory=dict)
-    arrivals: Arrivals | None = field(default=None, compare=False, repr=False)
+    arrivals: Arrivals | None = field(default=None, compare=False, repr=False)  # the particles behind that
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON."""

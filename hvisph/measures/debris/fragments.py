@@ -23,32 +23,17 @@ ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off 
 
 @dataclass(frozen=True)
 class Fragment:
-    """A connected group of particles of one body.
+    """A connected group of particles of one body."""
 
-    Parameters
-    ----------
-    body
-        Index of the body.
-    count
-        Number of particles.
-    mass
-        Mass [kg; kg/m in 2D, kg/m^2 in 1D]; NaN where the snapshot has none.
-    centre, velocity
-        Mass means, shape (dim,) [m], [m/s]; NaN where the snapshot has no velocity. Without masses every
-        particle counts alike.
-    extent
-        Largest less smallest coordinate of its particles along each axis, shape (dim,) [m].
-    particles
-        Their indices in the snapshot.
-    """
-
-    body: int
-    count: int
-    mass: float
+    body: int  # index of the body
+    count: int  # number of particles
+    mass: float  # mass [kg; kg/m in 2D, kg/m^2 in 1D]; NaN where the snapshot has none
+    # mass means, shape (dim,) [m], [m/s]; NaN where the snapshot has no velocity. Without masses every particle counts
+    # alike
     centre: np.ndarray
     velocity: np.ndarray
-    extent: np.ndarray
-    particles: np.ndarray
+    extent: np.ndarray  # largest less smallest coordinate of its particles along each axis, shape (dim,) [m]
+    particles: np.ndarray  # their indices in the snapshot
 
     @property
     def speed(self) -> float:
@@ -163,21 +148,12 @@ class Fragments(Sequence[Fragment]):
 
 @dataclass(frozen=True)
 class BodyFragments:
-    """The fragments of one body at one moment; they can be iterated over.
+    """The fragments of one body at one moment; they can be iterated over."""
 
-    Parameters
-    ----------
-    body
-        Name of the body.
-    fragments
-        All connected groups, single particles among them, the one with most particles first.
-    roles
-        What each of them is: ``main body`` for the one with most particles; in the target ``attached`` for
-        further groups that hold something of the rim, and ``plug``; empty for all others.
-    """
-
-    body: str
-    fragments: Fragments
+    body: str  # name of the body
+    fragments: Fragments  # all connected groups, single particles among them, the one with most particles first
+    # what each of them is: ``main body`` for the one with most particles; in the target ``attached`` for further groups
+    # that hold something of the rim, and ``plug``; empty for all others
     roles: tuple[str, ...]
 
     def __iter__(self) -> Iterator[Fragment]:

@@ -24,27 +24,14 @@ from .perforation import NO, NOT_YET, YES, is_behind, layer_state
 
 @dataclass(frozen=True)
 class LayerMeasures:
-    """The measures of one layer at one moment.
+    """The measures of one layer at one moment."""
 
-    Parameters
-    ----------
-    body
-        Name of the body.
-    state
-        Whether it is perforated: ``yes``, ``no`` or ``not yet``; empty where that is undefined.
-    results
-        By name; values in SI.
-    obliquity
-        Angle between the shot line and the layer's normal [rad]; None where the start is not known.
-    opening
-        Whether it has no state because its initial openings let the projectile through.
-    """
-
-    body: str
-    state: str
-    results: dict[str, Result] = field(default_factory=dict)
+    body: str  # name of the body
+    state: str  # whether it is perforated: ``yes``, ``no`` or ``not yet``; empty where that is undefined
+    results: dict[str, Result] = field(default_factory=dict)  # by name; values in SI
+    # angle between the shot line and the layer's normal [rad]; None where the start is not known
     obliquity: float | None = None
-    opening: bool = False
+    opening: bool = False  # whether it has no state because its initial openings let the projectile through
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON."""

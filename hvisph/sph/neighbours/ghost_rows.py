@@ -19,21 +19,11 @@ from .particle_layout import RowLayout, slots
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane of symmetry.
+    """A plane of symmetry."""
 
-    Parameters
-    ----------
-    axis
-        0, 1 or 2: the plane is normal to x, y or z.
-    at
-        Its coordinate [m].
-    side
-        1 or -1: the material lies above or below it.
-    """
-
-    axis: int
-    at: float
-    side: float = 1.0
+    axis: int  # 0, 1 or 2: the plane is normal to x, y or z
+    at: float  # its coordinate [m]
+    side: float = 1.0  # 1 or -1: the material lies above or below it
 
     def distance_beyond(self, x: np.ndarray) -> np.ndarray:
         """Return the signed distance of positions (n, dim) [m] beyond the plane [m]."""
@@ -46,21 +36,11 @@ AXIS = Plane(1, 0.0)
 
 @dataclass(frozen=True)
 class Images:
-    """The images that one plane makes.
+    """The images that one plane makes."""
 
-    Parameters
-    ----------
-    plane
-        The plane.
-    source
-        Rows that are mirrored, images of earlier planes included.
-    first
-        Row of the first image.
-    """
-
-    plane: Plane
-    source: np.ndarray
-    first: int
+    plane: Plane  # the plane
+    source: np.ndarray  # rows that are mirrored, images of earlier planes included
+    first: int  # row of the first image
 
 
 def mirror(rows: np.ndarray, plane: Plane, layout: RowLayout) -> np.ndarray:
