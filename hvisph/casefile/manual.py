@@ -49,7 +49,7 @@ non-dimensional and only plain numbers are allowed. The first line `# yaml-langu
 $schema=../schemas/case.schema.json` gives editors completion and checks. `hvisph help PATH` prints
 the same texts.
 
-Any field can be set from the command line: `--set time.end=2us`, `--set
+Every field can be set from the command line: `--set time.end=2us`, `--set
 bodies.projectile.velocity.0='4 km/s'`. A file may start from another one with `base: other.yaml`
 and contain only the differences. In both, mappings merge key by key, anything else is replaced,
 null removes a key, and another `type` replaces the whole block.
@@ -161,7 +161,7 @@ def _units() -> Iterator[str]:
             units = ", ".join(f"`{unit}`" for unit, (kind, _) in COMMON_UNITS.items() if kind is dimension)
             quantities.append(f"{dimension.name.split(' ', 1)[1]} {dimension.unit} ({units})")
     text = f"Plain numbers are in these units, usual others in parentheses: {'; '.join(quantities)}."
-    yield _wrap(f"{text} Any unit known to [pint](https://pint.readthedocs.io) can be used.")
+    yield _wrap(f"{text} Every unit known to [pint](https://pint.readthedocs.io) can be used.")
 
 
 def _measures() -> Iterator[str]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from hvisph.core.text import Plain
 
 if TYPE_CHECKING:
     from hvisph.case.model import Path as Keys
 
 
 @cache
-def spellings(table: str) -> dict[str, Any]:
+def spellings(table: str) -> Plain:
     """Return a table of `spellings.yaml` by its name."""
     import yaml  # not before it is used: the help needs none
 

@@ -9,7 +9,7 @@ comes of it when waves cross.
 Equations of state: any. Strength: none, elastic or von Mises.
 
 Layers with p = K (rho/rho0 - 1) (Zisis 2013): shocks obey p = rho0 u U with U = (u + sqrt(u^2 + 4 c^2))/2, rarefactions
-du = c drho/rho; both are followed through all reflections by `wave_fronts.track`. Any consistent units do; Zisis's have
+du = c drho/rho; both are followed through all reflections by `wave_fronts.track`. All consistent units do; Zisis's have
 rho0 = 1 for the projectile and K = rho0/Ca.
 """
 

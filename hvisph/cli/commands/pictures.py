@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,6 +11,9 @@ from hvisph.cli.guard import parse_option
 from hvisph.cli.options import QuietOption, argument, option
 from hvisph.cli.text.formatting import say
 from hvisph.core.errors import CaseError, suggest_nearest
+
+if TYPE_CHECKING:
+    from hvisph.visualization.particles import Look, Moment
 
 FieldOption = Annotated[str, option("--field NAME", "speed, pressure, damage, velocity_x, body, material ...")]
 RangeOption = Annotated[
@@ -88,8 +91,8 @@ def _times(at: str | None) -> list[float] | str | None:
 
 
 def _look(
-    field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None, moments: list[Any]
-) -> Any:
+    field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None, moments: list[Moment]
+) -> Look:
     from hvisph.visualization.camera import VIEWS
     from hvisph.visualization.particles import Look, usual_view
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,9 @@ from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOp
 from hvisph.cli.text.formatting import echo_json, quantity, say, table
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
+
+if TYPE_CHECKING:
+    from hvisph.case.materials.material import Material
 
 
 def correlations(
@@ -122,7 +125,7 @@ def point(
         say(f"wrote {point_picture(record, plot, f'{model.name}, {path}, {rate:g} 1/s')}", err=True)
 
 
-def _material(subject: str, body: str | None) -> Any:
+def _material(subject: str, body: str | None) -> Material:
     """Return the material of a name, or of a body of a case."""
     from hvisph.casefile.loader import load_case
     from hvisph.casefile.material_library import library_of
