@@ -15,7 +15,7 @@ rho0 = 1 for the projectile and K = rho0/Ca.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from hvisph.core.errors import CaseError
 from hvisph.materials.eos import Elastic, Linear
 from hvisph.materials.material_table import Material
 
-from .wave_curves import LinearLaw, SolidLaw, State, Wave, bracketed_root
+from .wave_curves import Law, LinearLaw, SolidLaw, State, Wave, bracketed_root
 from .wave_fronts import Layer, Tracked, track
 
 
@@ -139,12 +139,13 @@ def with_reflections(
     -------
     Free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.
     """
-    laws: dict[Material, SolidLaw] = {}
-    made = []
-    for material, begin, finish, velocity in plates:
-        law = laws.setdefault(material, SolidLaw(material))
-        made.append(Layer(law, begin, finish, velocity))
-    return track(made, end, strain_step, weakest=5e-4, alike=1e-2)
+    return track(_layers(plates, SolidLaw), end, strain_step, weakest=5e-4, alike=1e-2)
+
+
+def _layers(plates: Sequence[tuple[Material, float, float, float]], law_of: Callable[[Material], Law]) -> list[Layer]:
+    """Return the layers of plates, with one law a material."""
+    laws = {material: law_of(material) for material, *_ in plates}
+    return [Layer(laws[material], begin, finish, velocity) for material, begin, finish, velocity in plates]
 
 
 def barotropic_law(material: Material) -> LinearLaw:
@@ -183,9 +184,4 @@ def layered_impact(
     -------
     Histories by `.sample(position, times, "velocity")`, profiles by `.profile(time)`.
     """
-    laws: dict[Material, LinearLaw] = {}
-    made = []
-    for material, begin, finish, velocity in layers:
-        law = laws.setdefault(material, barotropic_law(material))
-        made.append(Layer(law, begin, finish, velocity))
-    return track(made, end, strain_step)
+    return track(_layers(layers, barotropic_law), end, strain_step)
