@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from hvisph_validation.comparison import Compared, verdicts
 from hvisph_validation.evaluators import judge_of
+from hvisph_validation.evaluators.shield import ratio
 from hvisph_validation.experiments import Experiments, Measured, experiment_names
 from hvisph_validation.report import write_page
 from hvisph_validation.results import SetResult, store, stored
 from typer.testing import CliRunner
 
 from hvisph.case.expectations import Asked
+from hvisph.casefile.loader import load_case
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 from hvisph.sweeps.plan import load_plan
@@ -59,6 +61,11 @@ def test_the_sets_hold_what_they_should():
     assert len({values["bodies.bar.material"] for values in taylor.shots.values()}) >= 3
     verdict = [m.value for m in Experiments("shield").measured]
     assert min(verdict.count(1.0), verdict.count(0.0)) >= 12
+
+
+def test_a_shield_with_cloth_is_judged_by_the_curve_of_its_own():
+    # B290: the critical diameter of `test_measure_correlations`, whose mass of cloth is 1 % more
+    assert ratio(load_case("validation/shield_stuffed/case")) == pytest.approx(9.5 / 11.47, rel=0.01)
 
 
 def test_bias_scatter_and_worst_by_hand():

@@ -1,4 +1,4 @@
-"""Shields of two walls: whether the rear wall is perforated, beside the limit curve of Christiansen.
+"""Shields: whether the rear wall is perforated, beside the limit curves of Christiansen.
 
 As in the data, a wall fails by a way through it or by spall that flies off its rear. One without either when the run
 ends has held: runs last until the debris that matters has arrived.
@@ -11,7 +11,7 @@ from typing import Any
 from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
 from hvisph.case.case import Case
-from hvisph.measures.correlations import critical_diameter
+from hvisph.measures.correlations import correlations, critical_diameter
 from hvisph.precheck.correlation_input import impact_of
 
 
@@ -24,10 +24,13 @@ def _each(shot: Shot) -> dict[Key, Value]:
 def ratio(case: Case) -> float | None:
     """Return the sphere's diameter over the critical one; None for what the curve does not know."""
     impact, _ = impact_of(case)
-    if impact is None or len(impact.walls) != 2 or impact.walls[1].alloy is None:
+    if impact is None or impact.walls[-1].alloy is None:
         return None
+    if len(impact.walls) > 2:
+        known = [one.value for one in correlations(impact) if one.quantity == "critical diameter of the sphere"]
+        return impact.diameter / known[0] if known else None
     bumper, wall = impact.walls
-    return impact.diameter / critical_diameter(impact, bumper, wall, impact.walls[1].alloy.strength)
+    return impact.diameter / critical_diameter(impact, bumper, wall, wall.alloy.strength)
 
 
 def _curves(shots: Any) -> dict[str, Any]:
