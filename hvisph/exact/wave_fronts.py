@@ -101,15 +101,13 @@ class Tracked:
         index = np.searchsorted(changes, times, side="right") - 1
         return np.array([getattr(states[i], name) for i in index])
 
-    def surface(self, last: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """Return times [s] and velocities [m/s] from each on of the last (or first) free surface."""
-        mass = self.bounds[-1] if last else self.bounds[0]
-        points = []
-        for front in self.fronts:
-            side, outside = (front.left, front.right) if last else (front.right, front.left)
-            if front.mass == mass and outside is None and side is not None:
-                points.append((front.born, side.velocity))
-        points.sort()
+    def surface(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return times [s] and the velocities [m/s] that the last free surface has from each on."""
+        points = sorted(
+            (front.born, front.left.velocity)
+            for front in self.fronts
+            if front.mass == self.bounds[-1] and front.right is None and front.left is not None
+        )
         return np.array([time for time, _ in points]), np.array([velocity for _, velocity in points])
 
     def profile(self, time: float) -> tuple[np.ndarray, list[State]]:

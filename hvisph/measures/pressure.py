@@ -23,19 +23,15 @@ CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"
 MOST_OF_THE_MASS = 0.999  # mass fraction that does not exceed the maximum
 
 
-def centre_particles(
-    position: np.ndarray, spacing: float, axis: np.ndarray | None = None, radius: float | None = None
-) -> np.ndarray:
+def centre_particles(position: np.ndarray, spacing: float, axis: np.ndarray | None = None) -> np.ndarray:
     """Return the rows of particles that began near the projectile's centre.
 
-    `position` are those of the projectile at the start (n, dim), `spacing` is dx, `axis` the lateral coordinates of the
-    shot line (dim - 1,), by default those of the body's centre, and `radius` the distance [m], by default 0.3 mm, or a
-    tenth of the width of a projectile below 3 mm.
+    `position` are those of the projectile at the start (n, dim), `spacing` is dx, and `axis` the lateral coordinates of
+    the shot line (dim - 1,), by default those of the body's centre. Particles within 0.3 mm count, or within a tenth of
+    the width of a projectile below 3 mm.
     """
     centre = np.concatenate([position[:, :1].mean(axis=0), _axis(position, axis)])
-    if radius is None:
-        width = np.ptp(position[:, 0]) + spacing
-        radius = min(CENTRE_RADIUS, 0.1 * float(width))
+    radius = min(CENTRE_RADIUS, 0.1 * float(np.ptp(position[:, 0]) + spacing))
     distance = np.sqrt(((position - centre) ** 2).sum(axis=1))
     # a node of the lattice on the limit, or one of several nearest, must not depend on round-off
     limit = max(radius, float(distance.min())) + 1e-6 * spacing

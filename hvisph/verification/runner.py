@@ -120,7 +120,6 @@ def verdicts(
     only: str = "",
     keep: Path | None = None,
     threads: int | None = None,
-    listener: Listener | None = None,
 ) -> Iterator[Verdict]:
     """Run a problem by each of `formulations` that can, and yield how they did, trial by trial.
 
@@ -134,8 +133,8 @@ def verdicts(
         Text that the names of trials must hold.
     keep
         Folder in which the runs stay; they are deleted unless given.
-    threads, listener
-        As for any run.
+    threads
+        Number of threads.
     """
     able = [name for name in formulations if name in problem.formulations]
     for trial in problem.trials(options):
@@ -143,7 +142,7 @@ def verdicts(
             continue
         made = []
         for name in able:
-            made.append(run_trial(problem, trial, name, settings, keep, threads, listener))
+            made.append(run_trial(problem, trial, name, settings, keep, threads))
             yield made[-1]
         if problem.agree is not None:
             yield from _agreement(problem, trial, made)
@@ -166,7 +165,6 @@ def run_trial(
     settings: Iterable[str] = (),
     keep: Path | None = None,
     threads: int | None = None,
-    listener: Listener | None = None,
 ) -> Verdict:
     """Run one trial by one formulation."""
     verdict = Verdict(problem.name, trial.name, formulation, "done", across=trial.across, units=trial.units)
@@ -178,7 +176,7 @@ def run_trial(
         try:
             cases = [with_formulation(start, formulation, settings) for start in trial.starts]
             ran = [
-                _compute(start, case, where / str(number), threads, listener)
+                _compute(start, case, where / str(number), threads)
                 for number, (start, case) in enumerate(zip(trial.starts, cases, strict=True))
             ]
         except CaseError as error:
@@ -220,7 +218,7 @@ def _can_fail(case: Plain) -> bool:
     return any(one.get("damage", {}).get("type") == "johnson_cook" for one in values)
 
 
-def _compute(start: Start, case: Case, folder: Path, threads: int | None, listener: Listener | None) -> Ran:
+def _compute(start: Start, case: Case, folder: Path, threads: int | None) -> Ran:
     placed = placed_bodies(case)
     if start.place is not None:
         placed = start.place(placed)
@@ -229,7 +227,7 @@ def _compute(start: Start, case: Case, folder: Path, threads: int | None, listen
     if start.state is not None:
         start.state(setup.particles)
     with RunFolder.create(folder, True) as held:
-        outcome = Run(case, setup, held, listener or Listener()).go()
+        outcome = Run(case, setup, held, Listener()).go()
     if outcome.signal:
         raise KeyboardInterrupt
     return Ran(case, folder, outcome.summary)
