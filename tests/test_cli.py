@@ -65,15 +65,18 @@ def test_check_loads_no_compiler(case):
     assert in_new_process(code).stdout.strip() == "[]"
 
 
+AS_MODULE = "import runpy; runpy.run_module('hvisph', run_name='__main__')"
+
+
 def test_version_and_module():
     assert call("--version").stdout == f"hvisph {hvisph.__version__}\n"
-    found = in_new_process("import sys; sys.argv = ['hvisph', '--version']; import hvisph.__main__")
+    found = in_new_process(f"import sys; sys.argv = ['hvisph', '--version']; {AS_MODULE}")
     assert found.stdout == f"hvisph {hvisph.__version__}\n"
 
 
 def test_an_interrupt_while_the_command_is_loaded_shows_no_traceback(tmp_path):
     (tmp_path / "typer.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
-    found = in_new_process(f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import hvisph.__main__")
+    found = in_new_process(f"import sys; sys.path.insert(0, {str(tmp_path)!r}); {AS_MODULE}")
     assert (found.returncode, found.stdout, found.stderr) == (130, "", "interrupted\n")
 
 

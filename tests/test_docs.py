@@ -124,6 +124,7 @@ def test_the_documentation_stays_short():
 def test_messages_of_the_page_on_errors_are_in_the_code():
     source = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "hvisph").rglob("*.py"))
     source = re.sub(r'"\s*\n\s*f?"', "", source)  # texts of several lines
+    source += (ROOT / "hvisph" / "precheck" / "advice.toml").read_text(encoding="utf-8").replace(" \\\n  ", " ")
     page = (DOCS / "troubleshooting.md").read_text(encoding="utf-8")
     quoted = re.findall(r'^\|.*?"([^"|]+)"', page, re.MULTILINE)
     assert len(quoted) > 20

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from inspect import cleandoc
 from textwrap import fill
 
@@ -90,6 +91,10 @@ class _Sections:
         if not spot.models or (not first and any(path in paths for _, paths in PAGES.values())):
             return
         models = tuple(spot.models.values())
+        if not first and (page := _described_on(models)):
+            if not path.startswith(f"{page}."):
+                yield f"`{path}`: as `{page}`.\n"
+            return
         if models in self.described:
             if not path.startswith(f"{self.described[models]}."):
                 yield f"`{path}`: as `{self.described[models]}`.\n"
@@ -102,6 +107,20 @@ class _Sections:
         fields = {name: info for model in reversed(models) for name, info in model.model_fields.items()}
         for name in dict.fromkeys(name for model in models for name in model.model_fields):
             yield from self.sections(f"{path}.{name}", spot_of(fields[name].annotation, fields[name]), first=False)
+
+
+def _described_on(models: tuple[type[BaseModel], ...]) -> str:
+    """Return the path whose page describes these models; empty without one."""
+    paths = (path for _, paths in PAGES.values() for path in paths)
+    return next((path for path in paths if _models_at(path) == models), "")
+
+
+@cache
+def _models_at(path: str) -> tuple[type[BaseModel], ...]:
+    spot = _spot(path)
+    while spot.item is not None and not spot.models:
+        spot = spot_of(spot.item)
+    return tuple(spot.models.values())
 
 
 def _spot(path: str) -> Spot:
