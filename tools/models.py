@@ -123,7 +123,7 @@ $w_f = 2 G_f/Y_0$ the energy is right (bars with a weak row: 0.87 to 1.11 of $G_
 """,
     ),
 }
-NAMED = 8  # materials of the library that a section lists at most
+NAMED = 3  # materials of the library that a section lists at most
 
 
 def models() -> Iterator[tuple[str, str, str, str, list[Any]]]:

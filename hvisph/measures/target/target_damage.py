@@ -248,7 +248,7 @@ def crater_of(scene: Scene, plate: Plate) -> Crater:
         crest = max(-float(profile.min()), 0.0)
         if crest > 0.5 * spacing:
             rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * WIDE * spacing
-    reach = float(radius[surface >= FLOOR * deepest].max())
+    reach = float(radius[surface >= FLOOR * deepest].max(initial=0.0))  # none where the face is whole
     floor = (depth >= FLOOR * deepest) & (depth < deepest + WIDE * spacing) & ((across**2).sum(axis=1) <= reach**2)
     edge = scene.rim(plate.body)[rows]
     rest = float(velocity[edge].mean()) if edge.any() else 0.0
