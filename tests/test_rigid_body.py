@@ -209,6 +209,11 @@ def test_a_spinning_rod_strikes_a_block_beside_its_middle(dim, tmp_path):
     assert state.fields["plastic_strain"].max() > 0.01
     assert abs(kept["energy_drift"]) < 1e-13
     assert abs(kept["momentum_drift"]) < 1e-13
+    turning = outcome.summary["bodies"]["rod"]["angular_velocity"]
+    assert len(turning) == (1 if dim == 2 else 3)
+    x, u = (np.diff(state.fields[name][state.body == 0], axis=0)[0] for name in ("position", "velocity"))
+    rate = np.array([0.0, 0.0, *turning]) if dim == 2 else turning
+    assert np.allclose(np.cross(rate, [*x, 0.0][:3])[:dim], u, atol=1e-9)
 
 
 def test_a_penalty_contact_keeps_the_balances(tmp_path):

@@ -19,7 +19,7 @@ from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import MELT_TEMPERATURE
 from hvisph.materials.validity_limits import outside_range, range_of
 from hvisph.measures.compare import compare_expected
-from hvisph.measures.measure import measure_in_time, undefined_measures
+from hvisph.measures.measure import angular_velocity, measure_in_time, undefined_measures
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.precheck.correlation_input import correlations_of
@@ -112,6 +112,12 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
             raise
         measured = undefined_measures(now, f"the run failed and its last state cannot be measured ({error})")
     plain = measured.as_dict()
+    if case.kinematics != "axisymmetric":
+        for name, table in plain.get("bodies", {}).items():
+            own, fields = now.body == now.bodies.index(name), now.fields
+            if case.bodies[name].rigid is not None and case.dim > 1:
+                turns = angular_velocity(fields["position"][own], fields["velocity"][own], fields["mass"][own])
+                table["angular_velocity"] = turns
     pressures, apart = compare_peak_pressure(case, highest_pressure)
     fractions = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
     models = [body.material for body in case.bodies.values()]
@@ -170,6 +176,8 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
 
 def _holds(body: Body, unitless: bool) -> Holds:
     material = material_of(body.material, body.internal_energy)
+    if body.rigid is not None:  # its density is that of its mass
+        return Holds(lambda density, *_, **__: np.zeros(len(density), bool), "", None)
     holds = range_of(material)
     damage: Any = body.material.damage
     limited = [getattr(damage, key, None) for key in ("spall_strength", "pressure_cutoff")]

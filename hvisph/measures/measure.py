@@ -216,6 +216,22 @@ def body_table(scene: Scene) -> dict[str, Plain]:
     return table
 
 
+def angular_velocity(position: np.ndarray, velocity: np.ndarray, mass: np.ndarray) -> list[float]:
+    """Return the angular velocity of a rigid body [rad/s]: about z in 2D, about x, y, z in 3D, else none.
+
+    `position` [m] and `velocity` [m/s] (n, dim) and `mass` [kg] (n,) are those of its particles.
+    """
+    dim = position.shape[1] if position.ndim > 1 else 1
+    if dim == 1:
+        return []
+    r, u = np.zeros((2, len(mass), 3))
+    r[:, :dim] = position - mass @ position / mass.sum()
+    u[:, :dim] = velocity - mass @ velocity / mass.sum()
+    inertia = np.eye(3) * (mass @ (r * r).sum(axis=1)) - (mass[:, None] * r).T @ r
+    rate = np.linalg.lstsq(inertia, mass @ np.cross(r, u), rcond=1e-9)[0]
+    return [float(one) for one in rate[0 if dim == 3 else 2 :]]
+
+
 def undefined_measures(now: Snapshot, reason: str) -> Measures:
     """Return what there is of a moment that cannot be measured: every measure without a value."""
     results = {name: undefined_result(CATALOGUE[name].unit, reason) for name in reported_measures(now.dimensions)}

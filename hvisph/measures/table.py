@@ -93,6 +93,9 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
         parts = ", ".join(f"{one + 0.0:.4g}" for one in body["velocity"])
         velocity = f"({parts})" if len(body["velocity"]) > 1 else parts
         velocity += "" if unitless else " m/s"
+        turns = body.get("angular_velocity") or [0.0]
+        rate = sum(one * one for one in turns) ** 0.5
+        velocity += f", turning at {rate:.4g}{'' if unitless else ' rad/s'}" if rate > 0.0 else ""
         velocity += f", Gurney {known[name]:.4g} m/s" if name in known else ""
         table.append((name, quantity(body["mass"], "g"), velocity, quantity(energy, "kJ" if energy >= KILO else "J")))
     return table
