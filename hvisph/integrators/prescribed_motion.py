@@ -92,8 +92,12 @@ class PrescribedMotion:
     def look_ahead(self, stepper: Any) -> None:
         """Find what limits the first step of rigid bodies, from the first evaluation."""
         for motion in self.rigid:
-            rows = self._rows(stepper.particles, motion)
-            motion.find_relaxation(stepper, rows, motion.state[CENTRE], motion.state[TURN])
+            motion.find_relaxation(stepper, motion.state[CENTRE], motion.state[TURN])
+
+    def note_contacts(self, stepper: Any) -> None:
+        """Note what rigid bodies are near to, after an evaluation."""
+        for motion in self.rigid:
+            motion.note_contact(stepper, self._rows(stepper.particles, motion))
 
     def begin(self, stepper: Any, dt: float) -> None:
         """Give all groups their mean velocity of the step `dt` [s], and find work and momentum by the last forces."""

@@ -171,6 +171,7 @@ class RigidMotion:
         self.state[CENTRE], self.state[VELOCITY], self.state[TURN] = mass.centre, velocity, quaternion(axes)
         self.state[SPIN] = self._project(mass.inertia @ rate)
         self._places: np.ndarray | None = None
+        self._near: tuple[np.ndarray, np.ndarray] | None = None
 
     def is_free(self, dim: int) -> bool:
         """Return whether nothing supports the body, in `dim` dimensions."""
@@ -255,7 +256,7 @@ class RigidMotion:
             moments[:, 3 - axial.shape[1] :] += mass[:, None] * axial
         force, torque = (np.array([exact(one) for one in terms.T]) for terms in (forces, moments))
         counted = exact(mass * rates[:, dim])
-        self.find_relaxation(stepper, rows, centre, q)
+        self.find_relaxation(stepper, centre, q)
         before, rate, swing = self.velocity, self._rate(q, state[SPIN]), self._energy(q) - self._energy(state[TURN])
         state[FORCE], state[TORQUE] = self.moves @ force / whole, self._project(torque)
         state[VELOCITY] += dt * state[FORCE]
@@ -274,16 +275,22 @@ class RigidMotion:
         given = whole * (state[VELOCITY] - before) - dt * force
         return given, work, made + swing + self._energy(state[TURN]) - energy
 
-    def find_relaxation(self, stepper: Any, rows: np.ndarray, centre: np.ndarray, q: np.ndarray) -> None:
-        """Find the rate [1/s] at which its velocity would relax to that of what is near: sum A Z (1/M + r_n^2/J)."""
+    def note_contact(self, stepper: Any, rows: np.ndarray) -> None:
+        """Note which particles are near others, and where those lie, before other uses of the sorted rows."""
         pairs, dim = stepper.pairs, stepper.particles.dim
-        if "N_RAW" not in pairs.slots or not (self.moves.any() or self.turns):
+        if "N_RAW" in pairs.slots:
+            first = pairs.slots["N_RAW"]
+            normal = in_space(pairs.sorted[stepper.place[rows], first : first + dim])
+            near = (normal != 0.0).any(axis=1)
+            self._near = rows[near], normal[near]
+
+    def find_relaxation(self, stepper: Any, centre: np.ndarray, q: np.ndarray) -> None:
+        """Find the rate [1/s] at which its velocity would relax to that of what is near: sum A Z (1/M + r_n^2/J)."""
+        if self._near is None:
             return
-        seen = pairs.sorted[stepper.place[rows]]
-        normal = in_space(seen[:, pairs.slots["N_RAW"] : pairs.slots["N_RAW"] + dim])
+        (rows, normal), dim = self._near, stepper.particles.dim
         size = np.sqrt((normal * normal).sum(axis=1))
-        near = np.flatnonzero(size > 0.0)
-        rows, size, normal = rows[near], size[near], normal[near] / size[near, None]
+        normal = normal / size[:, None]
         weights = (multiply_rows(self.moves, normal) * normal).sum(axis=1) / self.mass.mass
         if self.turns:
             arms = cross(in_space(stepper.rows[rows, :dim]) - centre, normal)

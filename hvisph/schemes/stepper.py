@@ -216,6 +216,8 @@ class Stepper:
         try:
             self.pairs.evaluate(self.h_max)
             self.formulation.keep(self.pairs, self.lengths)
+            if self.motion is not None:
+                self.motion.note_contacts(self)
         finally:  # other processes wait for this one's part in the contact, also where it has failed
             self.separating.add(self.pairs, self.h_max)
         self._act()
