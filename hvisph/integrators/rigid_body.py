@@ -199,7 +199,7 @@ class RigidMotion:
         speed = float(np.linalg.norm(self.angular_velocity)) * self._radius
         times = [TURNED * self._spacing / speed] if speed > 0.0 else []
         times += [RELAXED / self.state[RELAXATION]] if self.state[RELAXATION] > 0.0 else []
-        return [(float(time), f"rigid body {self.name}", 0) for time in times]
+        return [(float(time), "rigid_body", -1) for time in times]
 
     def _project(self, axial: np.ndarray) -> np.ndarray:
         """Return the part of an angular momentum or torque (3,) that the body takes."""

@@ -22,7 +22,7 @@ from .world import Alone
 T = TypeVar("T")
 # Criteria, beside those of `criteria` what stops a run: they travel as numbers.
 COLLAPSED = "collapsed"
-CRITERIA = (*NAMES, "not_finite", COLLAPSED, "hourglass", "contact", "inverted", "passed_through")
+CRITERIA = (*NAMES, "not_finite", COLLAPSED, "hourglass", "contact", "inverted", "passed_through", "rigid_body")
 
 
 @dataclass

@@ -33,7 +33,7 @@ from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .initial_fields import add_overburden, body_material, initial_history
 from .materials import start_of
-from .rigid_bodies import rigid_material, rigid_motions, rigid_notes
+from .rigid_bodies import describe_rigid, rigid_material, rigid_motions
 from .start import origin_of
 
 if TYPE_CHECKING:
@@ -203,7 +203,9 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         for number, body in enumerate(placed)
         if body.filling.note
     )
-    notes = (*notes, *rigid_notes(rigid, unit))
+    masses = zip(placed, made, strict=True)
+    notes = (*notes, *(f"{body.name}: rigid, {describe_rigid(case, body, one)}" for body, one in masses
+                       if body.model.rigid is not None))  # fmt: skip
     origin = {} if case.start is None else origin_of(case).as_dict()
     if origin:
         notes = (*notes, "craters, bulges and penetration are measured from the bodies at the start of this run")

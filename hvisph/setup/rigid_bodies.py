@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hvisph.compiler.exact_sum import exact_sum
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
@@ -77,11 +78,7 @@ def _motion(
     rigid = body.model.rigid
     assert rigid is not None
     mass, x, u = particles["mass"][own], particles["position"][own], in_space(particles["velocity"][own])
-    found = mass_properties(mass, x, body.breadth, exact_sum)
-    if rigid.inertia:
-        share = float(body.volumes.sum() / body.filling.volumes.sum())
-        given = np.diag([*([0.0, 0.0] if case.dim == 2 else []), *rigid.inertia]) * share
-        found = MassProperties(found.mass, found.centre, given, found.of_points)
+    found = _properties(body, mass)
     moves, turns, axis = _freedom(rigid, particles)
     for plane in planes:
         if plane == AXIS:
@@ -139,13 +136,27 @@ def _cut(body: PlacedBody, plane: Plane) -> bool:
     return bool(np.abs(body.positions[:, plane.axis] - plane.at).min() < float(body.spacing.max()))
 
 
-def rigid_notes(motions: tuple[RigidMotion, ...], unit: str) -> tuple[str, ...]:
-    """Return mass, centre and moments of inertia about x, y, z of each rigid body, or its kept part, in words."""
-    notes = []
-    for motion in motions:
-        axes = slice(2, 3) if motion.axis is not None and motion.axis[2] == 1.0 else slice(0, 3)
-        moments = ", ".join(f"{one:.6g}" for one in np.diag(motion.mass.inertia)[axes])
-        centre = ", ".join(f"{one:.6g}" for one in motion.mass.centre)
-        about = f", moments of inertia {moments}" if motion.turns else ""
-        notes.append(f"{motion.name}: rigid, mass {motion.mass.mass:.6g}{unit}, centre {centre}{about}")
-    return tuple(notes)
+def _properties(body: PlacedBody, mass: np.ndarray) -> MassProperties:
+    """Return the mass properties of particles of `mass` (n,) [kg], or those that the case gives."""
+    found, rigid, dim = mass_properties(mass, body.positions, body.breadth, exact_sum), body.model.rigid, 3
+    if rigid is not None and rigid.inertia:
+        share, dim = float(body.volumes.sum() / body.filling.volumes.sum()), body.positions.shape[1]
+        given = np.diag([*([0.0, 0.0] if dim == 2 else []), *rigid.inertia]) * share
+        found = MassProperties(found.mass, found.centre, given, found.of_points)
+    return found
+
+
+def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:
+    """Return motion, mass, centre and moments of inertia about x, y, z of a rigid body, or its kept part, in words."""
+    rigid, revolved = body.model.rigid, KINEMATICS[case.kinematics].revolved
+    assert rigid is not None
+    found = _properties(body, rigid_material(body, material).density * body.volumes)
+    words = "moves along x" if revolved and rigid.words == "free" else rigid.words
+    kg, metre = (" kg", " m") if case.units == "si" else ("", "")
+    unit = kg and kg + ("" if revolved else {1: "/m^2", 2: "/m", 3: ""}[case.dim])
+    centre = ", ".join(f"{one:.6g}" for one in found.centre[: 1 if revolved else case.dim])
+    text = f"{words}, mass {found.mass:.6g}{unit}, centre {centre}{metre}"
+    if case.dim == 1 or revolved or rigid.move.fixed or rigid.move.along is not None or rigid.velocity:
+        return text
+    moments = ", ".join(f"{one:.6g}" for one in np.diag(found.inertia)[0 if case.dim == 3 else 2 :])
+    return f"{text}, moments of inertia {moments}{kg and kg + (' m^2' if case.dim == 3 else ' m')}"

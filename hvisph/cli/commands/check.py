@@ -38,7 +38,7 @@ def draw_setup(case: Case, path: str) -> Path:
         model, held = body.model, held_particles(case.clamped, body.name, body.positions)
         shape = "of the run" if body.carried else model.shape.type
         label = f"{body.name}: {model.material.name or 'own material'}, {shape}"
-        label += ", rigid" if model.rigid is not None else ""
+        label += f", rigid, {model.rigid.words}" if model.rigid is not None else ""
         bodies.append(DrawnBody(body.name, label, body.positions, body.breadth, body.mean_velocity, held))
     notes = []
     if case.start is not None:
@@ -164,9 +164,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     if case.gravity is not None:
         weight = ", bodies under their weight" if case.overburden else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
-    facts += [
-        ("rigid body", f"{name}, {body.rigid.words}") for name, body in case.bodies.items() if body.rigid is not None
-    ]
+    facts += _rigid(case, taken)
     facts += [("moving clamp", text) for text in moving_clamps(case)]
     facts += [("open edge", text) for text in edge_words(case)]
     facts += [("load", text) for text in load_words(case)]
@@ -210,6 +208,22 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     if names:
         facts.append(("expected", ", ".join(names)))
     return "\n".join([*lines, table(facts)])
+
+
+def _rigid(case: Case, taken: Estimate) -> list[tuple[str, str]]:
+    """Return motion, mass and moments of inertia of rigid bodies, of large cases the motion alone."""
+    from hvisph.setup.bodies import placed_bodies
+    from hvisph.setup.materials import material_of
+    from hvisph.setup.rigid_bodies import describe_rigid
+
+    rigid = {name: body.rigid for name, body in case.bodies.items() if body.rigid is not None}
+    if not (rigid and taken.counted):
+        return [("rigid body", f"{name}, {body.words}") for name, body in rigid.items()]
+    return [
+        ("rigid body", f"{body.name}, {describe_rigid(case, body, material_of(body.model.material, 0.0))}")
+        for body in placed_bodies(case)
+        if body.name in rigid
+    ]
 
 
 def _fit_residuals(case: Case, number: Format, unit: str) -> list[tuple[str, str]]:
