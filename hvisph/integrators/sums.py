@@ -7,12 +7,12 @@ Riemann fluxes and friction dissipated; power of slip, forces on clamped particl
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from hvisph.compiler.exact_sum import LARGEST, decode_sum, exact_sum, rounding_constant, sum_unit
 from hvisph.core.particles import Particles
+from hvisph.core.text import Plain
 
 KINETIC, INTERNAL, MOMENTUM, PLASTIC, HEATING, SLIPPING, SUPPORT = 0, 1, 2, 5, 6, 7, 8
 FASTEST, LONGEST = 11, 12
@@ -85,7 +85,7 @@ class Sums:
         """Return the operands of the last `total`, by name."""
         return {"whole_sums": self._parts, "extremes": self._extremes}
 
-    def restore(self, history: dict[str, Any]) -> np.ndarray:
+    def restore(self, history: Plain) -> np.ndarray:
         """Restore the operands of `history`; return the sums."""
         self.wholes[...], self.extremes[...] = 0, 0.0
         if len(self.wholes):

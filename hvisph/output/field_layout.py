@@ -173,7 +173,7 @@ def _gradient_columns(dim: int) -> list[int]:
     return [3 * i + j for i in range(dim) for j in range(dim)]
 
 
-def _plain(value: object) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"a snapshot's metadata holds plain numbers and text, not {type(value).__name__}")

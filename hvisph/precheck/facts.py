@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from hvisph.case.formulations.riemann import is_gas
-from hvisph.core.text import recommend
+from hvisph.core.text import Plain, recommend
 
 from .impact_pair import ImpactPair, impact_pair
 from .regime import Regime, material_of_body, regime
@@ -73,7 +73,7 @@ class Facts:
         return 0.5 * self.kind.velocity / material_of_body(struck).bulk_sound_speed
 
     @cached_property
-    def plug_damage(self) -> dict[str, Any]:
+    def plug_damage(self) -> Plain:
         """Johnson-Cook damage of the bodies that may be punched at ballistic speed, by name."""
         struck = {name: body.material.damage for name, body in self.bodies.items() if not self._strikes(name)}
         failing = {name: damage for name, damage in struck.items() if damage.type == "johnson_cook"}

@@ -12,6 +12,7 @@ the ring to round-off. A particle of a plane run becomes n = round(width/dx) par
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.case.case import Case
+from hvisph.case.output import SymmetryPlane
 from hvisph.casefile.document import parse
 from hvisph.casefile.loader import case_hash, load_case
 from hvisph.core.errors import CaseError, OutputError
@@ -206,7 +208,7 @@ def carried_fields(case: Case, origin: Origin) -> dict[str, dict[str, np.ndarray
 Fields = dict[str, np.ndarray]
 
 
-def _revolve(fields: Fields, body: np.ndarray, planes: list[Any]) -> tuple[Fields, np.ndarray]:
+def _revolve(fields: Fields, body: np.ndarray, planes: Sequence[SymmetryPlane]) -> tuple[Fields, np.ndarray]:
     """Return the particles that rings become about x, those kept by planes of symmetry through it, and their bodies."""
     radius, part = abs(fields["position"][:, 1]), 2 ** len({plane.axis for plane in planes})
     around = 2.0 * np.pi * radius / fields["spacing"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import Any
 
 import numpy as np
 
@@ -163,7 +162,7 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
     }
 
 
-def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[Any], undecided: Sequence[int]) -> str:
+def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[object], undecided: Sequence[int]) -> str:
     """Return why no limit was found, with the remedy; empty where one was."""
     if undecided:
         which = ", ".join(map(str, undecided))

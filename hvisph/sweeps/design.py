@@ -123,7 +123,7 @@ def variants(vary: models.Bisect, base: PlainMapping) -> list[Values]:
     return [{"resolution": value} for value in vary.resolutions] + [{"resolution": coarsest} | one for one in raised]
 
 
-def _unlike(vary: models.Converge, base: PlainMapping) -> list[Any]:
+def _unlike(vary: models.Converge, base: PlainMapping) -> list[object]:
     """Return the values of a convergence study; raises `CaseError` where two are the same."""
     numbers = Scale(vary.path, vary.values, base).numbers
     for value, number in zip(vary.values, numbers, strict=True):

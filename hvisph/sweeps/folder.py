@@ -17,7 +17,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from hvisph.case.sweep import Sweep
 from hvisph.casefile.document import dump
@@ -252,11 +251,11 @@ def _summary(folder: Path) -> Plain:
         return {}
 
 
-def _cell(value: object) -> Any:
+def _cell(value: object) -> object:
     return value if isinstance(value, int | float | str) and not isinstance(value, bool) else json.dumps(value)
 
 
-def plain_or_json(cell: str) -> Any:
+def plain_or_json(cell: str) -> object:
     """Return a cell of the list of cases as the value that was written."""
     if cell[:1] in "[{":
         try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.case.units import parse_quantity
@@ -76,7 +75,7 @@ def product(axes: Mapping[str, Sequence[object]]) -> list[Values]:
     return [dict(zip(axes, one, strict=True)) for one in itertools.product(*axes.values())]
 
 
-def plain(cell: str) -> Any:
+def plain(cell: str) -> object:
     """Return a cell of a table as a number, a truth or text."""
     text = cell.strip()
     words = {"true": True, "false": False, "null": None}

@@ -263,7 +263,7 @@ def _places(cells: Sequence[str], path: str) -> tuple[list[float], list[str], st
     return [float(ticks.index(cell)) for cell in cells], ticks, path
 
 
-def _colours(count: int) -> list[Any]:
+def _colours(count: int) -> list[object]:
     """Return colours of a number of series, from dark to bright."""
     if count == 1:
         return [INK]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -246,7 +246,7 @@ class MassDistribution:
         return {name: values.tolist() for name, values in names.items()}
 
 
-def _plain(value: float | np.ndarray) -> Any:
+def _plain(value: float | np.ndarray) -> float | list[object] | None:
     if isinstance(value, np.ndarray):
         return [_plain(float(part)) for part in value]
     return value if np.isfinite(value) else None

@@ -145,7 +145,7 @@ class Scene:
     # outline of a bar, if there is one; filled by its measures
     profile: dict[str, list[float]] = field(default_factory=dict, init=False, repr=False)
     # results of functions that are computed once for each scene, by their name and arguments
-    memo: dict[object, Any] = field(default_factory=dict, init=False, repr=False)
+    memo: dict[object, object] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not self.shot.roles:

@@ -6,7 +6,7 @@ import base64
 import io
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -211,7 +211,7 @@ def moments(
 ) -> list[tuple[str, float]]:
     """Return the moments of a run that are worth a display, by name, in order of time [s]."""
     end = last.time
-    named: list[tuple[str, Any]] = [("contact", _contact(history))] if len(last.bodies) > 1 else []
+    named: list[tuple[str, object]] = [("contact", _contact(history))] if len(last.bodies) > 1 else []
     named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
     for layer in layers:
         time = layer["measures"].get("perforation_time", {}).get("value")
