@@ -23,7 +23,7 @@ from .gravity import Gravity, OptionalOverburden
 from .model import StrictModel, refuse
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
 from .start import Start
-from .time import RunLimits, Time, Witness, default_courant
+from .time import LateStages, RunLimits, Time, Witness, default_courant
 from .units import PositiveLength, PositiveVelocity
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
@@ -97,6 +97,12 @@ class Case(StrictModel):
     )
     formulation: Formulation = Field(default=RiemannFormulation(), description="Scheme that computes the run")
     time: Time = Field(description="Duration and time stepping")
+    late: LateStages = Field(
+        default=(),
+        description="Stages at a low sound speed, one or a list, with falling bulk moduli: the step grows by the root "
+        "of their ratio while pressure and deviator go on; none unless given",
+        max_length=10,
+    )
     gauges: dict[BodyName, Gauge] = Field(
         default={}, description="Gauges by name: their records go to history.csv", max_length=1000
     )

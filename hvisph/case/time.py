@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo
 
 from hvisph.core.text import Plain
 
-from .model import StrictModel
-from .units import LENGTH, NUMBER, PositiveTime, Quantity
+from .model import Shorthand, StrictModel
+from .units import LENGTH, NUMBER, PositivePressure, PositiveTime, Quantity
 
 # Courant number unless given, by formulation and for those without an entry. Where there is a viscosity the criterion
 # holds its signal, 1.2 alpha c, already, and it damps what grows at less: below DAMPED steps are as long at half of
@@ -63,6 +63,27 @@ class Time(StrictModel):
     max_steps: Annotated[int, Field(strict=True, ge=1, le=10**12)] | None = Field(
         default=None, description="Number of steps at which to stop early, at least 1; none unless given"
     )
+
+
+class LateStage(StrictModel):
+    """Stage at a low sound speed: a bulk modulus in place of equations of state, for craters that open slowly."""
+
+    at: PositiveTime = Field(description="Time from which on it holds [s]")
+    bulk_modulus: PositivePressure = Field(
+        description="K_new [Pa], at least ten times the largest pressure then, and 100 rho u^2 of what still moves"
+    )
+    nu: Annotated[float, Quantity(NUMBER, minimum=0, below=0.5)] = Field(
+        default=0.25, description="Poisson's ratio, which with K_new gives the shear modulus [-]"
+    )
+
+
+def _as_stages(value: object, info: ValidationInfo) -> object:
+    return [value] if isinstance(value, dict) else value
+
+
+LateStages = Annotated[
+    tuple[LateStage, ...], Shorthand(_as_stages, (), ({"type": "object", "required": ["at", "bulk_modulus"]},))
+]
 
 
 class Witness(StrictModel):

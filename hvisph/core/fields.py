@@ -76,7 +76,12 @@ CATALOGUE: dict[str, Field] = {
         ),
         Field("viscosity_factor", "scalar", "", "coefficient alpha of Morris and Monaghan's viscosity", 0.1),
         Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),
-        Field("history_variable", "scalar", "", "distension; time since ignition [s]; bulking pressure [Pa]"),
+        Field(
+            "history_variable",
+            "scalar",
+            "",
+            "distension; time since ignition [s]; bulking pressure [Pa]; late, density without pressure",
+        ),
         Field("flaw_strain", "scalar", "", "strain of the weakest flaw; or Grady's limit to tension [Pa]"),
         Field("flaw_exponent", "scalar", "", "exponent of the number of active flaws"),
         Field("flaws", "scalar", "", "number of flaws"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from math import inf, sqrt
 from typing import Any, cast
@@ -25,6 +25,7 @@ from hvisph.materials.eos import linear
 
 from .damage.fracture_energy import FractureEnergy
 from .eos import MODULES, JonesWilkinsLee
+from .eos.late import Late
 from .melting import Lindemann, Simon
 from .porosity import Porosity
 from .slots import EquationOfState, Model
@@ -71,6 +72,8 @@ class Material:
     fracture: FractureEnergy | None = None
     # at rest, and of incipient and complete melting and vaporisation at 1 bar [J/(kg K)]; none where unknown
     entropies: tuple[float, ...] = ()
+    # whether its particles are to remember what late stages need
+    late: bool = False
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")
@@ -121,7 +124,7 @@ class Material:
         burns = isinstance(self.eos, JonesWilkinsLee) and self.eos.burn_rate > 0.0
         remembering = (GradyKipp, GradySpall, JohnsonHolmquistDamage)
         smooths = self.rate_smoothing > 0
-        if self.fracture is not None:
+        if self.fracture is not None or self.late:
             return True
         return burns or smooths or self.porosity is not None or isinstance(self.damage, remembering)
 
@@ -320,6 +323,25 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
     tags = [(material.eos.tag, material.strength.tag, material.damage.tag) for material in materials]
     models = np.array(tags, dtype=np.int64).reshape(len(materials), slots.MODEL_COUNT)
     return table, models
+
+
+def late_material(material: Material, bulk_modulus: float, poisson_ratio: float) -> Material:
+    """Return a material in a late stage of a bulk modulus [Pa]: its strength with the shear modulus, its damage kept.
+
+    Raises
+    ------
+    CaseError
+        Where the bulk modulus is above that of the material.
+    """
+    bulk = material.density_at_rest * material.bulk_sound_speed**2
+    if bulk_modulus > bulk:
+        raise CaseError(f"is above that of '{material.name}', {bulk:.3g} Pa; give a lower one", where="bulk_modulus")
+    strength: Any = material.strength
+    if material.shear_modulus > 0.0:
+        shear = 1.5 * bulk_modulus * (1.0 - 2.0 * poisson_ratio) / (1.0 + poisson_ratio)
+        strength = replace(strength, shear_modulus=shear)
+    return replace(material, density=material.density_at_rest, eos=Late(bulk_modulus), strength=strength,
+                   damage=NoDamage(), porosity=None, spall_strength=inf, fracture=None, late=True)  # fmt: skip
 
 
 def bind_models(function: CompiledFunction, table: np.ndarray, models: np.ndarray) -> CompiledFunction:

@@ -8,6 +8,7 @@ from hvisph.compiler.jit import inline, noinline
 from hvisph.materials.damage.johnson_cook import borne_share
 from hvisph.materials.damage.pressure_cutoff import limited_pressure
 from hvisph.materials.eos.jwl import BURN_RATE
+from hvisph.materials.eos.late import late_state
 from hvisph.materials.strength.fabric import packing
 from hvisph.materials.strength.johnson_holmquist import TENSION
 from hvisph.materials.tags import FURTHER
@@ -68,6 +69,9 @@ def solid_pressure(tag, rho, e, memory, row):
     """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
     if FURTHER and row[DISTENSION] > 1.0:
         return load_pores(tag, rho, e, memory, row)
+    if FURTHER and tag == tags.LATE:
+        p, c = late_state(rho, memory, row)
+        return p, c, memory
     p, c = pressure_and_sound_speed(tag, rho, e, row)
     if FURTHER and tag == tags.JWL and row[BURN_RATE] > 0.0:
         p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)

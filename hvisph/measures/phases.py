@@ -44,8 +44,12 @@ def phases(scene: Scene) -> Outcomes:
     def mass(rows: np.ndarray, fraction: np.ndarray) -> Outcome:
         own = rows & np.isfinite(fraction)
         if not own.any():
-            return "its material has no `melting: {entropies: ...}`" if rows.any() else "there is no layer"
-        note = "" if own.sum() == rows.sum() else "materials without `melting: {entropies: ...}` are left out"
+            return (
+                "its material has no `melting: {entropies: ...}`, or is in a late stage"
+                if rows.any()
+                else "there is no layer"
+            )
+        note = "" if own.sum() == rows.sum() else "materials without entropies, or in a late stage, are left out"
         return Result(float((scene.now.fields["mass"][own] * fraction[own]).sum()), note=note)
 
     return {

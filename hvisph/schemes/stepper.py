@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -75,6 +75,8 @@ class Stepper:
         kappa of the integrator.
     gravity
         Field of gravity, if any.
+    later
+        Materials of the late stages, in the order of `materials`.
 
     Attributes
     ----------
@@ -103,6 +105,7 @@ class Stepper:
     _in_pieces = False  # whether any differs from the body
     motion: PrescribedMotion | None = None
     boundaries: Boundaries | None = None
+    _later: Sequence[tuple[np.ndarray, np.ndarray]] = ()  # packed materials of the late stages
     turns_back = True  # whether particles that pass a plane of symmetry are put back
     keeps_order = False  # whether particles stay with their process until space is cut anew
 
@@ -113,12 +116,14 @@ class Stepper:
 
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (),
-                 drift: float = 0.5, gravity: Gravity | None = None):  # fmt: skip
+                 drift: float = 0.5, gravity: Gravity | None = None,
+                 later: Sequence[list[Material]] = ()):  # fmt: skip
         dim, count = particles.dim, particles.count
         self.particles, self.formulation, self.stage_share = particles, formulation, stage
         self.table, self.models = pack(materials)
         self.coefficients = formulation.coefficients()
         self.gravity = gravity
+        self._later = [pack(stage) for stage in later]
         layout = formulation.layout(dim)
         self.pairs = Pairs(
             layout, formulation.kernel, formulation.passes(dim), self.coefficients, particles["position"], h, planes
@@ -155,7 +160,9 @@ class Stepper:
             "ADJOINT": int("GU_BEFORE" in layout.slots()),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
-        offered |= {of.py_func.__name__: bind_models(of, self.table, self.models) for of in OF_MATERIALS}
+        known = [(self.table, self.models), *self._later]
+        kinds = np.concatenate([models for _, models in known])
+        offered |= {of.py_func.__name__: bind_models(of, self.table, kinds) for of in OF_MATERIALS}
         packer, options = self.formulation.pack(dim)
         pack, limits = bind(packer, options, offered), self.formulation.limits()
         shown = {
@@ -257,6 +264,10 @@ class Stepper:
         if self.boundaries is not None:
             self.boundaries.finish(self, stage)
         self._sum_up()
+
+    def take_stage(self, number: int) -> None:
+        """Take the materials of a late stage in place of those before it; `predict` shows them to the neighbours."""
+        self.table, self.models = self._later[number]
 
     def split(self, pieces: np.ndarray) -> None:
         """Let particles of different `pieces` (n,) meet as different bodies do from now on."""

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from copy import deepcopy
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hvisph.case.formulations.riemann import bears_any_tension
+from hvisph.core.errors import CaseError
 from hvisph.core.particles import Particles
 from hvisph.core.text import Plain
 from hvisph.integrators.prescribed_motion import Motion, PrescribedMotion
 from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.integrators.time_step import Criteria
-from hvisph.materials.material_table import Material
+from hvisph.materials.material_table import Material, late_material
 from hvisph.parallel.subdomain import Subdomain
 from hvisph.schemes.protocol import AnyStepper
 from hvisph.schemes.stepper import Stepper
@@ -72,7 +73,7 @@ def set_up(case: Case, start: Beginning) -> Setup:
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
     stepper = formulation.stepper(
         particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,
-        **scheme.stepper_options(), **gravity_option(case),
+        **scheme.stepper_options(), **gravity_option(case), **_late_option(case, start.materials),
     )  # fmt: skip
     if isinstance(stepper, Stepper):
         stepper.h_low *= start.spread
@@ -95,6 +96,19 @@ def set_up(case: Case, start: Beginning) -> Setup:
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
                  bool(motions or case.loads), tuple(start.materials), start.origin)  # fmt: skip
+
+
+def _late_option(case: Case, materials: list[Material]) -> dict[str, Any]:
+    """Return the option of a stepper that follows from the late stages of a case."""
+    if not case.late:
+        return {}
+    later = []
+    for number, stage in enumerate(case.late):
+        try:
+            later.append([late_material(one, stage.bulk_modulus, stage.nu) for one in materials])
+        except CaseError as error:
+            raise CaseError(error.message, where=f"late.{number}.{error.where}") from None
+    return {"later": later}
 
 
 def _largest_density(material: Material) -> float:

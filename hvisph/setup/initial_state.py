@@ -157,6 +157,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         for body in placed
         for part in body.parts
     ]
+    if case.late:
+        made = [replace(material, late=True) for material in made]
     particles, materials = _state(case, formulation.fields, placed, made)
     if "band_width" in particles.offsets:
         fresh = np.concatenate([np.full(len(body.positions), not body.carried) for body in placed])

@@ -33,6 +33,7 @@ from hvisph.simulation.checkpoint import Keeper
 from hvisph.simulation.clock import Clock, TimeStep, interpolate_state, release_arrays
 from hvisph.simulation.domain_box import Domain
 from hvisph.simulation.finalize import Outcome, exit_code_of, sum_up
+from hvisph.simulation.late_stages import LateStages
 from hvisph.simulation.listener import Listener, Reporter
 from hvisph.simulation.run_files import RunFiles
 from hvisph.simulation.signals import StopRequests
@@ -57,6 +58,7 @@ class Run:
         self.writer = SnapshotWriter(folder, setup, case, self.text)
         self.observer = Observer(setup, case.resolution)
         self.clock = Clock(case.time.end, case.snapshot_interval, case.time.step, case.begins, begun=case.begins)
+        self.late = LateStages(case, setup)
         self.files = RunFiles(folder, case, self.text, self.writer, self.observer, self.clock)
         self.status = "done"
         self.failure: Failure | None = None
@@ -134,6 +136,7 @@ class Run:
         )
         if self.checkpoint is not None:
             self.time_step = self.keeper.restore(self.checkpoint)
+            self.late.resume(self.clock.time)
             self.checkpoint = replace(self.checkpoint, arrays={})
             self.subdomain.note_reordering()
             self.subdomain.sort_out()
@@ -206,6 +209,11 @@ class Run:
         while due:  # snapshots hold as long as the particles lie as they do
             number += 1
             self.files.write_output(due.pop(0)(), number)
+        if self.late.is_due(clock.time):
+            remark = self.late.switch(clock.time, clock.steps)
+            stepper.predict(following.length)
+            self.folder.log.write(remark)
+            self.listener.message(remark)
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
             self.subdomain.note_reordering()

@@ -19,6 +19,8 @@ from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Followed, Peaks
 from hvisph.exact.entropy import entropy
 from hvisph.integrators.gravity import SPHERE, Gravity
+from hvisph.materials import tags
+from hvisph.materials.slots import EOS_TAG
 from hvisph.measures.frame.measurement_frame import reference
 from hvisph.output import file_names
 from hvisph.output.atomic_write import reason
@@ -144,7 +146,8 @@ class SnapshotWriter:
         found = np.full(particles.count, np.nan)
         for number, material in enumerate(self.setup.substances):
             rows = np.flatnonzero(particles.material == number)
-            if material.entropies and len(rows):
+            by_heat = material.eos.tag != tags.TILLOTSON and self.setup.stepper.models[number, EOS_TAG] == tags.LATE
+            if material.entropies and len(rows) and not by_heat:
                 distension = 1.0 if material.porosity is None else particles["history_variable"][rows]
                 rho, e = (particles[name][rows] for name in ("density", "internal_energy"))
                 found[rows] = entropy(material, rho, e, distension, peak[rows])

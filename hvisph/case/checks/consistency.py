@@ -14,6 +14,7 @@ from hvisph.case.gravity import gravity_problems
 from hvisph.case.model import Path, Problem
 from hvisph.case.output import Clamp, Gauge, Output, SymmetryPlane, box_problems, gauge_problems, region_problems
 from hvisph.case.start import start_problems
+from hvisph.case.time import LateStage
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
 from hvisph.core.text import format_value, recommend
 
@@ -28,6 +29,14 @@ AXES = ("x", "y", "z")
 
 class Case(Surroundings, Protocol):
     """Complete case, as the checks use it."""
+
+    @property
+    def late(self) -> Sequence[LateStage]:
+        """Late stages in the order of time."""
+
+    @property
+    def begins(self) -> float:
+        """Time at the start [s]."""
 
     @property
     def smoothing_length(self) -> float:
@@ -71,8 +80,36 @@ def problems_of(case: Case) -> list[Problem]:
         *gauge_problems(case.gauges, case.dim),
         *case.formulation.problems(case),
         *_schedule(case),
+        *_late(case),
         *_measures(case),
     ]
+
+
+def _late(case: Case) -> Iterator[Problem]:
+    """Yield the errors of late stages."""
+    if not case.late:
+        return
+    kind = getattr(case.formulation, "type", "")
+    if kind not in ("riemann", "eulerian") or case.kinematics == "plane_stress":
+        yield Problem(("late",), "needs `formulation` riemann or eulerian, and no plane_stress: only these show pairs "
+                      "the new sound speed")  # fmt: skip
+    for number, stage in enumerate(case.late):
+        if not case.begins < stage.at < case.time.end:
+            yield Problem(("late", number, "at"), f"{stage.at:g} is not within the run, {case.begins:g} to "
+                          f"{case.time.end:g}")  # fmt: skip
+    for number, (one, following) in enumerate(pairwise(case.late), 1):
+        if not following.at > one.at:
+            yield Problem(("late", number, "at"), f"{following.at:g} is not later than that of the stage before it")
+        if not following.bulk_modulus < one.bulk_modulus:
+            yield Problem(("late", number, "bulk_modulus"), f"{following.bulk_modulus:g} is not below that of the "
+                          "stage before it")  # fmt: skip
+    for name, body in case.bodies.items():
+        material = body.material
+        if material.eos.type in ("ideal_gas", "jwl") or material.strength.type in ("orthotropic", "fabric"):
+            yield Problem(
+                ("bodies", name, "material"),
+                "gases, explosives and matter with directions have no late stage; leave out `late`",
+            )
 
 
 def warnings_of(case: Case) -> list[str]:

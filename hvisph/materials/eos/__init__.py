@@ -11,11 +11,24 @@ from hvisph.materials.eos.linear import Elastic
 from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 from hvisph.materials.tags import FURTHER
 
-from . import ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson, us_up_table
+from . import (
+    ideal_gas,
+    jwl,
+    late,
+    linear,
+    mie_gruneisen,
+    murnaghan,
+    polynomial,
+    stiffened_gas,
+    table,
+    tillotson,
+    us_up_table,
+)
 from .grid import Grid as Grid
 from .grid import read_grid as read_grid
 from .ideal_gas import IdealGas
 from .jwl import JonesWilkinsLee
+from .late import Late
 from .linear import Linear
 from .mie_gruneisen import MieGrueneisen
 from .murnaghan import Murnaghan
@@ -35,7 +48,7 @@ REGISTRY: dict[str, type[EquationOfState]] = {
     )
 }
 # Where each model's functions are: `pressure` and `sound_speed_squared`, or `state` with all in one.
-MODULES = {name: sys.modules[model.__module__] for name, model in REGISTRY.items()}
+MODULES = {name: sys.modules[model.__module__] for name, model in REGISTRY.items()} | {Late.name: late}
 
 
 @noinline
@@ -49,6 +62,8 @@ def _state_of_rare_models(tag, rho, e, row):
         p, p_rho, p_e = jwl.state(rho, e, row)
     elif tag == tags.US_UP_TABLE:
         p, p_rho, p_e = us_up_table.state(rho, e, row)
+    elif tag == tags.LATE:
+        p, p_rho, p_e = late.state(rho, e, row)
     else:
         p, p_rho, p_e = table.state(rho, e, row)
     return p, p_rho + p * p_e / (rho * rho)

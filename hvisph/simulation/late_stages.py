@@ -1,0 +1,78 @@
+"""Switch of a run to its late stages, see `materials.eos.late`: at the end of the first step that reaches them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.case.case import Case
+from hvisph.diagnostics.sanity_checks import Failure
+from hvisph.materials.material_table import Material
+from hvisph.schemes.derived_fields import diagnose
+from hvisph.schemes.stepper import Stepper
+from hvisph.setup.build import Setup
+
+STIFF = 10.0  # least bulk modulus, of the largest pressure
+HALF = 0.5  # of the density at rest: what is thinner flies
+
+
+class LateStages:
+    """The late stages of a case, in their order."""
+
+    def __init__(self, case: Case, setup: Setup):
+        self._stages, self._setup, self._done = case.late, setup, 0
+        if case.late:
+            assert isinstance(setup.stepper, Stepper)
+            self._stepper = setup.stepper
+
+    def resume(self, time: float) -> None:
+        """Take the materials of the stage that a state at `time` [s] is in."""
+        self._done = sum(stage.at <= time for stage in self._stages)
+        if self._done:
+            self._stepper.take_stage(self._done - 1)
+
+    def is_due(self, time: float) -> bool:
+        """Return whether the next stage begins at `time` [s] or earlier."""
+        return self._done < len(self._stages) and self._stages[self._done].at <= time
+
+    def switch(self, time: float, step: int) -> str:
+        """Begin the next stage and return a remark on it.
+
+        Raises
+        ------
+        Failure
+            Where the pressure is above a tenth of the new bulk modulus.
+        """
+        stepper, stage = self._stepper, self._stages[self._done]
+        particles = stepper.particles
+        fields = diagnose(particles, stepper.table, stepper.models)
+        pressure = np.maximum(fields["pressure"], 0.0)
+        highest = self._setup.subdomain.get_maxima(float(pressure.max(initial=0.0)))[0]
+        if highest * STIFF > stage.bulk_modulus:
+            raise Failure(
+                "late", f"late stage at {time:.4g} s: the largest pressure is {highest:.3g} Pa, above a tenth of its "
+                f"bulk modulus of {stage.bulk_modulus:.3g} Pa; begin later, or give {STIFF * highest:.3g} Pa or more",
+                None, None, None, time, step,
+            )  # fmt: skip
+        for number, material in enumerate(self._setup.substances):
+            self._convert(np.flatnonzero(particles.material == number), material, pressure, fields.get("temperature"))
+        stepper.take_stage(self._done)
+        self._done += 1
+        fast = np.quantile(np.sqrt((particles["velocity"] ** 2).sum(axis=1)), 0.99)
+        return (f"late stage from {time:.4g} s, bulk modulus {stage.bulk_modulus:.3g} Pa: largest pressure "
+                f"{highest:.3g} Pa; 99 % of the particles are slower than {fast:.3g} m/s")  # fmt: skip
+
+    def _convert(
+        self, rows: np.ndarray, material: Material, pressure: np.ndarray, temperature: np.ndarray | None
+    ) -> None:
+        """Give particles of a material the density [kg/m^3] that has no pressure, and the share that bears strength."""
+        particles, stage = self._stepper.particles, self._stages[self._done]
+        rho = particles["density"][rows]
+        reference = rho / (1.0 + pressure[rows] / stage.bulk_modulus)
+        if self._done == 0:
+            distension = np.ones(len(rows)) if material.porosity is None else particles["history_variable"][rows]
+            particles["flaw_strain"][rows] = 1.0 / distension
+        flies = rho / particles["flaw_strain"][rows] < HALF * material.density
+        flies |= ~np.isfinite(particles["history_variable"][rows])
+        if temperature is not None and self._done == 0:
+            flies |= temperature[rows] > material.melting_point  # not a number is never above
+        particles["history_variable"][rows] = np.where(flies, np.inf, reference)
