@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Protocol
 
 from hvisph.case.bodies import Body
@@ -93,6 +94,8 @@ def _late(case: Case) -> Iterator[Problem]:
     if kind not in ("riemann", "eulerian") or case.kinematics == "plane_stress":
         yield Problem(("late",), "needs `formulation` riemann or eulerian, and no plane_stress: only these show pairs "
                       "the new sound speed")  # fmt: skip
+    if getattr(case, "edges", ()):
+        yield Problem(("edges",), "have the impedance of the start, which a late stage changes; leave one of them out")
     for number, stage in enumerate(case.late):
         if not case.begins < stage.at < case.time.end:
             yield Problem(("late", number, "at"), f"{stage.at:g} is not within the run, {case.begins:g} to "
