@@ -10,7 +10,7 @@ from pydantic import Field
 
 from .bodies import Axis
 from .model import Path, Problem, StrictModel
-from .output import BoxRegion, Region
+from .output import BoxRegion, Region, SymmetryPlane
 from .units import Length, NonNegativeTime, Pressure
 
 # Formulations with an ambient layer, and with a viscous edge.
@@ -101,7 +101,36 @@ def edge_problems(case: Any) -> Iterator[Problem]:
         ):
             message = "two edges across an axis keep what lies between them: the lower one `above`, the upper `below`"
             yield Problem((*path, "keep"), message)
+    for index, plane in enumerate(case.symmetry):
+        if plane.velocity:
+            yield from _moving_plane(case, plane, ("symmetry", index, "velocity"))
     for index, load in enumerate(case.loads):
         if load.normal[1] not in axes:
             yield Problem(("loads", index, "normal"), f"there is no axis {load.normal[1]} in {case.dim}D")
         yield from table_problems([time for time, _ in load.pressure], ("loads", index, "pressure"))
+
+
+def _moving_plane(case: Any, plane: SymmetryPlane, path: Path) -> Iterator[Problem]:
+    """Yield the errors of a plane of symmetry that moves."""
+    yield from table_problems([time for time, _ in plane.velocity], path)
+    if case.formulation.type not in ("riemann", "eulerian") or getattr(case.formulation, "contact_algorithm", False):
+        yield Problem(path, "only planes of riemann and eulerian move; use one of them, or leave the velocity out")
+    if [one.axis for one in case.symmetry].count(plane.axis) > 1:
+        yield Problem(path, "needs one plane across its axis for its work; leave the other one out")
+    if case.edges or any(body.rigid is not None for body in case.bodies.values()):
+        yield Problem(path, "does not go with open edges or rigid bodies; leave one of them out")
+    if case.time.integrator == "predictor_corrector":
+        yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
+    if case.kinematics == "axisymmetric" and plane.axis != "x":
+        yield Problem(path, "axisymmetric planes move along the axis x alone")
+
+
+def plane_words(case: Any) -> list[str]:
+    """Return the moving planes of symmetry of a case in words."""
+    unit = " m/s" if case.units == "si" else ""
+    return [
+        f"{plane.axis} = {plane.at:g}{' m' if unit else ''}: "
+        + (f"{plane.velocity[0][1]:g}{unit}" if len(plane.velocity) == 1 else f"{len(plane.velocity)} rows over time")
+        for plane in case.symmetry
+        if plane.velocity
+    ]

@@ -5,16 +5,22 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from hvisph.core.errors import suggest_nearest
 from hvisph.core.fields import WRITTEN, component_names, recordable
 
 from .bodies import Axis, Position, VelocityVector
-from .model import SCALAR_AS_LIST, Path, Problem, StrictModel
+from .model import SCALAR_AS_LIST, Path, Problem, Shorthand, StrictModel
 from .units import Length, NonNegativeTime, PositiveTime, Pressure, Velocity
 
 Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
+
+
+def _expand_speed(value: object, info: ValidationInfo) -> object:
+    """Return a single velocity as the only row of a table."""
+    plain = isinstance(value, int | float | str) and not isinstance(value, bool)
+    return [[0.0, value]] if plain else value
 
 
 class SymmetryPlane(StrictModel):
@@ -24,6 +30,14 @@ class SymmetryPlane(StrictModel):
     at: Length = Field(default=0.0, description="Coordinate of the plane on that axis [m]")
     keep: Literal["above", "below"] = Field(
         default="above", description="Side that is computed: coordinates above or below `at`"
+    )
+    velocity: Annotated[
+        tuple[tuple[NonNegativeTime, Velocity], ...], Shorthand(_expand_speed), Field(max_length=10_000)
+    ] = Field(
+        default=(),
+        description="Velocity along the axis, as that of a rigid wall that moves: a number [m/s], or rows of time [s] "
+        "and velocity [m/s], linear between rows and constant beyond them; its work is `external_work` in the history; "
+        "at rest unless given",
     )
 
 

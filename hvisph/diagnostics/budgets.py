@@ -64,7 +64,8 @@ class Budget:
     potential energy since the start [J], `potential` at the start, `weight` the momentum of a uniform field and
     of pressures (3,) [kg m/s]; `scale` is the energy to which drifts refer [J];
     `external_work` is the work of what moves the clamps and of pressures on faces [J], `rigid_rotation` that of
-    `ROTATION_COLUMN`; `edge_energy` [J] and `edge_momentum` (3,) [kg m/s] are what left through open edges.
+    `ROTATION_COLUMN`; `taken` (3,) [kg m/s] is what supports took up to the last step, where planes of symmetry move;
+    `edge_energy` [J] and `edge_momentum` (3,) [kg m/s] are what left through open edges.
     """
 
     def __init__(self, setup: Setup):
@@ -80,7 +81,7 @@ class Budget:
         self.rigid_rotation = 0.0
         self.impulse, self.edge_momentum, self.edge_energy = np.zeros(3), np.zeros(3), 0.0
         self.boundaries: Boundaries | None = getattr(setup.stepper, "boundaries", None)
-        self.retired = np.zeros(6)
+        self.retired, self.taken = np.zeros(6), np.zeros(3)
         self.pending = np.zeros(4)
         self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
         self._setup = setup
@@ -124,6 +125,7 @@ class Budget:
             given, left = self.boundaries.momentum, self.boundaries.edge_momentum
             self.external_work += self.boundaries.work
             self.weight[: len(given)] += given
+            self._push(sums)
             self.edge_energy += self.boundaries.edge_energy
             self.edge_momentum[: len(left)] += left
         if self.gravity is not None:
@@ -133,6 +135,15 @@ class Budget:
                 free = (particles.tags[:, FLAGS] & CLAMPED) == 0
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
+
+    def _push(self, sums: np.ndarray) -> None:
+        """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they gave."""
+        assert self.boundaries is not None
+        if self.boundaries.speeds:
+            taken = np.array(self.support_momentum(sums))
+            for axis, speed in self.boundaries.speeds:
+                self.external_work -= speed * float(taken[axis] - self.taken[axis])
+            self.taken[:] = taken
 
     def _total_potential(self) -> float:
         """Return the potential energy of all particles in the field of gravity [J]."""

@@ -26,6 +26,10 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.sph.neighbours.ghost_rows import Plane
+
+from .prescribed_motion import Motion
+
 # Group of the particles of an ambient layer, see `prescribed_motion.GROUP_SHIFT`.
 LAYER_GROUP = 2000
 # What it bears [Pa]: its partner in a pair is the weaker one.
@@ -77,19 +81,38 @@ class AmbientLayer:
         return np.asarray(self.places + np.add.reduceat(displacement, self.starts, axis=0))
 
 
+@dataclass
+class MovingPlane:
+    """A plane of symmetry that moves: its images have the velocity 2 w - u_n along its normal."""
+
+    plane: Plane
+    motion: Motion  # of one component, the velocity w along the normal
+    place: float  # coordinate at the time `begins` [m]
+    begins: float  # [s]
+
+    def move(self, time: float, ahead: float) -> None:
+        """Put the plane where it is `ahead` [s] of a time [s]."""
+        at = self.place + float(self.motion.displacement(self.begins, time)[0])
+        self.plane.at = self.place + float(self.motion.displacement(self.begins, time + ahead)[0])
+        self.plane.ahead = self.plane.at - at
+
+
 class Boundaries:
-    """Faces and edges of a run.
+    """Faces, edges and moving planes of symmetry of a run.
 
     `work` [J] and `momentum` (dim,) [kg m/s] are what the pressures gave in the last step, `edge_energy` [J] and
-    `edge_momentum` (dim,) what left through the edges in it; `time` [s] is that of the state. `share` finds particles
+    `edge_momentum` (dim,) what left through the edges in it; `speeds` are axes and velocities [m/s] of the moving
+    planes at its stage; `time` [s] is that of the state. `share` finds particles
     by their numbers (`parallel.collectives`).
     """
 
     share: Any
 
-    def __init__(self, faces: tuple[Face, ...], layer: AmbientLayer | None, dim: int):
-        self.faces, self.layer, self.time, self._ahead = faces, layer, 0.0, 0.0
+    def __init__(self, faces: tuple[Face, ...], layer: AmbientLayer | None, dim: int, begins: float = 0.0):
+        self.moving: tuple[MovingPlane, ...] = ()
+        self.faces, self.layer, self.time, self._ahead = faces, layer, begins, 0.0
         self.work, self.momentum, self.edge_energy, self.edge_momentum = 0.0, np.zeros(dim), 0.0, np.zeros(dim)
+        self.speeds: list[tuple[int, float]] = []
         self._given: list[tuple[bool, np.ndarray, np.ndarray]] = []
         self._left = (np.zeros((0, dim)), np.zeros(0))
         self._at_start: list[np.ndarray] = []
@@ -143,10 +166,15 @@ class Boundaries:
         self.work, self.momentum = float(sums[0, 0]), sums[0, 1:]
         self.edge_energy, self.edge_momentum = float(-sums[1, 0]), -sums[1, 1:]
         self.time += dt
+        self.speeds = [(one.plane.axis, one.plane.velocity) for one in self.moving]
+        for one in self.moving:  # what passes the plane takes it, as the pairs of the next stage do
+            one.plane.velocity = float(one.motion.velocity(self.time)[0])
 
     def finish(self, stepper: Any, stage: float) -> None:
         """Put the layer in its place, in the state and in the packed rows, whose time is `stage` [s] ahead."""
         self._ahead = stage
+        for one in self.moving:
+            one.move(self.time, stage)
         if self.layer is None:
             return
         rows, some = self._here(self.layer.numbers)
@@ -161,11 +189,14 @@ class Boundaries:
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the times of state and stage, by name."""
-        return {"boundaries": np.array([self.time, self._ahead])}
+        return {"boundaries": np.array([self.time, self._ahead, *(one.plane.velocity for one in self.moving)])}
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Restore what `history` returned."""
-        self.time, self._ahead = (float(one) for one in history["boundaries"])
+        self.time, self._ahead, *velocities = (float(one) for one in history["boundaries"])
+        for one, velocity in zip(self.moving, velocities, strict=True):
+            one.plane.velocity = velocity
+            one.move(self.time, self._ahead)
 
     def _here(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of the particles of this process, and their indices among `numbers`."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hvisph.compiler.jit import specialise
+from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .world import Ranks
 
@@ -45,10 +46,10 @@ def _pack(rows, numbers, chosen, used, table):
 class Halo:
     """Rows of other processes, stored behind those of this process.
 
-    `planes` are axis, position [m] and side of each plane of symmetry: behind one the interaction distance doubles.
+    `planes` are those of symmetry: behind one the interaction distance doubles.
     """
 
-    def __init__(self, world: Ranks, dim: int, used: int, planes: Sequence[tuple[int, float, float]] = ()):
+    def __init__(self, world: Ranks, dim: int, used: int, planes: Sequence[Plane] = ()):
         self._world, self._dim, self._used, self._planes = world, dim, used, planes
         self._storage = np.zeros((0, used))
         self._numbers = np.zeros(0, np.uint64)
@@ -96,7 +97,7 @@ class Halo:
     def _distance_beyond_planes(self, rows: np.ndarray, reach: float) -> float:
         """Return the sum of the distances of rows beyond planes of symmetry [m]."""
         beyond = 0.0
-        for axis, at, side in self._planes:
+        for axis, at, side in ((plane.axis, plane.at, plane.side) for plane in self._planes):
             depth = side * (at - rows[:, axis])
             beyond += float(depth[depth < reach].max(initial=0.0))
         return beyond

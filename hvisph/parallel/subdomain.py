@@ -50,10 +50,9 @@ class Subdomain(Collectives):
             return
         assert isinstance(world, Ranks)
         self.world, self._parts, stepper = world, parts, self._stepper
-        planes = [(plane.axis, plane.at, plane.side) for plane in self._planes]
 
         def halo_for(layout: RowLayout) -> Halo:
-            self.halos.append(Halo(world, layout.dim, layout.used_width, planes))
+            self.halos.append(Halo(world, layout.dim, layout.used_width, self._planes))
             return self.halos[-1]
 
         stepper.totals.over, stepper.totals.exact = self._reduce_over, self.exact_sum

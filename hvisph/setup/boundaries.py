@@ -10,8 +10,8 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.geometry.open_edge import Edge, face_areas, follow, is_beyond, row_shares
-from hvisph.integrators.boundary_forces import LAYER_GROUP, AmbientLayer, Boundaries, Face
-from hvisph.integrators.prescribed_motion import GROUP_SHIFT
+from hvisph.integrators.boundary_forces import LAYER_GROUP, AmbientLayer, Boundaries, Face, MovingPlane
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, Motion
 from hvisph.materials.material_table import Material
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.sph.neighbours.ghost_rows import Plane
@@ -48,7 +48,7 @@ def boundaries_of(case: Case, formulation: Any, placed: Sequence[PlacedBody], pa
     CaseError
         For a load on clamped particles, an edge in a projectile, a clamp or a rigid body.
     """
-    if not case.edges and not case.loads:
+    if not case.edges and not case.loads and not any(plane.velocity for plane in case.symmetry):
         return None
     edges, dim = open_edges(case), particles.dim
     x, across = particles["position"], [(plane.axis, plane.at) for plane in planes]
@@ -90,7 +90,7 @@ def boundaries_of(case: Case, formulation: Any, placed: Sequence[PlacedBody], pa
             faces.append(Face(particles.id[some].copy(), areas, sign * np.eye(dim)[axis], times, pressures))
     for layer, _, _ in layers:
         particles.tags[layer, FLAGS] = CLAMPED | LAYER_GROUP << GROUP_SHIFT
-    return Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim)
+    return Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim, case.begins)
 
 
 def _face(formulation: Any, particles: Particles, some: np.ndarray, spacing: float,
@@ -153,3 +153,15 @@ def _refuse_at_edge(case: Case, body: PlacedBody, placed: Sequence[PlacedBody], 
         raise CaseError(
             f"the projectile '{body.name}' starts in it; move the edge outwards, or the projectile", where=where
         )
+
+
+def moving_planes(case: Case, planes: tuple[Plane, ...]) -> tuple[MovingPlane, ...]:
+    """Return the moving ones of the planes of symmetry, which have the velocity of the start from now on."""
+    moving = []
+    for model, plane in zip(case.symmetry, planes, strict=False):  # behind those of the case is the axis
+        if model.velocity:
+            times, velocities = (np.array(one) for one in zip(*model.velocity, strict=True))
+            motion = Motion(0, times, velocities[:, None])
+            plane.velocity = float(motion.velocity(case.begins)[0])
+            moving.append(MovingPlane(plane, motion, plane.at, case.begins))
+    return tuple(moving)

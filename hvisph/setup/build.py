@@ -23,6 +23,7 @@ from hvisph.schemes.stepper import Stepper
 from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
+from .boundaries import moving_planes
 from .gauges import Gauges
 from .initial_fields import gravity_option
 from .initial_state import Beginning, begin, set_loads
@@ -92,10 +93,12 @@ def set_up(case: Case, start: Beginning) -> Setup:
     if start.boundaries is not None:
         stepper.boundaries = start.boundaries
         stepper.boundaries.share = subdomain
+        stepper.boundaries.moving = moving_planes(case, start.planes)
+    pushed = bool(motions or case.loads or any(plane.velocity for plane in case.symmetry))
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
-                 bool(motions or case.loads), tuple(start.materials), start.origin)  # fmt: skip
+                 pushed, tuple(start.materials), start.origin)  # fmt: skip
 
 
 def _late_option(case: Case, materials: list[Material]) -> dict[str, Any]:

@@ -92,6 +92,7 @@ class Keeper:
             "step": {"length": time_step.length, "criterion": time_step.criterion, "lands_on": time_step.lands_on},
             "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
                        "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
+                       "taken": budget.taken.tolist(),
                        "pending": budget.pending.tolist(), "edge_energy": budget.edge_energy,
                        "edge_momentum": budget.edge_momentum.tolist(),
                        "slip_work": budget.slip_work, "plastic_work": budget.plastic_work,
@@ -144,7 +145,7 @@ class Keeper:
         stepper.restore(carried, history)
         for name, value in header["clock"].items():
             setattr(clock, name, value)
-        for name in ("momentum", "impulse", "retired", "pending", "weight", "edge_momentum"):
+        for name in ("momentum", "impulse", "retired", "pending", "weight", "edge_momentum", "taken"):
             getattr(budget, name)[...] = header["budget"][name]
         for name in (
             "energy",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
-    from hvisph.case.edges import load_words
+    from hvisph.case.edges import load_words, plane_words
     from hvisph.case.output import moving_clamps
     from hvisph.precheck.impact_pair import first_contact
     from hvisph.setup.bodies import placed_bodies
@@ -52,6 +52,7 @@ def draw_setup(case: Case, path: str) -> Path:
         notes.append(f"first contact: {one} and {other} at {shown}")
     notes += [f"moving clamp: {text}" for text in moving_clamps(case)]
     notes += [f"load {text}" for text in load_words(case)]
+    notes += [f"moving plane {text}" for text in plane_words(case)]
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     edges = [("xyz".index(edge.axis), edge.at) for edge in case.edges]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
@@ -134,7 +135,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
 
     si = case.units == "si"
 
-    from hvisph.case.edges import edge_words, load_words
+    from hvisph.case.edges import edge_words, load_words, plane_words
     from hvisph.case.output import moving_clamps
 
     def number(value: float, unit: str, digits: int = 4) -> str:
@@ -168,6 +169,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     facts += [("moving clamp", text) for text in moving_clamps(case)]
     facts += [("open edge", text) for text in edge_words(case)]
     facts += [("load", text) for text in load_words(case)]
+    facts += [("moving plane", text) for text in plane_words(case)]
     if case.start is None:
         kind = regime(case)
         facts.append(("regime", kind.words))

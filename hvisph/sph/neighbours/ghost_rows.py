@@ -17,13 +17,15 @@ from hvisph.core.particles import Particles
 from .particle_layout import RowLayout, slots
 
 
-@dataclass(frozen=True)
+@dataclass
 class Plane:
     """A plane of symmetry."""
 
     axis: int  # 0, 1 or 2: the plane is normal to x, y or z
-    at: float  # its coordinate [m]
+    at: float  # its coordinate at the stage [m]
     side: float = 1.0  # 1 or -1: the material lies above or below it
+    velocity: float = 0.0  # along its normal [m/s]
+    ahead: float = 0.0  # how far it goes from the time of the state to the stage [m]
 
     def distance_beyond(self, x: np.ndarray) -> np.ndarray:
         """Return the signed distance of positions (n, dim) [m] beyond the plane [m]."""
@@ -47,6 +49,8 @@ def mirror(rows: np.ndarray, plane: Plane, layout: RowLayout) -> np.ndarray:
     """Return the mirror images of packed `rows`, of any length up to the layout's width."""
     made = rows * layout.mirror_signs(plane.axis)[: rows.shape[1]]
     made[:, plane.axis] += 2.0 * plane.at
+    if plane.velocity:
+        made[:, layout.slots()["U"] + plane.axis] += 2.0 * plane.velocity
     return made
 
 
@@ -118,7 +122,8 @@ def turn_back(
     """
     dim = particles.dim
     for plane in planes:
-        passed = np.flatnonzero((plane.distance_beyond(particles["position"]) > 0.0) & (particles["mass"] > 0.0))
+        beyond = plane.distance_beyond(particles["position"]) - plane.side * plane.ahead
+        passed = np.flatnonzero((beyond > 0.0) & (particles["mass"] > 0.0))
         if not len(passed):
             continue
         for name in particles.names:
@@ -126,7 +131,8 @@ def turn_back(
             if values.ndim == 2:
                 signs = field_signs(CATALOGUE[name].rank, plane.axis, dim)
                 values[passed] *= signs[: values.shape[1]]
-        particles["position"][passed, plane.axis] += 2.0 * plane.at
+        particles["position"][passed, plane.axis] += 2.0 * (plane.at - plane.ahead)
+        particles["velocity"][passed, plane.axis] += 2.0 * plane.velocity
         rows[passed] = mirror(rows[passed], plane, layout)
         ring = layout.slots().get("RING")
         if ring is not None:  # they are rings again, no images
