@@ -94,12 +94,12 @@ def keep_list(near, n, rows, i, constants, out):
         out[i, k + np.uint64(1)] = near[k]
 
 
-def lists(pairs, grid, owned):
+def lists(pairs, grid, owned, way=traversal.FORGETS, space=traversal.NO_LISTS):
     """Return the lists of `pairs` in sorted numbers, a row a particle: of those that are not owned, nothing."""
     n, dim = pairs.present, pairs.layout.dim
-    sweep, found = traversal.loop(dim, dim, specialise(keep_list)), np.zeros((n, 2000), np.uint32)
+    sweep, found = traversal.loop(dim, dim, specialise(keep_list), lists=way), np.zeros((n, 2000), np.uint32)
     traversal.complete_sweep(sweep, pairs.sorted, pairs.columns, pairs.order, (n, owned), grid,
-                             pairs.kernel.reach, np.zeros(1), 1500, lambda capacity: found)  # fmt: skip
+                             pairs.kernel.reach, np.zeros(1), 1500, lambda capacity: found, space)  # fmt: skip
     return [row[1 : 1 + row[0]] for row in found]
 
 
@@ -166,6 +166,13 @@ def test_lists_are_those_of_the_plain_twin(kind, dim):
         wanted = plain_lists(x[order], h[order], grid, pairs.kernel.reach, set(owned.tolist()))
         for own, plain in zip(lists(pairs, grid, n - 40), wanted, strict=True):
             assert np.array_equal(own, plain)
+        for width in (500, 30, 2):  # space for the lists of all chunks, of some, of none
+            space = np.full((n, width), 7, np.uint32)
+            for way in (traversal.KEEPS, traversal.TAKES):
+                for own, plain in zip(lists(pairs, grid, n - 40, way, space), wanted, strict=True):
+                    assert np.array_equal(own, plain)
+            starts = space.reshape(-1)[:: traversal.CHUNK * width]
+            assert starts.all() if width == 500 else width == 30 or not starts.any()
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -319,7 +319,7 @@ class Observer:
             step, time, dt, criterion, particle, float(sums[column.KINETIC]), float(sums[column.INTERNAL]),
             *(float(p) for p in sums[column.MOMENTUM : column.MOMENTUM + 3]),
             float("nan") if drift is None else drift,
-            float(pressures[: len(centre)].mean()), float(pressures[len(centre) :].min()),
+            float(pressures[: len(centre)].sum()) / len(centre), float(pressures[len(centre) :].min()),
             *((int(share.total(np.array([fallbacks(self._setup.stepper)]))[0]),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),

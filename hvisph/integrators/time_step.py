@@ -9,7 +9,7 @@ None depends on the frame. The smallest over all particles, times the case's cfl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -96,13 +96,14 @@ class Criteria:
         given = (lengths, signals, rates, place, self.viscous)
         self._loop(len(signals), *given, self._least)
         least = self._least.min(axis=0).tolist()
-        bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
-        culprit = self._first(given, numbers, bad, 2, 0.0)
-        if culprit != NOBODY:  # the sum of a chunk may overflow where no particle has
-            return Limit(0.0, "not_finite", culprit)
+        if not isfinite(self._least[:, 2].sum()):
+            bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
+            culprit = self._first(given, numbers, bad, 2, 0.0)
+            if culprit != NOBODY:  # a sum may overflow where no particle has
+                return Limit(0.0, "not_finite", culprit)
         times = least[0], sqrt(sqrt(least[1]))
         kind = int(times[1] < times[0])
-        alike = np.flatnonzero(self._least[:, kind] == least[kind])
+        alike = (self._least[:, kind] == least[kind]).nonzero()[0]
         who = self._first(given, numbers, alike, kind, least[kind])
         return Limit(self.cfl * times[kind], NAMES[kind], who, least[kind])
 

@@ -149,8 +149,8 @@ def append_near_box(typing_context, columns, dim, j, end, box, h, half_reach, nu
 
 
 @intrinsic
-def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half_reach, slack, near, n):
-    """Append to `near`, from index `n` on, those of sixteen candidates from index `k` on that are neighbours of `i`.
+def mark_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half_reach, slack):
+    """Return a bit for each of sixteen candidates from index `k` on, 1 for those that are neighbours of `i`, uint64.
 
     Parameters
     ----------
@@ -171,24 +171,16 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
         Half the kernel's reach: neighbours are closer than `half_reach` times the sum of both lengths.
     slack
         Bound of the error of a squared distance in single precision.
-    near, n
-        Array of uint32 with space for sixteen more, and its used length. It receives numbers of particles if
-        NUMBERED, else indices of candidates.
-
-    Returns
-    -------
-    The new used length.
     """
     if not isinstance(dim, types.Literal):
         return None
     dimensions = dim.literal_value
     signature = types.uint64(
-        rough, exact, numbers, dim, types.uint64, types.uint64, own, box, types.float64, types.float64, near,
-        types.uint64,
-    )  # fmt: skip
+        rough, exact, numbers, dim, types.uint64, types.uint64, own, box, types.float64, types.float64
+    )
 
     def generate(context, builder, signature, arguments):
-        rough, exact, numbers, _, k, i, own, box, half_reach, slack, near, n = arguments
+        rough, exact, numbers, _, k, i, own, box, half_reach, slack = arguments
         own = cgutils.unpack_tuple(builder, own, 4)
 
         def spread(value, element):
@@ -229,7 +221,35 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
         short = ir.VectorType(_i32, SIXTEEN)
         candidates = builder.load(_address(context, builder, signature.args[2], numbers, [k], short), align=4)
         another = builder.icmp_unsigned("!=", candidates, splat(builder, builder.trunc(i, _i32), SIXTEEN))
-        store = _storing(context, builder, signature.args[10], near)
-        return _append_kept(builder, builder.and_(mask, another), candidates, k, store, n)
+        return _bits(builder, builder.and_(mask, another))
+
+    return signature, generate
+
+
+@intrinsic
+def append_marked(typing_context, numbers, bits, k, near, n):
+    """Append to `near`, from index `n` on, those of sixteen candidates from index `k` on with a bit of `mark_near`.
+
+    Parameters
+    ----------
+    numbers, bits, k
+        Numbers of the candidates, uint32, the bits, and the index of the first.
+    near, n
+        Array of uint32 with space for sixteen more, and its used length. It receives numbers of particles if
+        NUMBERED, else indices of candidates.
+
+    Returns
+    -------
+    The new used length.
+    """
+    signature = types.uint64(numbers, types.uint64, types.uint64, near, types.uint64)
+
+    def generate(context, builder, signature, arguments):
+        numbers, bits, k, near, n = arguments
+        short = ir.VectorType(_i32, SIXTEEN)
+        candidates = builder.load(_address(context, builder, signature.args[0], numbers, [k], short), align=4)
+        mask = builder.bitcast(builder.trunc(bits, ir.IntType(SIXTEEN)), ir.VectorType(ir.IntType(1), SIXTEEN))
+        store = _storing(context, builder, signature.args[3], near)
+        return _append_kept(builder, mask, candidates, k, store, n)
 
     return signature, generate

@@ -138,6 +138,8 @@ class Pairs:
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
         if "RING" in self.slots:  # a radial velocity strains the hoop
             self._zero = np.append(self._zero, np.uint64(self.slots["U"] + 1))
+        plain = [one for one in passes if not one.only]
+        common = len(plain) > 1 and len({one.own_reach for one in plain}) == 1
         for one in passes:
             widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
             offered = shared | self.slots | particle_layout.slots(dim) | widths
@@ -146,7 +148,10 @@ class Pairs:
             )
             only = self.slots[one.only] if one.only else 0
             first = (layout.packed_width if one.into_rows else 0) if self._skips else None
-            sweep = traversal.loop(dim, self.slots["H"], law, only, one.own_reach, first)
+            lists = traversal.FORGETS
+            if common and not only:
+                lists = traversal.KEEPS if one is plain[0] else traversal.TAKES
+            sweep = traversal.loop(dim, self.slots["H"], law, only, one.own_reach, first, lists)
             self._sweeps.append((sweep, one.into_rows))
 
     def _make_room(self, count: int) -> None:
@@ -210,9 +215,11 @@ class Pairs:
         failure = None
         for sweep, into_rows in self._sweeps:
             try:
-                self._run(sweep, self.sorted if into_rows else self.rates, own if meant is None else meant)
+                if failure is None:
+                    self._run(sweep, self.sorted if into_rows else self.rates, own if meant is None else meant)
             except RunError as error:  # others wait for this process' rows
                 failure = error
+                self.rates[:] = 0.0  # lists may be there
             for copies in (self.halo, self.images) if into_rows else ():
                 if copies is not None:
                     copies.refresh(self.sorted, self.place)
@@ -231,4 +238,4 @@ class Pairs:
     def _run(self, sweep: CompiledFunction, out: np.ndarray, meant: int) -> None:
         self.capacity = traversal.complete_sweep(
             sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
-            self.coefficients, self.capacity, lambda capacity: out)  # fmt: skip
+            self.coefficients, self.capacity, lambda capacity: out, self.rates.view(np.uint32))  # fmt: skip

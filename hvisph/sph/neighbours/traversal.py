@@ -21,7 +21,16 @@ from hvisph.compiler.jit import CompiledFunction, Options, specialise
 from hvisph.compiler.parallel_for import chunk_loop
 from hvisph.compiler.tensors import dot, own_vector
 from hvisph.compiler.tensors3d import extend_vector
-from hvisph.compiler.vector.api import LANES, NUMBERED, SIXTEEN, append_near, append_near_box, flush_tiny, restore_mode
+from hvisph.compiler.vector.api import (
+    LANES,
+    NUMBERED,
+    SIXTEEN,
+    append_marked,
+    append_near_box,
+    flush_tiny,
+    mark_near,
+    restore_mode,
+)
 from hvisph.core.errors import RunError
 
 from . import cells
@@ -38,6 +47,10 @@ ROUND_OFF = 1.0 + 1e-9  # of distances to a box: its reach is longer by so much
 SLACK = 4e-6
 
 
+# What a pass does with lists of neighbours that passes of one evaluation have in common.
+FORGETS, KEEPS, TAKES = 0, 1, 2
+# Numbers that no pass writes or reads.
+NO_LISTS = np.zeros((0, 0), np.uint32)
 # A particle with more candidates than this is inside a collapse that no result survives.
 MOST_NEIGHBOURS = 200_000
 
@@ -98,12 +111,16 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     return m, needed
 
 
-def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, out, overflow):
+def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, lists, out, overflow):
     """Run the pair law over the particles of a chunk: the template, see the module's text.
 
     Bound names: DIM, H (slot of the smoothing length), law, ONLY (slot of a vector: rows where it is zero are left out;
     0 for none), SKIPS (whether the results of undisturbed cells are set to zero, from column FIRST on, without calling
-    the law) and the templates above.
+    the law), LISTS (FORGETS, KEEPS or TAKES) and the templates above.
+
+    Lists are kept for a later pass as long as a chunk has space for them: how many numbers there are, 0 for none; for
+    each group its end and the number of its candidates, their numbers, and for each particle a bit a candidate. A
+    group has no candidates if it is undisturbed, or if no particle is the caller's own.
 
     Parameters
     ----------
@@ -125,6 +142,9 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         Coefficients of the law.
     capacity
         Number of candidates of a cell that fit [uint64].
+    lists
+        (n_rows or more, width) uint32: space for the lists of a chunk in its rows. It may be that of `out` when lists
+        are taken.
     out
         Result rows; the law writes row i alone.
     overflow
@@ -140,12 +160,28 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     first = chunk * np.uint64(CHUNK)
     last = min(first + np.uint64(CHUNK), n_rows)
     needed, m, group, wanted, longest, resting = zero, zero, first, False, 0.0, zero
+    space = (last - first) * np.uint64(lists.shape[1]) if LISTS else zero
+    base, at, head = first * np.uint64(lists.shape[1]), one, zero
+    words, taken = lists.reshape(-1) if LISTS else numbers, zero
+    keeping = LISTS == KEEPS
+    kept = np.empty(space + sixteen, np.uint32) if LISTS == TAKES else numbers
+    if LISTS == TAKES:
+        taken = np.uint64(words[base])
+        for k in range(taken):
+            kept[k] = words[base + k]
     for i in range(first, last):
         if ONLY and not dot(own_vector(rows, i, ONLY, DIM), own_vector(rows, i, ONLY, DIM)) > 0.0:
             group = max(group, i + one)
             continue
         x = own_vector(rows, i, 0, DIM)
-        if i == group:  # the first of a cell, or of those together in it
+        if i == group and taken > zero:
+            group, m = first + np.uint64(kept[at]), np.uint64(kept[at + one])
+            at += one + one
+            for k in range(m):
+                numbers[k] = kept[at + k]
+            at += m
+            resting = group if m == zero else zero
+        elif i == group:  # the first of a cell, or of those together in it
             place = cell_at(x, inverse_edge, nx, ny, nz)
             cell = number_of(place, nx, ny)
             end = min(np.uint64(starts[cell + one]), last)
@@ -154,6 +190,12 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
                 group, longest = enclose(columns, i, end, inverse_edge, box)
             else:
                 group = resting = end
+            if keeping:
+                keeping = at + one < space
+                if keeping:
+                    head = base + at
+                    words[head], words[head + one] = np.uint32(group - first), np.uint32(0)
+                    at += one + one
         if np.uint64(order[i]) >= owned:
             continue
         if SKIPS and i < resting:
@@ -166,13 +208,32 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
                 columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity, (rough, exact, numbers)
             )
             needed = max(needed, lacking)
-        n, own = zero, (*extend_vector(x), rows[i, H])
-        if OWN_REACH:  # shorter ones count as long: with them the mean length is the own one
+            if keeping:
+                keeping = at + m <= space
+                if keeping:
+                    words[head + one] = np.uint32(m)
+                    for k in range(m):
+                        words[base + at + k] = numbers[k]
+                    at += m
+        n, mark, own = zero, zero, (*extend_vector(x), rows[i, H])
+        marks = (m + np.uint64(2 * SIXTEEN - 1)) // np.uint64(2 * SIXTEEN)
+        keeping = keeping and at + marks <= space
+        if OWN_REACH and taken == zero:  # shorter ones count as long: with them the mean length is the own one
             for k in range(m):
                 length = max(columns[DIM, np.uint64(numbers[k])], rows[i, H])
                 exact[DIM, k], rough[DIM, k] = length, np.float32(length)
         for k in range(zero, m, sixteen):
-            n = append_near(rough, exact, numbers, DIM, k, i, own, box, half_reach, slack, near, n)
+            shift = k & sixteen
+            if taken > zero:
+                bits = np.uint64(kept[at + k // np.uint64(2 * SIXTEEN)]) >> shift  # the lower sixteen count
+            else:
+                bits = mark_near(rough, exact, numbers, DIM, k, i, own, box, half_reach, slack)
+            if keeping:
+                mark = bits if shift == zero else mark | bits << shift
+                words[base + at + k // np.uint64(2 * SIXTEEN)] = np.uint32(mark)
+            n = append_marked(numbers, bits, k, near, n)
+        if keeping or taken > zero:
+            at += marks
         if not NUMBERED:
             for k in range(n):
                 near[k] = numbers[np.uint64(near[k])]
@@ -180,6 +241,8 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
             near[n + k] = n_rows
         padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
         law(near, padded, rows, i, constants, out)
+    if LISTS == KEEPS:
+        words[base] = np.uint32(at) if keeping else np.uint32(0)
     overflow[chunk] = needed
     restore_mode(mode)
 
@@ -191,16 +254,18 @@ def loop(
     only: int = 0,
     own_reach: bool = False,
     first_result: int | None = None,
+    lists: int = FORGETS,
 ) -> CompiledFunction:
     """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
 
     `own_reach` says that lists hold all that a particle's own kernel reaches; `first_result`, that undisturbed cells
-    are left out, and the first column that the law writes.
+    are left out, and the first column that the law writes; `lists`, whether it keeps lists or takes those of a pass
+    before.
     """
     skips: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
     bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach)}
     parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
-    return chunk_loop(specialise(sweep, **bound, **skips, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
+    return chunk_loop(specialise(sweep, **bound, **skips, LISTS=lists, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
 
 
 def complete_sweep(
@@ -214,6 +279,7 @@ def complete_sweep(
     constants: np.ndarray,
     capacity: int,
     outputs: Callable[[int], object],
+    lists: np.ndarray = NO_LISTS,
 ) -> int:
     """Run a compiled `sweep`, and again with a larger capacity while a list of neighbours overflows.
 
@@ -225,6 +291,8 @@ def complete_sweep(
         Number of candidates of a cell that fit to begin with.
     outputs
         Returns `out` for a capacity.
+    lists
+        Space for lists, see the template. A pass that takes lists has at least the capacity that the one before had.
 
     Returns
     -------
@@ -240,10 +308,10 @@ def complete_sweep(
     cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes, grid.undisturbed)
     while True:
         sweep(count, rows, columns, order, np.uint64(owned), cell_table, reach, constants, np.uint64(capacity),
-              outputs(capacity), overflow)  # fmt: skip
-        needed = int(overflow.max(initial=0))
-        if needed == 0:
+              lists, outputs(capacity), overflow)  # fmt: skip
+        if np.count_nonzero(overflow) == 0:
             return capacity
+        needed = int(overflow.max())
         if needed > MOST_NEIGHBOURS:
             raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed")
         capacity = 2 * needed
