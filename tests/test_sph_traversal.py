@@ -274,8 +274,9 @@ def test_undisturbed_cells(dim):
     zero, equal = np.array([dim + 1], np.uint64), np.array([dim + 2], np.uint64)
     find_undisturbed(grid, order, known, out, zero, equal, dim)
     index = np.flatnonzero(grid.undisturbed & (np.diff(grid.starts.astype(np.int64)) > 0))
-    nx, ny, _ = grid.shape
-    found = {(k % nx, k // nx % ny, k // (nx * ny)) for k in index.tolist()}
+    nx, _, nz = grid.shape
+    rows, block = index // nx, cells.BLOCK
+    found = set(zip(index % nx, rows % block + block * (rows // (block * nz)), rows // block % nz, strict=True))
     assert found == plain_undisturbed(x, rows, known, [dim + 1], [dim + 2], grid)
     assert 0 < len(found) < len(plain_cells(x, grid))
 

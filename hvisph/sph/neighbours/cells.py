@@ -18,6 +18,9 @@ from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.tensors import own_vector
 
 CHUNK = 1024
+# Rows of cells along y that are numbered together, so that in 3D more of what is near lies in a cache: the least of a
+# grid.
+BLOCK = 4
 
 
 @dataclass
@@ -68,16 +71,18 @@ def cell_at(x, inverse_edge, nx, ny, nz):
 
 
 @inline
-def number_of(cell, nx, ny):
-    """Return the number of a cell."""
-    return cell[0] + nx * (cell[1] + ny * cell[2])
+def number_of(cell, nx, nz):
+    """Return the number of a cell: they are counted along x, BLOCK rows of y, z, then further rows of y."""
+    block = np.uint64(BLOCK)
+    return cell[0] + nx * (cell[1] % block + block * (cell[2] + nz * (cell[1] // block)))
 
 
 @inline
-def place_of(cell, nx, ny):
+def place_of(cell, nx, nz):
     """Return the coordinates of a cell."""
-    row = cell // nx
-    return cell & (nx - np.uint64(1)), row & (ny - np.uint64(1)), row // ny
+    block, row = np.uint64(BLOCK), cell // nx
+    layer = row // block
+    return cell & (nx - np.uint64(1)), row % block + block * (layer // nz), layer & (nz - np.uint64(1))
 
 
 @inline
@@ -90,12 +95,12 @@ def adjacent_cell(place, shift, nx, ny, nz):
     x = (place[0] + shift % three + nx - one) & (nx - one)
     y = (place[1] + (shift // three) % three + ny - one) & (ny - one)
     z = (place[2] + shift // (three * three) + nz - one) & (nz - one)
-    return number_of((x, y, z), nx, ny)
+    return number_of((x, y, z), nx, nz)
 
 
 def find_cells(i, rows, inverse_edge, nx, ny, nz, cells):
     """Find the cell number of each row (template)."""
-    cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+    cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, nz)
 
 
 def count_and_place(cells, starts, order):
@@ -175,7 +180,7 @@ def find_surrounded(c, starts, rows, equal, nx, ny, nz, uniform, surrounded):
     surrounded[c] = uniform[c]
     if uniform[c] == 0 or begin == np.uint64(starts[c + np.uint64(1)]):
         return
-    place = place_of(c, nx, ny)
+    place = place_of(c, nx, nz)
     for shift in range(np.uint64(3**DIM)):
         near = adjacent_cell(place, shift, nx, ny, nz)
         first = np.uint64(starts[near])

@@ -111,7 +111,7 @@ def merge_roots(parent, i, j):
 def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent):
     """Connect each particle with one of its cell, and with one of each adjacent cell along an axis."""
     for i in range(position.shape[0]):
-        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
+        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, nz)
         for side in range(DIM + 1):
             shift = (3**DIM - 1) // 2 + (3 ** (side - 1) if side > 0 else 0)
             cell = adjacent_cell(place, np.uint64(shift), nx, ny, nz)
@@ -130,7 +130,7 @@ def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, par
         if left[i] == 0:
             continue
         own = root_of(parent, i)
-        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
+        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, nz)
         for shift in range(np.uint64(3**DIM)):
             cell = adjacent_cell(place, shift, nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):

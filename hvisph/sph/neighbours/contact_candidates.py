@@ -36,7 +36,7 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
     extent[0], extent[1] = np.inf, -np.inf
     for i in range(first, min(first + np.uint64(CHUNK), count)):
         fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
-        cell = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+        cell = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, nz)
         cells[i] = cell
         # who finds a mark of old marks again: few particles have anything to say
         if bodies[i] < lowest[cell]:
@@ -62,7 +62,7 @@ def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
     if lowest[cell] == np.uint32(NO_BODY):
         spatial_near[cell] = np.uint8(0)
         return
-    low, high, euler, place = lowest[cell], highest[cell], spatial[cell], place_of(cell, nx, ny)
+    low, high, euler, place = lowest[cell], highest[cell], spatial[cell], place_of(cell, nx, nz)
     for shift in range(np.uint64(3**DIM)):
         at = adjacent_cell(place, shift, nx, ny, nz)
         low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
@@ -74,7 +74,7 @@ def _widen(cell, nx, ny, nz, lowest, near, wider):
     """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
     if lowest[cell] == np.uint32(NO_BODY):
         return
-    beside_one, place = near[cell], place_of(cell, nx, ny)
+    beside_one, place = near[cell], place_of(cell, nx, nz)
     for shift in range(np.uint64(3**DIM)):
         beside_one |= near[adjacent_cell(place, shift, nx, ny, nz)]
     wider[cell] = beside_one

@@ -88,7 +88,7 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     for run in range(np.uint64(3 ** (DIM - 1))):
         ry = (cy + run % three + ny - one) & (ny - one) if DIM > 1 else zero
         rz = (cz + run // three + nz - one) & (nz - one) if DIM > 2 else zero
-        base = nx * (ry + ny * rz)
+        base = number_of((zero, ry, rz), nx, nz)
         low = base + cx - one if cx > zero else base + nx - one
         high = base + nx if cx == zero else base + min(cx + two, nx)
         for segment in range(two):
@@ -183,7 +183,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
             resting = group if m == zero else zero
         elif i == group:  # the first of a cell, or of those together in it
             place = cell_at(x, inverse_edge, nx, ny, nz)
-            cell = number_of(place, nx, ny)
+            cell = number_of(place, nx, nz)
             end = min(np.uint64(starts[cell + one]), last)
             wanted = not (SKIPS and undisturbed[cell])
             if wanted:
