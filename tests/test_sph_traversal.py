@@ -275,8 +275,8 @@ def test_undisturbed_cells(dim):
     find_undisturbed(grid, order, known, out, zero, equal, dim)
     index = np.flatnonzero(grid.undisturbed & (np.diff(grid.starts.astype(np.int64)) > 0))
     nx, _, nz = grid.shape
-    rows, block = index // nx, cells.BLOCK
-    found = set(zip(index % nx, rows % block + block * (rows // (block * nz)), rows // block % nz, strict=True))
+    line, block = index // nx, cells.BLOCK
+    found = set(zip(index % nx, line % block + block * (line // (block * nz)), line // block % nz, strict=True))
     assert found == plain_undisturbed(x, rows, known, [dim + 1], [dim + 2], grid)
     assert 0 < len(found) < len(plain_cells(x, grid))
 
