@@ -45,7 +45,12 @@ class LateStages:
         stepper, stage = self._stepper, self._stages[self._done]
         particles = stepper.particles
         fields = diagnose(particles, stepper.table, stepper.models)
-        pressure = np.maximum(fields["pressure"], 0.0)
+        pressure, heat = np.maximum(fields["pressure"], 0.0), fields.get("temperature")
+        flies = np.zeros(particles.count, dtype=bool)
+        for number, material in enumerate(self._setup.substances):
+            rows = np.flatnonzero(particles.material == number)
+            flies[rows] = self._flies(rows, material, None if heat is None else heat[rows])
+        pressure[flies] = 0.0
         highest = self._setup.subdomain.get_maxima(float(pressure.max(initial=0.0)))[0]
         if highest * STIFF > stage.bulk_modulus:
             raise Failure(
@@ -54,25 +59,24 @@ class LateStages:
                 None, None, None, time, step,
             )  # fmt: skip
         for number, material in enumerate(self._setup.substances):
-            self._convert(np.flatnonzero(particles.material == number), material, pressure, fields.get("temperature"))
+            rows = np.flatnonzero(particles.material == number)
+            reference = particles["density"][rows] / (1.0 + pressure[rows] / stage.bulk_modulus)
+            if self._done == 0:
+                pores = material.porosity is not None
+                particles["flaw_strain"][rows] = 1.0 / particles["history_variable"][rows] if pores else 1.0
+            particles["history_variable"][rows] = np.where(flies[rows], np.inf, reference)
         stepper.take_stage(self._done)
         self._done += 1
         fast = np.quantile(np.sqrt((particles["velocity"] ** 2).sum(axis=1)), 0.99)
         return (f"late stage from {time:.4g} s, bulk modulus {stage.bulk_modulus:.3g} Pa: largest pressure "
                 f"{highest:.3g} Pa; 99 % of the particles are slower than {fast:.3g} m/s")  # fmt: skip
 
-    def _convert(
-        self, rows: np.ndarray, material: Material, pressure: np.ndarray, temperature: np.ndarray | None
-    ) -> None:
-        """Give particles of a material the density [kg/m^3] that has no pressure, and the share that bears strength."""
-        particles, stage = self._stepper.particles, self._stages[self._done]
-        rho = particles["density"][rows]
-        reference = rho / (1.0 + pressure[rows] / stage.bulk_modulus)
-        if self._done == 0:
-            distension = np.ones(len(rows)) if material.porosity is None else particles["history_variable"][rows]
-            particles["flaw_strain"][rows] = 1.0 / distension
-        flies = rho / particles["flaw_strain"][rows] < HALF * material.density
-        flies |= ~np.isfinite(particles["history_variable"][rows])
-        if temperature is not None and self._done == 0:
-            flies |= temperature[rows] > material.melting_point  # not a number is never above
-        particles["history_variable"][rows] = np.where(flies, np.inf, reference)
+    def _flies(self, rows: np.ndarray, material: Material, temperature: np.ndarray | None) -> np.ndarray:
+        """Return whether particles of a material fly on without pressure, hot or thin (n,)."""
+        particles = self._stepper.particles
+        rho, known = particles["density"][rows], particles["history_variable"][rows]
+        if self._done:
+            return np.asarray(~np.isfinite(known) | (rho < HALF * material.density * particles["flaw_strain"][rows]))
+        thin = (rho if material.porosity is None else rho * known) < HALF * material.density
+        hot = False if temperature is None else temperature > material.melting_point  # not a number is never above
+        return np.asarray(thin | hot)
