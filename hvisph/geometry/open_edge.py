@@ -37,8 +37,9 @@ def is_beyond(edges: Sequence[Edge], positions: np.ndarray) -> np.ndarray:
     return beyond
 
 
-def cut_open(positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, edges: Sequence[Edge], depth: float,
-             revolved: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+def cut_open(
+    positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, edges: Sequence[Edge], depth: float, revolved: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a body cut at open edges and continued beyond those that it reaches.
 
     Parameters
@@ -88,8 +89,14 @@ def cut_open(positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, ed
     return np.ascontiguousarray(positions), volumes, spacing
 
 
-def face_areas(positions: np.ndarray, volumes: np.ndarray, spacing: float, normal: tuple[int, float],
-               shares: np.ndarray, revolved: bool) -> tuple[np.ndarray, np.ndarray, float]:  # fmt: skip
+def face_areas(
+    positions: np.ndarray,
+    volumes: np.ndarray,
+    spacing: float,
+    normal: tuple[int, float],
+    shares: np.ndarray,
+    revolved: bool,
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the outermost rows of a body behind its face, and the share of the face of each particle.
 
     Parameters
@@ -143,8 +150,9 @@ def row_shares(layers: np.ndarray, aside: np.ndarray, slope: Callable[[np.ndarra
     return np.asarray(lacks / lacks.sum())
 
 
-def _with_images(positions: np.ndarray, planes: Sequence[tuple[int, float]],
-                 reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+def _with_images(
+    positions: np.ndarray, planes: Sequence[tuple[int, float]], reach: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return positions and those of images within `reach` of planes, the particle of each, and signs (n, dim)."""
     found = [(positions, np.arange(len(positions)), np.ones(positions.shape))]
     for axis, at in planes:
@@ -168,8 +176,9 @@ class Followed:
     signs: np.ndarray  # its signs (n, dim), negative along the normal of the plane of symmetry whose image it is
 
 
-def follow(layer: np.ndarray, matter: np.ndarray, edges: Sequence[Edge], planes: Sequence[tuple[int, float]],
-           reach: float) -> Followed:  # fmt: skip
+def follow(
+    layer: np.ndarray, matter: np.ndarray, edges: Sequence[Edge], planes: Sequence[tuple[int, float]], reach: float
+) -> Followed:
     """Return what each place of an ambient layer follows: the mean of the matter beside the edge.
 
     The weight is (1 - r^2/R^2)^2 at the distance r from the point of the edge before the place, within R = `reach`.

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.particles import FLAGS
+from hvisph.core.particles import FLAGS, Particles
 from hvisph.sph.contact.contact_normal import RIGID
 
 from .rigid_body import CENTRE, TURN, RigidMotion
@@ -180,5 +180,5 @@ class PrescribedMotion:
             motion.state, numbers = numbers[: len(motion.state)].copy(), numbers[len(motion.state) :]
 
     @staticmethod
-    def _rows(particles: Any, motion: Motion | RigidMotion) -> np.ndarray:
+    def _rows(particles: Particles, motion: Motion | RigidMotion) -> np.ndarray:
         return np.flatnonzero(particles.tags[:, FLAGS] >> GROUP_SHIFT == motion.group)

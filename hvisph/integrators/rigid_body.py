@@ -299,7 +299,7 @@ class RigidMotion:
         area = 2.0 * stepper.particles["mass"][rows] / stepper.particles["density"][rows] * size
         self.state[RELAXATION] = self._impedance * float(stepper.totals.exact(area * weights))
 
-    def _keep_places(self, particles: Any, rows: np.ndarray) -> None:
+    def _keep_places(self, particles: Particles, rows: np.ndarray) -> None:
         """Note the places of the particles in the body, from their positions."""
         r = in_space(particles["position"][rows]) - self.state[CENTRE]
         self._places = multiply_rows(rotation(self.state[TURN]).T, r) if self.turns else r

@@ -198,15 +198,23 @@ def _with_inclusions(body: PlacedBody) -> PlacedBody:
     volumes, dim = body.volumes.copy(), body.positions.shape[1]
     exact = sum(ball_volume(d, dim) for d in diameters) / surface.shape.volume * float(volumes.sum())
     if not inside.any() or inside.all():
-        raise CaseError("the spheres leave one of both materials without particles; change their volume or diameters",
-                        where=f"bodies.{body.name}.inclusions")  # fmt: skip
+        raise CaseError(
+            "the spheres leave one of both materials without particles; change their volume or diameters",
+            where=f"bodies.{body.name}.inclusions",
+        )
     volumes[~inside] *= (volumes.sum() - exact) / volumes[~inside].sum()
     volumes[inside] *= exact / volumes[inside].sum()
     order = np.argsort(inside, kind="stable")
     note = f"{len(diameters)} inclusions of {own.material.name or 'another material'}"
     filling = replace(body.filling, note="; ".join(filter(None, (body.filling.note, note))))
-    return replace(body, filling=filling, positions=body.positions[order], volumes=volumes[order],
-                   spacing=body.spacing[order], included=int(inside.sum()))  # fmt: skip
+    return replace(
+        body,
+        filling=filling,
+        positions=body.positions[order],
+        volumes=volumes[order],
+        spacing=body.spacing[order],
+        included=int(inside.sum()),
+    )
 
 
 def _with_carried(case: Case) -> list[PlacedBody]:

@@ -25,9 +25,15 @@ if TYPE_CHECKING:
 BESIDE = 2.0
 
 
-def boundaries_of(case: Case, formulation: Any, placed: Sequence[PlacedBody], particles: Particles,
-                  own: Sequence[Material], planes: tuple[Plane, ...],
-                  loaded: Sequence[np.ndarray]) -> Boundaries | None:  # fmt: skip
+def boundaries_of(
+    case: Case,
+    formulation: Any,
+    placed: Sequence[PlacedBody],
+    particles: Particles,
+    own: Sequence[Material],
+    planes: tuple[Plane, ...],
+    loaded: Sequence[np.ndarray],
+) -> Boundaries | None:
     """Return faces and edges of a case, and mark the particles of ambient layers.
 
     Parameters
@@ -72,9 +78,17 @@ def boundaries_of(case: Case, formulation: Any, placed: Sequence[PlacedBody], pa
                 some, areas, lag = _face(formulation, particles, rows, spacing, (edge.axis, edge.sign))
                 impedances = np.outer(particles["density"][some], (c_l, c_t))
                 faces.append(
-                    Face(particles.id[some].copy(), areas, edge.sign * np.eye(dim)[edge.axis], np.zeros(1), np.zeros(1),
-                         impedances, particles["velocity"][some].copy(), lag)
-                )  # fmt: skip
+                    Face(
+                        particles.id[some].copy(),
+                        areas,
+                        edge.sign * np.eye(dim)[edge.axis],
+                        np.zeros(1),
+                        np.zeros(1),
+                        impedances,
+                        particles["velocity"][some].copy(),
+                        lag,
+                    )
+                )
     for index, load in enumerate(case.loads):
         axis, sign = "xyz".index(load.normal[1]), 1.0 if load.normal[0] == "+" else -1.0
         times, pressures = (np.array(one) for one in zip(*load.pressure, strict=True))
@@ -93,8 +107,9 @@ def boundaries_of(case: Case, formulation: Any, placed: Sequence[PlacedBody], pa
     return Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim, case.begins)
 
 
-def _face(formulation: Any, particles: Particles, some: np.ndarray, spacing: float,
-          normal: tuple[int, float]) -> tuple[np.ndarray, np.ndarray, float]:  # fmt: skip
+def _face(
+    formulation: Any, particles: Particles, some: np.ndarray, spacing: float, normal: tuple[int, float]
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Return particles behind the face of `some`, their areas, and how far before the face they bear its velocity [m].
 
     Where gradients are corrected, the row of the face bears all of its traction, and moves as matter one spacing behind
@@ -127,8 +142,16 @@ def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarr
     rows, beside = np.concatenate([layer for layer, _, _ in layers]), np.concatenate(sources)
     weights, signs = (np.concatenate([getattr(one, name) for _, _, one in layers]) for name in ("weight", "signs"))
     x = particles["position"]
-    return AmbientLayer(particles.id[rows].copy(), x[rows].copy(), particles.id[beside].copy(), x[beside].copy(),
-                        np.concatenate(starts), np.concatenate(terms), weights, signs)  # fmt: skip
+    return AmbientLayer(
+        particles.id[rows].copy(),
+        x[rows].copy(),
+        particles.id[beside].copy(),
+        x[beside].copy(),
+        np.concatenate(starts),
+        np.concatenate(terms),
+        weights,
+        signs,
+    )
 
 
 def _wave_speeds(material: Material, thins: bool) -> tuple[float, float]:

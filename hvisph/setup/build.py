@@ -73,9 +73,17 @@ def set_up(case: Case, start: Beginning) -> Setup:
     """Return the objects of a run from its initial state, all of it or a part."""
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
     stepper = formulation.stepper(
-        particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,
-        **scheme.stepper_options(), **gravity_option(case), **_late_option(case, start.materials),
-    )  # fmt: skip
+        particles,
+        formulation,
+        start.materials,
+        scheme.stage,
+        scheme.previous,
+        start.longest,
+        start.planes,
+        **scheme.stepper_options(),
+        **gravity_option(case),
+        **_late_option(case, start.materials),
+    )
     if isinstance(stepper, Stepper):
         stepper.h_low *= start.spread
     if start.sequence is not None:

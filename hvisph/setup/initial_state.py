@@ -206,8 +206,14 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         if body.filling.note
     )
     masses = zip(placed, made, strict=True)
-    notes = (*notes, *(f"{body.name}: rigid, {describe_rigid(case, body, one)}" for body, one in masses
-                       if body.model.rigid is not None))  # fmt: skip
+    notes = (
+        *notes,
+        *(
+            f"{body.name}: rigid, {describe_rigid(case, body, one)}"
+            for body, one in masses
+            if body.model.rigid is not None
+        ),
+    )
     origin = {} if case.start is None else origin_of(case).as_dict()
     if origin:
         notes = (*notes, "craters, bulges and penetration are measured from the bodies at the start of this run")
@@ -238,8 +244,9 @@ def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
     return bool(connected_groups(body.positions, float(body.spacing.max()), reach).any())
 
 
-def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
-           made: list[Material]) -> tuple[Particles, list[Material]]:  # fmt: skip
+def _state(
+    case: Case, fields: tuple[str, ...], placed: list[PlacedBody], made: list[Material]
+) -> tuple[Particles, list[Material]]:
     """Return the particles of `placed` bodies, and the distinct materials."""
     dim, dx, kinematics = case.dim, case.resolution, KINEMATICS[case.kinematics]
     extra = (*fields, *SCHEMES[case.time.integrator].extra_fields(kinematics.revolved))
@@ -274,8 +281,10 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
         if material.has_axes and not body.carried:
             particles["material_axes"][part] = material_axes(case, body.name, body.model, material)
         elif body.model.axes is not None and not material.has_axes:
-            raise CaseError(f"'{material.name or 'its material'}' is the same in all directions; leave it out",
-                            where=f"bodies.{body.name}.axes")  # fmt: skip
+            raise CaseError(
+                f"'{material.name or 'its material'}' is the same in all directions; leave it out",
+                where=f"bodies.{body.name}.axes",
+            )
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
     for name in {name for body in placed for name in body.carried}:

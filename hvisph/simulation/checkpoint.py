@@ -32,8 +32,16 @@ STATE, TAGS, PEAKS = "state", "tags", "peaks"
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
 # What may differ between the case of a checkpoint and the case that goes on: it touches no step.
-MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "limits", "title", "source", "expected",
-              "witness")  # fmt: skip
+MAY_CHANGE = (
+    "time.end",
+    "time.max_steps",
+    "output.checkpoint_every",
+    "limits",
+    "title",
+    "source",
+    "expected",
+    "witness",
+)
 
 
 @dataclass

@@ -143,8 +143,9 @@ def _section(axes: Axes, setup: Setup) -> None:
     span = float((high - low).max())
     _velocities(axes, setup, span)
     for planes, colour, dashes, name in (
-        (setup.planes, "#c0392b", "-.", "symmetry"), (setup.edges, "#2471a3", "--", "open edge"),
-    ):  # fmt: skip
+        (setup.planes, "#c0392b", "-.", "symmetry"),
+        (setup.edges, "#2471a3", "--", "open edge"),
+    ):
         for axis, at in planes:
             if axis < 2:
                 (axes.axvline if axis == 0 else axes.axhline)(at * unit, color=colour, ls=dashes, lw=1.2)

@@ -162,13 +162,18 @@ def _inclusions(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]
     low, high = own.diameters
     least = 3.0 * body.spacing(case)
     if low < least * (1.0 - 1e-9):
-        yield Problem((*path, "diameters"), f"a diameter of {low:g}{unit} is below three spacings, {least:g}{unit}; "
-                      "give larger ones or a finer resolution")  # fmt: skip
+        yield Problem(
+            (*path, "diameters"),
+            f"a diameter of {low:g}{unit} is below three spacings, {least:g}{unit}; "
+            "give larger ones or a finer resolution",
+        )
     if high < low:
         yield Problem((*path, "diameters"), f"fall from {low:g} to {high:g}{unit}; give the smallest first")
     if high > body.shape.thickness():
-        yield Problem((*path, "diameters"), f"a sphere of {high:g}{unit} does not fit a body {body.shape.thickness():g}"
-                      f"{unit} thick")  # fmt: skip
+        yield Problem(
+            (*path, "diameters"),
+            f"a sphere of {high:g}{unit} does not fit a body {body.shape.thickness():g}{unit} thick",
+        )
     if case.dim == 1 or case.drawing_dimensions != case.dim:
         yield Problem(path, "spheres need plane 2D or 3D: about an axis they would be tori")
     if case.symmetry:

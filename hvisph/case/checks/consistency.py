@@ -92,20 +92,24 @@ def _late(case: Case) -> Iterator[Problem]:
         return
     kind = getattr(case.formulation, "type", "")
     if kind not in ("riemann", "eulerian") or case.kinematics == "plane_stress":
-        yield Problem(("late",), "needs `formulation` riemann or eulerian, and no plane_stress: only these show pairs "
-                      "the new sound speed")  # fmt: skip
+        yield Problem(
+            ("late",),
+            "needs `formulation` riemann or eulerian, and no plane_stress: only these show pairs the new sound speed",
+        )
     if getattr(case, "edges", ()):
         yield Problem(("edges",), "have the impedance of the start, which a late stage changes; leave one of them out")
     for number, stage in enumerate(case.late):
         if not case.begins < stage.at < case.time.end:
-            yield Problem(("late", number, "at"), f"{stage.at:g} is not within the run, {case.begins:g} to "
-                          f"{case.time.end:g}")  # fmt: skip
+            yield Problem(
+                ("late", number, "at"), f"{stage.at:g} is not within the run, {case.begins:g} to {case.time.end:g}"
+            )
     for number, (one, following) in enumerate(pairwise(case.late), 1):
         if not following.at > one.at:
             yield Problem(("late", number, "at"), f"{following.at:g} is not later than that of the stage before it")
         if not following.bulk_modulus < one.bulk_modulus:
-            yield Problem(("late", number, "bulk_modulus"), f"{following.bulk_modulus:g} is not below that of the "
-                          "stage before it")  # fmt: skip
+            yield Problem(
+                ("late", number, "bulk_modulus"), f"{following.bulk_modulus:g} is not below that of the stage before it"
+            )
     for name, body in case.bodies.items():
         material = body.material
         if material.eos.type in ("ideal_gas", "jwl") or material.strength.type in ("orthotropic", "fabric"):

@@ -172,8 +172,16 @@ class Conversion:
         """Whether no particle converts by itself."""
         return self.strain is None and not self.damage
 
-    def turning(self, lagrangian: np.ndarray, convertible: np.ndarray, active: np.ndarray, jacobians: np.ndarray,
-                strains: np.ndarray, damage: np.ndarray, beside: Neighbours) -> np.ndarray:  # fmt: skip
+    def turning(
+        self,
+        lagrangian: np.ndarray,
+        convertible: np.ndarray,
+        active: np.ndarray,
+        jacobians: np.ndarray,
+        strains: np.ndarray,
+        damage: np.ndarray,
+        beside: Neighbours,
+    ) -> np.ndarray:
         """Return which particles convert to Eulerian now (n,), bool.
 
         `convertible` may convert by their own strain or damage; the deformation gradient of `active` ones is known.
