@@ -55,7 +55,15 @@ class Facts:
         driven = any(body.initial_velocity or body.internal_energy or body.temperature for body in bodies)
         driven = driven or any(body.material.eos.type in ("jwl", "ideal_gas") for body in bodies)
         driven = driven or any(clamp.moves for clamp in self.case.clamped)
-        if self.kind.velocity > 0.0 or driven or self.case.initial_loads or self.case.gravity or self.case.start:
+        pushed = self.case.loads or any(plane.velocity for plane in self.case.symmetry)
+        if (
+            self.kind.velocity > 0.0
+            or driven
+            or pushed
+            or self.case.initial_loads
+            or self.case.gravity
+            or self.case.start
+        ):
             return False
         return not self.moving or (len(bodies) > 1 and all(plane.axis != "x" for plane in self.case.symmetry))
 
