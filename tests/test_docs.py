@@ -20,7 +20,7 @@ from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-MOST_LINES = 6000  # of all prose documentation
+MOST_LINES = 6350  # of all prose documentation
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 PROSE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(DOCS / page for page in PAGES)]
 LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
