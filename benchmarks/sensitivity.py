@@ -16,7 +16,7 @@ import sys
 import tempfile
 
 import hvisph
-from hvisph.integrators import particle_steps
+from hvisph.integrators import particle_steps, particle_update
 from hvisph.materials import traction_limits
 from hvisph.schemes.riemann import scheme
 from hvisph.simulation import clock
@@ -24,7 +24,7 @@ from hvisph.sph.contact import contact_normal, riemann_contact, variable_resolut
 from hvisph.sph.terms import (
     axisymmetric,
     conduction,
-    density_exchange,
+    density_correction,
     free_surface_correction,
     reconstruction,
     riemann_solver,
@@ -40,8 +40,10 @@ CONSTANTS = {
     "cfl": ("time.cfl", 0.42),
     "SHOCK_SLOPE": (riemann_solver, "noh"),
     "CONDUCTIVITY": (conduction, "noh"),
-    "EXCHANGE_CUTOFF_MAX": (density_exchange, None),
-    "EXCHANGE_CUTOFF": (density_exchange, "noh"),
+    "EXCHANGE_CUTOFF_MAX": (density_correction, None),
+    "EXCHANGE_CUTOFF": (density_correction, "noh"),
+    "RELAXATION_TIME": (density_correction, None),
+    "AFAR": (particle_update, None),
     "MIN_LIMITER": (reconstruction, "cantilever"),
     "MIN_LIMITER_SOLID": (reconstruction, "cantilever"),
     "SHOCK_SWITCH": (reconstruction, "cantilever"),
@@ -50,6 +52,7 @@ CONSTANTS = {
     "WHOLE": (free_surface_correction, None),
     "RANGE": (free_surface_correction, None),
     "SOUND": (free_surface_correction, None),
+    "SOUND_MEAN": (free_surface_correction, None),
     "FRONT": (free_surface_correction, "noh"),
     "SINGULAR": (shape_matrix, None),
     "OPEN": (contact_normal, "bars"),

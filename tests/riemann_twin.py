@@ -5,8 +5,8 @@ import numpy as np
 from hvisph.sph.contact.contact_normal import CLOSED, FACING_COSINE, NORMAL_COSINE_MIN, OPEN
 from hvisph.sph.contact.riemann_contact import NO_SHEAR
 from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
-from hvisph.sph.terms.density_exchange import EXCHANGE_CUTOFF
-from hvisph.sph.terms.free_surface_correction import SOUND
+from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF
+from hvisph.sph.terms.free_surface_correction import SOUND, SOUND_MEAN
 from hvisph.sph.terms.reconstruction import MIN_LIMITER, MIN_LIMITER_SOLID, SHOCK_SWITCH
 from hvisph.sph.terms.riemann_solver import SHOCK_SLOPE
 from hvisph.sph.terms.tension_stabilization import TENSION_GAIN
@@ -222,7 +222,7 @@ def contact(pairs, grad_u, grad_s, a, b):
             tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t, least)
         sides[name] = ua, ub, ta, tb
     u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
-    slipped, exchanged, conducted = 0.0, 0.0, 0.0
+    slipped, exchanged, conducted, counts = 0.0, 0.0, 0.0, 1.0
     for name, (ua, ub, ta, tb) in sides.items():
         speed = cloud.c_l if name == "normal" else cloud.c_t
         za, zb = cloud.rho[a] * speed[a], cloud.rho[b] * speed[b]
@@ -252,7 +252,7 @@ def contact(pairs, grad_u, grad_s, a, b):
                 )
                 exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
             if parted:
-                pull = gate * min(pull, 0.0)
+                pull, counts = gate * min(pull, 0.0), 2.0 * zb / (za + zb)
             t, push = pull * e, -pull
         else:
             most = grows * min(cloud.shear[a], cloud.shear[b]) if formulation.consistent else np.inf
@@ -273,13 +273,13 @@ def contact(pairs, grad_u, grad_s, a, b):
     elif formulation.adjoint:  # each side has the work of its own traction
         apart = (pairs.stress[a] @ pairs.operator[a] - pairs.stress[b] @ pairs.operator[b]) @ e
         heat += 0.25 * elastic * apart @ (cloud.u[b] - cloud.u[a])
-    return u_own, traction, e, slope, gate, heat, slipped, x_ba, exchanged, conducted
+    return u_own, traction, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts
 
 
 def correctable(moment):
     """Return whether the neighbourhood tells all of a gradient."""
     dim = len(moment)
-    return np.linalg.det(moment) > SOUND**dim
+    return np.linalg.det(moment) > SOUND**dim and np.trace(moment) / dim > SOUND_MEAN
 
 
 def at_edges(gradient, rate, moment, calm, bear):
@@ -305,12 +305,12 @@ def riemann_rates(cloud, formulation, neighbours, singular):
     rows = []
     for a in range(n):
         acceleration, power, gradient, slip, mu = np.zeros(dim), 0.0, np.zeros((dim, dim)), 0.0, 0.0
-        rate, moment = 0.0, np.zeros((dim, dim))
+        rate, away, moment = 0.0, 0.0, np.zeros((dim, dim))
         h, spin = cloud.h[a], np.zeros(cloud.twist.shape[1])
         unit = kernel.norm(dim) / h**dim
         density, slopes = unit * kernel.shape.py_func(0.0), 0.0  # number density, and the sum of q dW/dq
         for b in pairs.near[a]:
-            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged, conducted = contact(
+            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts = contact(
                 pairs, grad_u, grad_s, a, b
             )
             heat += conducted
@@ -335,6 +335,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
             gradient += volume[b] * strain
             rate += volume[a] * (crowd * np.trace(strain) + 2.0 * slope * exchanged)
+            away += weight * crowd * slope * counts * (cloud.u[b] - cloud.u[a]) @ e
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
                 apart = 2.0 * (u_star - cloud.u[a]) if pairs.parted(a, b) else cloud.u[b] - cloud.u[a]
@@ -348,20 +349,22 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             omega = max(1.0 - cloud.grows[a] * (1.0 + slopes / (dim * density)), 0.1)
             rate = rate / omega if following else rate
             calm = max(0.0, 1.0 - 20.0 * mu / cloud.c_l[a])
+            leaves = 0.0 if following else calm * cloud.leaves[a]
+            leading = cloud.counts[a] * away - rate - calm * cloud.fades[a]
             plain = gradient
             gradient, rate = at_edges(gradient, rate, moment, calm, cloud.bear[a])
             if formulation.adjoint:
                 share = pairs.elastic[a]
                 gradient = plain @ pairs.operator[a] + (1.0 - share) * (gradient - plain)
-                rate = (1.0 - share) * rate + share * np.trace(gradient)
-            further = [np.trace(gradient) - rate]
+                rate, leaves = (1.0 - share) * rate + share * np.trace(gradient), (1.0 - share) * leaves
+            further = [np.trace(gradient) - rate - leaves] + [leading] * formulation.leads
         if formulation.parted:
-            further = [*further, *[0.0] * (1 - len(further)), slip]
+            further = [*further, *[0.0] * (2 - len(further)), slip]
         if formulation.adjoint:
-            further = [*further, *[0.0] * (3 - len(further)), *grad_u[a].ravel()]
+            further = [*further, *[0.0] * (4 - len(further)), *grad_u[a].ravel()]
         if formulation.spins:
             if not correctable(moment):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]
-            further = [*further, *[0.0] * (2 - len(further)), *spin]
+            further = [*further, *[0.0] * (3 - len(further)), *spin]
         rows.append([*acceleration, power, mu, *gradient.ravel(), *further])
     return np.array(rows)

@@ -34,6 +34,9 @@ class Cloud:
     face: np.ndarray
     twist: np.ndarray
     heat: np.ndarray
+    counts: np.ndarray
+    leaves: np.ndarray
+    fades: np.ndarray
 
     @property
     def dim(self):
@@ -76,8 +79,9 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     face = 0.4 * np.random.default_rng(seed + 1).normal(size=x.shape)
     twist = 0.1e9 * np.random.default_rng(seed + 2).normal(size=(n, (0, 1, 3)[dim - 1]))
     later = np.random.default_rng(seed + 3)
-    heat = 1e6 * later.uniform(size=n)
-    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face, twist, heat)
+    heat, counts, leaves = 1e6 * later.uniform(size=n), m / rho * later.uniform(0.9, 1.1, n), 1e5 * later.normal(size=n)
+    fades = leaves * later.uniform(1.0, 2.0, n)
+    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face, twist, heat, counts, leaves, fades)
 
 
 def components(tensor):
@@ -176,6 +180,9 @@ def packed(cloud, formulation, planes=(), further=None):
     known |= {
         "N_PREVIOUS": cloud.face,
         "ENERGY": cloud.heat,
+        "INV_NUMBER_DENSITY": cloud.counts,
+        "DENSITY_RELAXATION": cloud.leaves,
+        "CORRECTION_DECAY": cloud.fades,
         "RHO": cloud.rho,
         "C": cloud.c,
         "ZN": cloud.rho * cloud.c_l,

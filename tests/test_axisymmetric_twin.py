@@ -126,12 +126,12 @@ def test_rings_about_a_hole_that_opens_keep_their_density():
     cloud = random_cloud(2)
     n, rho, c = len(r), 2700.0, 5000.0
     alike = {name: np.full(n, value) for name, value in {"rho": rho, "c": c, "c_l": c, "c_t": 0.6 * c}.items()}
-    nothing = {name: np.zeros(n) for name in ("order", "grows", "heat")}
+    nothing = {name: np.zeros(n) for name in ("order", "grows", "heat", "leaves", "fades")}
     borne = {name: np.full(n, 1e9) for name in ("bear", "shear")}
     area = dx**2 * start / r
     cloud = replace(
         cloud, x=np.stack([x, r], 1), u=np.stack([0 * r, 10e-3 / r], 1), h=np.full(n, 1.2 * dx), m=rho * area,
-        stress=np.zeros((n, 2, 2)), body=np.ones(n), face=np.zeros((n, 2)), twist=np.zeros((n, 1)),
+        stress=np.zeros((n, 2, 2)), body=np.ones(n), face=np.zeros((n, 2)), twist=np.zeros((n, 1)), counts=area,
         **alike, **nothing, **borne)  # fmt: skip
     formulation = Riemann(kernel=KERNELS["quartic_spline"], h_over_dx=1.2, revolved=True)
     pairs = packed(cloud, formulation, (AXIS,), {"RING": r, "HOOP": 0.0 * r, "REST_AREA": area})

@@ -323,7 +323,8 @@ def test_every_parameter_reaches_the_table(model):
         value = getattr(model, field.name)
         if isinstance(value, bool | str) or (value == 0.0 and type(model) in map(type, LATER_STRENGTHS)):
             continue
-        changed = replace(model, **{field.name: value + 0.25 * abs(value) if value > 0 else value - 0.5})
+        other = 1e6 if np.isinf(value) else value + 0.25 * abs(value) if value > 0 else value - 0.5
+        changed = replace(model, **{field.name: other})
         after = np.zeros(slots.SLOT_COUNT)
         changed.pack(after, RHO0)
         assert (before != after).any(), field.name

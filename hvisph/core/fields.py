@@ -67,6 +67,7 @@ CATALOGUE: dict[str, Field] = {
         Field("reference_position", "vector", "m", "position in the reference configuration"),
         Field("previous_hoop_rate", "scalar", "1/s", "rate of the circumference at the last evaluation"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
+        Field("density_correction", "scalar", "", "ln of density over number density, relative to the start"),
         Field(
             "torque_residual",
             "axial",
@@ -139,7 +140,7 @@ CRACK = ("onset_damage", "onset_flow_stress", "onset_tension", "band_width")
 AXES = ("material_axes", "failure_modes")
 # Fields of snapshots: of the state, derived from it, and of its history.
 OF_STATE = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
-            "plastic_strain", "damage", "kernel_type", "thickness", *MEMORY, *CRACK, *AXES, "torque_residual",
-            "viscosity_factor")  # fmt: skip
+            "plastic_strain", "damage", "kernel_type", "thickness", *MEMORY, *CRACK, *AXES, "density_correction",
+            "torque_residual", "viscosity_factor")  # fmt: skip
 WRITTEN = (*OF_STATE, "pressure", "sound_speed", "von_mises_stress", "temperature", "displacement", "peak_pressure",
            "entropy", "failed")  # fmt: skip

@@ -42,10 +42,10 @@ Rates = namedtuple("Rates", "a power l density hoop")
 
 # What `pack` of a formulation writes into a particle's row: position and velocity, mass in the plane, density, energy,
 # smoothing length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components), body, radius
-# of the ring, 0 elsewhere, twice the rate at which angular momentum is to be taken back, for each mass (axial), and
-# the squares of the speeds of longitudinal waves by direction; the
+# of the ring, 0 elsewhere, twice the rate at which angular momentum is to be taken back, for each mass (axial), the
+# lead of ln(rho) over the number of particles, and the squares of the speeds of longitudinal waves by direction; the
 # velocity gradient of the evaluation before, and twice the time of the stage, below zero in plastic flow.
-Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring spin waves gradient_before ahead_twice")
+Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring spin lead waves gradient_before ahead_twice")
 
 # What `show_limits` of a formulation that asks for it writes beside: normal and shear traction that the particle bears,
 # whether it has failed, how much of its order is left, whether its smoothing length is free to follow; its density at

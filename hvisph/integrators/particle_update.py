@@ -43,6 +43,8 @@ from .time_step import VISCOUS_SIGNAL
 CHUNK = 256
 # Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
 AT_AXIS = 0.5
+# The most that density leads the number of particles by: fronts make a tenth of it.
+AFAR = 0.5
 
 
 def advance_lanes(particles, here, alike, materials, coefficients, gravity, times_ahead, h_limits, rows, limits,
@@ -90,6 +92,10 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
             state[s, S_VISCOSITY_FACTOR] = viscous_share(state[s, S_VISCOSITY_FACTOR], l, c, now.h, dt, coefficients)
         if PREVIOUS:
             remember(state, s, u, acting)
+        if DENSITY_CORRECTION:
+            state[s, S_DENSITY_CORRECTION] = min(
+                max(state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION], -AFAR), AFAR
+            )
         if ANGULAR_MOMENTUM:
             made = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
             put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), made))
@@ -123,9 +129,10 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
     planar = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
     spin = multiply(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
+    lead = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        multiply(thickness, ahead.s), tags[s, 1], ring, spin, waves,
+        multiply(thickness, ahead.s), tags[s, 1], ring, spin, lead, waves,
         own_gradient(rates, s, R_GRADIENT_BEFORE, DIM) if ADJOINT else no_vector(DIM),
         -2.0 * stage if ahead.plastic_strain > now.plastic_strain else 2.0 * stage))  # fmt: skip
     if SHEARS:  # alpha goes with this speed of sound
@@ -175,15 +182,17 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
            limits, sums, rounders):  # fmt: skip
     """Complete a step and pack the stage of the next one for a chunk of particles (template).
 
-    Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H, SPARSEST (least rho
-    h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the
-    stage's position), PLANE_STRESS, AXISYMMETRIC, SWITCH (share of the viscosity), SHEARS (1 where shear takes a share
-    of it), ANGULAR_MOMENTUM (1 where pairs return the angular momentum that they made), AHEAD (share of the step that
+    Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
+    SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
+    DRIFT (share of the acceleration in the stage's position), PLANE_STRESS, AXISYMMETRIC, SWITCH (share of the
+    viscosity), SHEARS (1 where shear takes a share of it), DENSITY_CORRECTION (1 where density returns to the number
+    density), ANGULAR_MOMENTUM (1 where pairs return the angular momentum that they made), AHEAD (share of the step that
     the stage is ahead), GRAVITY (kind of the field), REMEMBERS (1 where particles have history variables), NOTHING
-    (else), FRACTURES (1 where those contain a crack), ADJOINT (1 where the row has the velocity gradient of the
-    evaluation before), ANISOTROPIC (1 where a material has directions), NO_AXES (else), columns of the state (S_...)
-    and of the rates (R_...), slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and
-    functions of `hvisph.materials` and `pack`.
+    (else), FRACTURES (1 where those contain a crack),
+    ADJOINT (1 where the row has the velocity gradient of the evaluation before),
+    ANISOTROPIC (1 where a material has directions), NO_AXES (else), columns of the state (S_...) and of the
+    rates (R_...), slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of
+    `hvisph.materials` and `pack`.
 
     Parameters
     ----------

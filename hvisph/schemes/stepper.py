@@ -151,6 +151,7 @@ class Stepper:
             "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.revolved),
             "SWITCH": self.formulation.switch,
             "SHEARS": int(self.formulation.softens),
+            "DENSITY_CORRECTION": int("density_correction" in particles.offsets),
             "ANGULAR_MOMENTUM": int("torque_residual" in particles.offsets), "AHEAD": self.stage_share,
             "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
             "NO_AXES": anisotropic_stress.NO_AXES, "ANISOTROPIC": int("material_axes" in particles.offsets),

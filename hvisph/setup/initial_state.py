@@ -205,7 +205,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         for number, body in enumerate(placed)
         if body.filling.note
     )
-    masses = zip(placed, made, strict=True)
+    masses = zip(placed, own, strict=True)
     notes = (
         *notes,
         *(

@@ -39,7 +39,7 @@ from .materials import material_of
 SAME_TIME = 1e-9
 # Shares of a turn between one ring and the next: no two of the following rings have particles in line.
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-OF_SUMS = ("torque_residual", "viscosity_factor", "thickness")
+OF_SUMS = ("density_correction", "torque_residual", "viscosity_factor", "thickness")
 NEAREST = 3  # snapshots that an error lists
 
 

@@ -55,8 +55,9 @@ def implausible(case: Surroundings) -> list[str]:
     doubts: list[str] = []
     for name, body in case.bodies.items():
         doubts += [f"bodies.{name}.material.{text}" for text in of_material(body.material)]
-        law = body.material.melting or body.material.strength
-        melts = getattr(law, "melt_temperature", getattr(law, "temperature", None))
+        melts = getattr(body.material.melting, "temperature", None)
+        if melts is None:
+            melts = getattr(body.material.strength, "melt_temperature", None)
         if body.temperature is not None and melts is not None and body.temperature >= melts:
             doubts.append(
                 f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its "

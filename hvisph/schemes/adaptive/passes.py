@@ -131,7 +131,7 @@ def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
         s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
     write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
                                       pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
-                                      ring, no_axial(DIM), no_symmetric(3), 0.0, 0.0))  # fmt: skip
+                                      ring, no_axial(DIM), 0.0, no_symmetric(3), 0.0, 0.0))  # fmt: skip
 
 
 def add_rates(k, spatial, place, chosen, eulerian, rates):

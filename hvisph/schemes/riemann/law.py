@@ -11,8 +11,8 @@ middle of the pair (`sph.terms.reconstruction`):
 The original variant ends there, with density from tr L. The corrected variant (CORRECTED_VARIANT) has in addition
 
 - density from the own volume, d ln(rho_a)/dt = - 2 V_a sum |dW/dr| (u* - u_a) . e, the rate of the number density and
-  of an exchange between both sides (`sph.terms.density_exchange`); where h follows density, the number density is that
-  of the kernel at the own h (`sph.terms.grad_h`);
+  of an exchange between both sides, with its correction (`sph.terms.density_correction`); where h follows density, the
+  number density is that of the kernel at the own h (`sph.terms.grad_h`);
 - an impedance that grows in a front, and tractions limited by the strength of both sides (`materials.traction_limits`);
 - a velocity gradient corrected at free surfaces (`sph.terms.free_surface_correction`);
 - conduction in fronts (`sph.terms.conduction`), relief of tension in disordered pairs
@@ -26,7 +26,7 @@ Different bodies slide and separate with SEPARATING (`sph.contact.contact_normal
 no pairs among themselves, all heat of a contact is that of the other side, and, with TURNS, their velocity is that at
 the place of the other side, where their force acts, too. Between bodies the number density counts 2 (u* - u_a) for
 u_b - u_a, so that a gas or a softer body does not strain a wall. Axisymmetric particles add the terms of
-`sph.terms.axisymmetric`; with constant h each neighbour is weighted by the ratio of the section areas at
+`sph.terms.axisymmetric`; with the density correction each neighbour is weighted by the ratio of the section areas at
 rest, m/(2 pi r rho_0), each over its h^2, limited to half of the present one. In the original variant their velocity
 gradient is renormalised. The energies of a pair and the work of its force add up to zero in all variants.
 
@@ -91,7 +91,7 @@ from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
 from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mirror_weight
 from hvisph.sph.terms.conduction import conducted_power
 from hvisph.sph.terms.crack import softened_bound, unbroken_share
-from hvisph.sph.terms.density_exchange import EXCHANGE_CUTOFF_MAX, exchange_correction
+from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF_MAX, exchange_correction
 from hvisph.sph.terms.free_surface_correction import FRONT, free_surface_correction
 from hvisph.sph.terms.grad_h import grad_h_rate, grad_h_sums
 from hvisph.sph.terms.limiters import TINY
@@ -108,7 +108,7 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
-AXISYMMETRIC = ANGULAR_MOMENTUM = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = ADJOINT = 0
+AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = ADJOINT = 0
 RIGID = TURNS = EDGES = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
@@ -133,10 +133,10 @@ def accumulate(near, n, rows, i, constants, out):
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
         spin = own_axial(rows, i, SPIN_STRESS, DIM)
-    zero = power = closing = number = slip = fullness = broadcast_lanes(0.0)
+    zero = power = closing = number = number_rate = slip = fullness = broadcast_lanes(0.0)
     own_number = kernel_sum = slope_sum = broadcast_lanes(0.0)
     inverse_radius = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
-    inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and CORRECTED_VARIANT and not GRAD_H else 0.0
+    inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and DENSITY_CORRECTION else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = subtract(vector(b, 0, DIM), x)
@@ -304,19 +304,20 @@ def accumulate(near, n, rows, i, constants, out):
             moment = add(moment, symmetric_outer(lever, gradient_area))
         if CORRECTED_VARIANT:
             ratio = power_of_dimension(1.0 + other * (b[H] / h - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
-            if AXISYMMETRIC and CORRECTED_VARIANT and not GRAD_H:
+            if AXISYMMETRIC and DENSITY_CORRECTION:
                 ratio *= b[REST_AREA] * inverse_rest
             lost = exchange_correction(
                 us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], 1.0 if GRAD_H else EXCHANGE_CUTOFF_MAX
             )
             number += weight * g * ratio * (us_n - (1.0 - other) * lost)
+            number_rate += weight * g * ratio * du_n * (0.5 + other * (zb * inverse_n - 0.5))
             if GRAD_H:
                 moving, own_kernel, kernel, slopes = grad_h_sums(h, r, weight * ratio, du_n, us_n, other)
                 number -= 0.5 * g * moving
                 own_number -= own_kernel
                 kernel_sum, slope_sum = kernel_sum + kernel, slope_sum + slopes
     conclude(rows, i, out, lane_sums(force), lane_sums(l), multiply(0.5, lane_sums(moment)), lane_sum(power),
-             lane_max(closing), (lane_sum(number), lane_sum(own_number), lane_sum(kernel_sum),
+             lane_max(closing), (lane_sum(number), lane_sum(number_rate), lane_sum(own_number), lane_sum(kernel_sum),
              lane_sum(slope_sum)),
              (lane_sums(pair_torque), multiply(0.5, lane_sums(contact_moment))), lane_sum(slip),
              lane_sum(fullness))  # fmt: skip
@@ -326,19 +327,23 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
     """Write the rates of particle `i` from the sums over its pairs: a part of `accumulate`."""
     volume, inverse_density = rows[i, V], rows[i, V] / rows[i, M]
     if CORRECTED_VARIANT:
-        number, own_number, kernel_sum, slope_sum = numbers
+        number, number_rate, own_number, kernel_sum, slope_sum = numbers
         rate = volume * number
         if GRAD_H:
             rate = grad_h_rate(rows[i, H], volume, rate, own_number, kernel_sum, slope_sum, rows[i, FREE_LENGTH])
         smooth = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
+        relaxation = smooth * rows[i, DENSITY_RELAXATION] if DENSITY_CORRECTION else 0.0
+        if DENSITY_CORRECTION:
+            decay = smooth * rows[i, CORRECTION_DECAY]
+            out[i, R_CORRECTION] = rows[i, INV_NUMBER_DENSITY] * number_rate - rate - decay
         plain = gradient_u
         gradient_u, rate = free_surface_correction(gradient_u, rate, matrix(moment), smooth, rows[i, TENSION_LIMIT])
         if ADJOINT:
             share, operator = rows[i, ELASTIC], matrix(own_symmetric(rows, i, OPERATOR, DIM))
             gradient_u = add(product(plain, operator), multiply(1.0 - share, subtract(gradient_u, plain)))
-            rate += share * (divergence(gradient_u) - rate)
+            rate, relaxation = rate + share * (divergence(gradient_u) - rate), (1.0 - share) * relaxation
             put(out, i, R_GRADIENT_BEFORE, own_gradient(rows, i, GU, DIM))
-        out[i, R_DENSITY] = divergence(gradient_u) - rate
+        out[i, R_DENSITY] = divergence(gradient_u) - (rate + relaxation)
     if AXISYMMETRIC:
         if not (CORRECTED_VARIANT or CONTACT_ONLY):
             gradient_u = product(gradient_u, sound_inverse(matrix(moment))[0])

@@ -1,7 +1,7 @@
 """Particle row of Riemann SPH (`schemes.riemann.law`), and the pass that completes it before the pairs.
 
-The pass adds the renormalised gradients of velocity and stress for the reconstruction, and the sums from which the
-normals of bodies in contact follow (`sph.contact.contact_normal`).
+Gradients of velocity and stress, renormalised, for the reconstruction, and where bodies lie, for those that meet
+(`sph.contact.contact_normal`).
 """
 
 from __future__ import annotations
@@ -50,20 +50,22 @@ READ_BY_PAIRS = ("gu", "gt", "crack", "stage_t", "operator", "elastic")
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
                following: bool = False, revolved: bool = False, unlike: bool = False,
-               faces: bool = False, spins: bool = False,
+               faces: bool = False, spins: bool = False, leads: bool = False,
                anisotropic: bool = False, fractures: bool = False, adjoint: bool = False,
                turns: bool = False, edges: bool = False) -> RowLayout:  # fmt: skip
-    """Return the fields of a particle's row.
+    """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    U velocity, H smoothing length, V volume, M mass, RHO density, ENERGY energy; T stress, GU and GT the gradients of U
-    and T; ZN, ZT impedances, Z_SQUARED their squares by direction; TENSION_LIMIT and SHEAR_LIMIT the largest tractions,
-    LATTICE_ORDER o; SPIN_STRESS w. BODY the body; N_RAW, N_OTHER and N_SURFACE are N, F and O of contact, N_PREVIOUS O
-    of the evaluation before, DEPTH the depth below the surface. RING, HOOP and REST_AREA: radius, hoop stress and
-    section at rest over h^2 of an axisymmetric particle. SOFT the damage past the onset of fracture, CRACK its
-    direction (`sph.terms.crack`). GU_BEFORE is GU of the evaluation before, AHEAD_TWICE twice the time of the stage,
-    STAGE_T the stress extrapolated to it, OPERATOR K, ELASTIC the share with which K holds
-    (`sph.terms.adjoint_operator`). TURN_RATE is the angular velocity of a rigid body, zero of others. AMBIENT is
-    1 in the layer beyond an open edge (`integrators.boundary_forces`).
+    TENSION_LIMIT and SHEAR_LIMIT are the tractions it bears, ENERGY its energy, LATTICE_ORDER o, SPIN_STRESS w,
+    N_RAW, N_OTHER and
+    N_SURFACE N, F and O of its body, N_PREVIOUS O as it was before, DEPTH how deep it lies in it, RING and HOOP
+    radius and hoop
+    stress of a ring, REST_AREA the area of its section at rest over h^2, INV_NUMBER_DENSITY 1 over the number of
+    particles, Z_SQUARED the squares of the impedances by direction, CORRECTION_DECAY and DENSITY_RELAXATION at what
+    rates lead and density go, SOFT the damage past the onset of fracture, CRACK where it lies (`sph.terms.crack`).
+    GU_BEFORE is GU of the evaluation before, AHEAD_TWICE twice the time of the stage, STAGE_T the stress extrapolated
+    to it, OPERATOR K, and ELASTIC the share with which K holds (`sph.terms.adjoint_operator`). TURN_RATE is the angular
+    velocity of a rigid body, zero of others. AMBIENT is 1 in the layer beyond an open edge
+    (`integrators.boundary_forces`).
     """
     return RowLayout(dim, select_fields(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
@@ -72,11 +74,13 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
         turns and ("turn_rate", "axial"),
         consistent and ("energy", "scalar"), consistent and ("lattice_order", "scalar"), revolved and ("ring",
-        "radius"), revolved and consistent and not following and ("rest_area", "scalar"),
+        "radius"), revolved and leads and ("rest_area", "scalar"),
  fractures and ("soft", "scalar"),
         consistent and ("tension_limit", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
         adjoint and ("gu_before", "gradient"), adjoint and ("ahead_twice", "scalar"),
         following and ("free_length", "scalar"), revolved and ("hoop", "scalar"),
+        leads and ("inv_number_density", "scalar"), leads and ("correction_decay", "scalar"), leads and
+        ("density_relaxation", "scalar"),
     ), select_fields(
         reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"), fractures and
         ("crack", "vector"),
@@ -87,7 +91,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
 
 
 def pair_layout(layout: RowLayout) -> RowLayout:
-    """Return the first part of the row; the rest is read by pairs in contact."""
+    """Return the first part of the row: the rest is read where bodies meet."""
     return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in READ_BY_PAIRS))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hvisph.compiler.jit import Options, PythonFunction
 from hvisph.compiler.tensors import add, add_identity, multiply, own_symmetric, put
-from hvisph.compiler.tensors3d import plane_components
+from hvisph.compiler.tensors3d import growth_factor, plane_components
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import WHOLE
 from hvisph.schemes.protocol import Smoothing
@@ -23,44 +23,45 @@ from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.neighbours.ghost_rows import Plane
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.terms.density_correction import relaxation_rates
 from hvisph.sph.terms.limiters import LIMITERS, Limiter
 from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
 
 from . import law as riemann
 from . import row as riemann_row
 
-# Least section at rest of an axisymmetric particle over its present one.
+# Share of its density at rest below which the section of a ring at rest counts as so much of that which it fills.
 THIN = 0.5
 
 
 @dataclass(frozen=True)
 class Riemann:
-    """Contact SPH, as published or in the corrected variant.
+    """Contact SPH, as published or in the form whose density keeps to the spacing.
 
     Parameters
     ----------
     kernel, h_over_dx, smoothing
         Kernel, smoothing length over spacing, and how it varies.
     reconstruction
-        Limiter of the reconstruction, of `hvisph.sph.terms.limiters`, or none.
+        Its limiter, of `hvisph.sph.terms.limiters`, none among them.
     consistent
-        Whether density, impedance, limits of the tractions and free surfaces are those of the corrected variant.
+        Whether density, impedance, limits of the tractions and edges are those of the consistent form.
     held
-        Whether the tension of pairs that are too close is relieved in undeformed solids (tension stabilization).
+        Whether tension leaves pairs that are too close, in bodies that have not flowed.
     parted
-        Whether bodies separate and slide (frictional contact), or are bonded.
+        Whether bodies separate and slide, or are welded.
     friction
-        Coulomb's coefficient in frictional contact.
+        Coulomb's coefficient between bodies that are parted.
     fragment_contact
-        Whether fragments of one body are in frictional contact, too.
+        Whether pieces that have come apart from a body are parted, too.
     revolved
-        Whether particles are axisymmetric.
+        Whether particles are rings about the axis x.
     unlike
-        Whether bodies in frictional contact differ in spacing.
+        Whether bodies that are parted differ in spacing.
     face_contact
         Whether surfaces of one connected body are in contact, too.
     spins
-        Whether the pairs return the angular momentum that they create; in plane and 3D cases.
+        Whether pairs of the consistent form take back the angular momentum that they make; not of rings, nor in 1D.
     anisotropic
         Whether the speed of waves depends on their direction in a material.
     fractures
@@ -103,12 +104,18 @@ class Riemann:
     def fields(self) -> tuple[str, ...]:
         """State fields of the scheme."""
         own = ("previous_density_rate",) if self.consistent else ()
+        own = (*own, "density_correction") if self.leads else own
         return (*own, "torque_residual") if self.spins else own
 
     @property
     def follows(self) -> bool:
         """Whether density is that of the kernel at the own h, which follows density."""
         return self.consistent and self.smoothing.variable
+
+    @property
+    def leads(self) -> bool:
+        """Whether density is corrected towards the number density."""
+        return self.consistent and not self.smoothing.variable
 
     @property
     def viscous_factor(self) -> float:
@@ -127,7 +134,7 @@ class Riemann:
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
-                                  self.meets_unlike, self.face_contact, self.spins,
+                                  self.meets_unlike, self.face_contact, self.spins, self.leads,
                                   self.anisotropic, self.fractures, self.adjoint, self.turns,
                                   self.edges)  # fmt: skip
 
@@ -147,9 +154,10 @@ class Riemann:
         flux = Pass(riemann.accumulate, riemann_row.pair_layout(row), ways | {
             "share": self.reconstruction.share,
             "TENSION_STABILIZED": int(self.consistent and self.held), "GRAD_H": int(self.follows),
-            "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM": int(self.spins),
-            "ANISOTROPIC": int(self.anisotropic), "RIGID": int(self.rigid), "TURNS": int(self.turns),
-        }, riemann.PARTS, density_rate=self.consistent, slips=self.parted,
+            "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM": int(self.spins), "DENSITY_CORRECTION":
+            int(self.leads), "ANISOTROPIC": int(self.anisotropic), "RIGID": int(self.rigid), "TURNS": int(self.turns),
+        }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
+        slips=self.parted,
             rings=self.revolved, spins=self.spins or self.turns,
             adjoint=self.adjoint, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
         if not (self.reconstruction.acts or self.parted or self.fractures):
@@ -195,7 +203,7 @@ class Riemann:
         """Return the packing function and its bound constants."""
         return _pack, {"SEPARATING": int(self.parted), "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM":
         int(self.spins),
-                       "CORRECTED_VARIANT": int(self.consistent),
+                       "CORRECTED_VARIANT": int(self.consistent), "DENSITY_CORRECTION": int(self.leads),
                        "ANISOTROPIC": int(self.anisotropic), "ADJOINT": int(self.adjoint)}  # fmt: skip
 
     def sparsest(self, dim: int) -> float:
@@ -204,7 +212,7 @@ class Riemann:
 
     def limits(self) -> tuple[PythonFunction, Options] | None:
         """Return the packing function of strength limits and its constants; None in the original variant."""
-        ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved,
+        ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads,
                 "ANISOTROPIC": self.anisotropic, "FRACTURES": self.fractures}  # fmt: skip
         return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
 
@@ -235,6 +243,11 @@ def _pack(rows, s, coefficients, one):
         put(rows, s, SPIN_STRESS, multiply(0.5 * one.rho, one.spin))
     if CORRECTED_VARIANT:
         rows[s, ENERGY] = one.e
+    if DENSITY_CORRECTION:
+        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * growth_factor(one.lead)
+        rows[s, CORRECTION_DECAY], rows[s, DENSITY_RELAXATION] = relaxation_rates(
+            one.lead, one.p, one.rho, one.c_l, one.h
+        )
     return coefficients[0] * one.c_l
 
 
@@ -248,7 +261,7 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
         rows[s, SOFT] = limits.soft
     if GRAD_H:
         rows[s, FREE_LENGTH] = limits.free
-    if AXISYMMETRIC and not GRAD_H:
+    if AXISYMMETRIC and DENSITY_CORRECTION:
         rows[s, REST_AREA] = rows[s, V] * max(rho / limits.at_rest, THIN) / (rows[s, H] * rows[s, H])
     if ANISOTROPIC:
         square, lost = rho * c * rho * c, 1.0 if limits.failed else 0.0

@@ -18,7 +18,7 @@ from .ghost_rows import Halo, ImageCopies, Plane
 from .particle_layout import RowLayout, aligned_zeros
 
 # Fields of a row that are zero, and those that agree, among particles that have no rates.
-ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "gu_before")
+ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "gu_before", "correction_decay", "density_relaxation")
 EQUAL_AT_REST = ("u", "body")
 
 
@@ -45,6 +45,8 @@ class Pass:
         Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
     density_rate
         Whether the law writes a rate of ln(rho) behind the other rates.
+    leads
+        Whether it writes the rate of the density's lead behind that.
     slips
         Whether it, or a contact beside it, writes the heat of slip between bodies behind that.
     rings
@@ -65,6 +67,7 @@ class Pass:
     own_reach: bool = False
     into_rows: bool = False
     density_rate: bool = False
+    leads: bool = False
     slips: bool = False
     rings: bool = False
     spins: bool = False
@@ -74,10 +77,10 @@ class Pass:
     def count_further_rates(self, dim: int) -> int:
         """Return the number of rates behind the velocity gradient."""
         if self.adjoint:
-            return 3 + dim * dim
+            return 4 + dim * dim
         if self.spins:
-            return 2 + SIZE["axial"][dim - 1]
-        return 3 * self.rings or 2 * self.slips or int(self.density_rate)
+            return 3 + SIZE["axial"][dim - 1]
+        return 4 * self.rings or 3 * self.slips or 2 * self.leads or int(self.density_rate)
 
 
 class Pairs:

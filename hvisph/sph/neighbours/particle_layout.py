@@ -3,11 +3,11 @@
 A pair law declares its row as names with ranks; from these follow the slots that its
 compiled loops use and the signs with which a row is mirrored at a symmetry plane.
 
-In order: acceleration (dim), rate of specific internal energy, largest |mu| of its pairs, velocity gradient (dim^2);
-from laws that have them, a rate of ln(rho) beside the gradient's, and the heat of slip between bodies, which is in the
-rate of energy; of rings the rate of their circumference, of others, where angular momentum is kept, the rate at which
-their pairs make it (axial, for each mass); of the adjoint law the renormalised velocity gradient (dim^2), which the
-next evaluation compares with its own.
+In order: acceleration (dim), rate of specific internal energy, largest |mu| of its pairs,
+velocity gradient (dim^2); from laws that have them, a rate of ln(rho) beside the gradient's, the rate of its lead over
+the number of particles, and the heat of slip between bodies, which is in the rate of energy; of rings the rate of their
+circumference, of others, where angular momentum is kept, the rate at which their pairs make it (axial, for each mass);
+of the adjoint law the renormalised velocity gradient (dim^2), which the next evaluation compares with its own.
 """
 
 from __future__ import annotations
@@ -127,7 +127,8 @@ def slots(dim: int) -> dict[str, int]:
     """Return the slot of each field or rate by name."""
     end = width(dim)
     return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": end,
-            "R_SLIP": end + 1, "R_HOOP": end + 2, "R_SPIN": end + 2, "R_GRADIENT_BEFORE": end + 3}  # fmt: skip
+            "R_CORRECTION": end + 1, "R_SLIP": end + 2, "R_HOOP": end + 3, "R_SPIN": end + 3,
+            "R_GRADIENT_BEFORE": end + 4}  # fmt: skip
 
 
 def _write(out, i, a, power, mu, l):

@@ -1,34 +1,35 @@
 """Axisymmetric terms of pairs and particles in the half-plane (x, r).
 
-A particle is a torus of mass m. In the half-plane it has the mass M = m / (2 pi r) and the area A = M / rho, with which
-the laws of the plane hold, and an image beyond the axis. With s = -1 for an image and 1 otherwise, the force of a pair
-takes the mean of both radii,
+A particle is a whole ring of mass m. In the plane it has the mass M = m / (2 pi r) and the area A = M / rho, with which
+the laws of the plane hold, and images over the axis, of which s = -1 (s = 1 of all others). A pair's force takes both
+radii in the mean,
 
     F_ab = 2 pi M_a M_b (r_a + s r_b)/2 [force of the plane]        a_a = sum_b w [..],     w = (1 + s r_b/r_a)/2
 
-An image exerts the radial part alone, so that axial momentum is conserved; radial forces are balanced by the hoop. Its
-work is that of the two real particles, half to either side: F_r (u_ra - u_rb). Then
+and an image over the axis gives its radial part alone: axial forces are conserved over all rings, radial ones need not
+be over the axis. Its work is that of the two real rings, half to either side: F_r (u_ra - u_rb). Then
 
     kappa_a = - sum_b A_b (r_a - s r_b) dW/dr                        1 within a body, about 1/2 at a face
     a_a,r  += [(1 - kappa_a) sigma_rr - sigma_tt] / (rho_a r_a)
     de_a   -= [(1 - kappa_a) sigma_rr - sigma_tt] u_r / (rho_a r_a)
     L_tt    = u_r/r,     d ln(rho)/dt = - (L_rr + L_xx + L_tt),     d ln(h)/dt = (L_rr + L_xx)/2
 
-A uniform pressure is static at the axis, because its pair sum gives kappa p/(rho r). Total energy and axial momentum
-are exact. The velocity gradient is the sum of the plane, without w.
+A uniform pressure is static at the axis, as its pair sum gives kappa p/(rho r); total energy and axial momentum are
+kept to round-off. Only in the plane is the velocity gradient a sum, without w.
 
-Dissipation across the axis acts as across a mirror: it has the weight 1 - w = (1 + r_b/r_a)/2 and acts on the closing
-speed u_ra + u_rb of the two sections; either side has half of the heat. It is the viscosity, or a dashpot of the shear
-impedances in Riemann schemes (none in gases). With w it would accelerate the first row towards the axis, by energy that
-its own stress has not lost.
+What dissipates presses over the axis as across a mirror, with 1 - w = (1 + r_b/r_a)/2, against the closing of the two
+sections, u_ra + u_rb, of which either side has half the heat: viscosity, and where Riemann problems are solved a
+dashpot of the shear impedances, which gases have none of. With w it would drive rings into the axis, the first row by
+energy that its own stress has not lost.
 
 In the mass form of density chi_a (`schemes.standard.law`) is its sum in the plane, with M.
 
-At the axis L_rr = L_tt. Within r = h both are shifted towards their mean, fully at r = 0; the rate of density is
-unchanged.
+At the axis L_rr = L_tt; there each takes of the difference what brings both to their mean, whole at r = 0 and none from
+r = h on, which leaves the rate of density as it is.
 
-An isolated particle has no pair force that balances its hoop and would be squeezed without end at the axis. Rate and
-force of the hoop are multiplied by min(4 kappa, 1): in full from kappa = 1/4, the value at an edge.
+A ring alone has nothing to lean on: the pressure of a fluid does no work on its hoop, as kappa says, and it would be
+squeezed without end at the axis. Its hoop's rate and force are taken as far as it has neighbours, in whole from kappa =
+1/4, that of an edge.
 
 Compare: the area-weighted form of Owen's Spheral, which conserves nothing; contact SPH of Rublev & Parshikov 2025.
 """
@@ -42,17 +43,17 @@ from hvisph.compiler.tensors import add_radial, multiply, radial_part, scale_rad
 
 from .limiters import TINY
 
-EDGES = 4.0  # 1 over kappa at an edge
+EDGES = 4.0  # 1 over the fullness of an edge
 
 
 @inline
 def mirror_weight(ring, inverse_ring):
-    """Return w, and 1 for a real particle or 0 for an image.
+    """Return w, and 1 for a ring or 0 for an image over the axis.
 
     Parameters
     ----------
     ring
-        Radius of the neighbour, negative for an image [m].
+        Radius of the neighbour, below zero of an image over the axis [m].
     inverse_ring
         1 over the own radius [1/m].
     """
@@ -61,7 +62,7 @@ def mirror_weight(ring, inverse_ring):
 
 @inline
 def axisymmetric_jump(du, own, its, real):
-    """Return the difference `du` of two velocities; for an image the radial one of the real particle.
+    """Return the difference `du` of two velocities; of an image over the axis the radial one of its ring.
 
     `own` and `its` are both radial velocities, that of the image its own.
     """
@@ -123,7 +124,7 @@ def axis_regularization(radial_rate, hoop_rate, ring, h):
 
 @inline
 def hoop_share(fullness):
-    """Return the share of rate and force of the hoop that acts: none for an isolated particle.
+    """Return which share of its hoop's rate and force a ring takes: none of a ring alone.
 
     Parameters
     ----------

@@ -3,12 +3,10 @@
     B = sum_b V_b |dW/dr| r e (x) e,    K = B^-1,    w = clip((0.95 - det B)/0.2, 0, 1) max(0, 1 - 20 mu/c_l)
     L <- L (1 + w (K - 1)),             div <- (1 - w) div + w tr L
 
-mu is the largest closing speed of the particle with a neighbour. Inside a body B is the identity up to the error of the
-lattice, and the plain sums stay: density then follows the number density. The same holds for material without tensile
-strength, a gas or a failed solid, which separates where it expands, and in shock fronts, where the lattice is uneven.
-
-Source: Bonet & Lok 1999 (renormalisation); the blend is this code's own. Verification: linear fields at faces and
-corners, `implosion` (strain of the free face).
+Inside, where B is the identity up to the lattice's own error, the plain sums stay: they keep density to the
+particles' spacing. A material without tensile strength, a gas or a failed solid, separates where it expands: its
+density is that of the
+spacing everywhere. In a shock front, where particles close at mu, a neighbourhood is uneven rather than open.
 """
 
 from __future__ import annotations
@@ -20,24 +18,25 @@ from hvisph.compiler.tensors import (
     determinant,
     divergence,
     identity,
+    mean_diagonal,
     multiply,
     power_of_dimension,
     product,
     subtract,
 )
 
-# Determinant of B below which the correction begins, and its range to the full correction.
+# Determinant of B: with this and more a neighbourhood is whole; from here on down to WHOLE - RANGE it opens.
 WHOLE, RANGE = 0.95, 0.2
-# Determinant of B, to the power of 1 over the dimensions, below which B has no sound inverse.
-SOUND = 0.4
+# Below this to the power of the dimensions, or below that mean of the diagonal, B has no sound inverse.
+SOUND, SOUND_MEAN = 0.4, 0.4
 # A closing speed of this share of the speed of sound is a front.
 FRONT = 0.05
 
 
 @inline
 def correctable(moment):
-    """Return whether B, row by row, determines a gradient; a chain of particles or a small fragment does not."""
-    return determinant(moment) > power_of_dimension(SOUND, moment)
+    """Return whether B, row by row, tells all of a gradient: a string of particles or a crumb sees a part of it."""
+    return determinant(moment) > power_of_dimension(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN
 
 
 @inline

@@ -1,10 +1,14 @@
-"""Exchange of volume in a pair, and its cut-off in strong compression.
+"""Density correction: the exchange of volume in a pair, and its relaxation.
 
 Density follows the rate of the number density sum W and an exchange of volume between both sides of a pair,
 u* - (u_a + u_b)/2. The exchange keeps density even across a front. In strong compression it would separate density from
 the number density for good, so that pairs of one body lose a part of it,
 
     s = min((10 t*_n / rho c^2)^2, 1/2),   t*_n < 0        (at most 1 where h follows density)
+
+The difference that remains, x = ln(rho/m) - ln(sum W), relaxes behind the front:
+
+    dx/dt -= q,   d ln(rho)/dt -= q min((10 p/rho c_l^2)^2, 1),   q = x c_l/(10 h) max(0, 1 - 20 mu/c_l),   p > 0
 
 Source: this code's own. Verification: `hugoniot` (stress and energy beside a struck face, 0.6 to 24 km/s).
 """
@@ -17,6 +21,8 @@ from hvisph.compiler.jit import inline
 EXCHANGE_CUTOFF = 20.0
 # Largest share of the exchange that a pair loses where h is constant.
 EXCHANGE_CUTOFF_MAX = 0.5
+# Relaxation time over h/c_l.
+RELAXATION_TIME = 10.0
 
 
 @inline
@@ -34,3 +40,11 @@ def exchange_correction(us, du, t, inverse, densities, limit):
     """
     compression = EXCHANGE_CUTOFF * densities * inverse * inverse * min(t, 0.0)
     return min(compression * compression, limit) * (us - 0.5 * du)
+
+
+@inline
+def relaxation_rates(correction, p, rho, c_l, h):
+    """Return the rates [1/s] at which the correction x decays and at which density relaxes, in smooth flow."""
+    compression = min(0.5 * EXCHANGE_CUTOFF * max(p, 0.0) / (rho * c_l * c_l), 1.0)
+    decay = correction * c_l / (RELAXATION_TIME * h)
+    return decay, decay * compression * compression
