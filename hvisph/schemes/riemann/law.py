@@ -362,6 +362,8 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
             own_rigid = is_rigid(rows[i, BODY]) if TURNS else 0.0
             residual = add(multiply(own_rigid, residual), multiply(1.0 - own_rigid, kept)) if TURNS else kept
         put(out, i, R_SPIN, multiply(inverse_density, residual))
+    elif ADJOINT:  # the slot before that of the gradient
+        out[i, R_SPIN] = 0.0
     if SEPARATING:
         out[i, R_SLIP] = inverse_density * slip
 
