@@ -151,7 +151,7 @@ def standard_rates(cloud, formulation):
         further = []
         if formulation.spins:
             gradient = without_spin(gradient, moment)
-            further = [0.0, 0.0, *spin]
+            further = [0.0, 0.0, 0.0, *spin]
         rows.append([*acceleration, power, mu_max, *gradient.ravel(), *further])
     return np.array(rows)
 
