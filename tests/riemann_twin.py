@@ -360,11 +360,11 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             further = [np.trace(gradient) - rate - leaves] + [leading] * formulation.leads
         if formulation.parted:
             further = [*further, *[0.0] * (2 - len(further)), slip]
-        if formulation.adjoint:
-            further = [*further, *[0.0] * (4 - len(further)), *grad_u[a].ravel()]
         if formulation.spins:
             if not correctable(moment):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]
             further = [*further, *[0.0] * (3 - len(further)), *spin]
+        if formulation.adjoint:
+            further = [*further, *[0.0] * (3 + dim * (dim - 1) // 2 - len(further)), *grad_u[a].ravel()]
         rows.append([*acceleration, power, mu, *gradient.ravel(), *further])
     return np.array(rows)

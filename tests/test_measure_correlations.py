@@ -78,19 +78,22 @@ def test_recht_ipson():
     assert recht_ipson(100.0, 184.5, 0.87, 0.13) == 0.0
 
 
-def test_impact_of_a_case(tmp_path):
-    text = """
+SHIELD = """
 kinematics: three_d
 resolution: 0.5 mm
 bodies:
   shot: {material: aluminium-2024-t351, shape: {type: sphere, diameter: 6 mm}, velocity: [6 km/s, 0, 0]}
   bumper: {material: aluminium-6061-t6, shape: {type: box, size: [2 mm, 40 mm, 40 mm]}}
-  rear: {material: aluminium-6061-t6, shape: {type: box, size: [4 mm, 60 mm, 60 mm]}, gap: 100 mm}
+  rear: {material: aluminium-6061-t6, shape: {type: box, size: [4 mm, 60 mm, 60 mm]}}
 time: {end: 1 us}
 """
+GAP = "bodies.rear.gap=100 mm"
+
+
+def test_impact_of_a_case(tmp_path):
     path = tmp_path / "case.yaml"
-    path.write_text(text)
-    impact, _ = impact_of(load_case(path))
+    path.write_text(SHIELD)
+    impact, _ = impact_of(load_case(path, [GAP]))
     assert [one.thickness for one in impact.walls] == pytest.approx([2 * MM, 4 * MM])
     assert impact.walls[1].gap == pytest.approx(0.1)
     assert (impact.speed, impact.obliquity) == (6000.0, 0.0)
@@ -100,7 +103,9 @@ time: {end: 1 us}
     assert flat is None
     assert "3D" in reason
     for setting in ("velocity=[-6 km/s, 0, 0]", "position=[-3 mm, 50 mm, 0]"):
-        none, reason = impact_of(load_case(path, [f"bodies.shot.{setting}", "bodies.bumper.position=[1 mm, 0, 0]"]))
+        none, reason = impact_of(
+            load_case(path, [GAP, f"bodies.shot.{setting}", "bodies.bumper.position=[1 mm, 0, 0]"])
+        )
         assert none is None
         assert "flies past" in reason
 
@@ -281,20 +286,11 @@ def test_foil_keeps_its_mass_and_is_resolved(pores, times, words, tmp_path):
 @pytest.mark.parametrize("stated", [("rear",), ("bumper", "rear"), ("shot",)])
 def test_the_gap_before_a_wall_does_not_depend_on_how_it_is_placed(stated, tmp_path):
     """A wall with a `position` behind one without had no gap: the limit of the shield was left out silently."""
-    text = """
-kinematics: three_d
-resolution: 0.5 mm
-bodies:
-  shot: {material: aluminium-2024-t351, shape: {type: sphere, diameter: 6 mm}, velocity: [6 km/s, 0, 0]}
-  bumper: {material: aluminium-6061-t6, shape: {type: box, size: [2 mm, 40 mm, 40 mm]}}
-  rear: {material: aluminium-6061-t6, shape: {type: box, size: [4 mm, 60 mm, 60 mm]}}
-time: {end: 1 us}
-"""
-    (tmp_path / "case.yaml").write_text(text)
+    (tmp_path / "case.yaml").write_text(SHIELD)
     centres = {"shot": -3.0, "bumper": 1.0, "rear": 104.0}  # [mm]
     settings = [f"bodies.{name}.position=[{centres[name]} mm, 0, 0]" for name in stated]
     if stated == ("shot",):  # the second wall in the row begins at x = 0
-        settings += ["bodies.rear.gap=100 mm"]
+        settings += [GAP]
     impact, _ = impact_of(load_case(tmp_path / "case.yaml", settings))
     assert [one.gap for one in impact.walls] == pytest.approx([0.0, 0.1])
     assert "Christiansen, Whipple" in {one.name for one in correlations(impact)}

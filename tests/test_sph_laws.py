@@ -87,8 +87,9 @@ def test_rates_turn_with_the_body(formulation, dim):
     turned = gradients.reshape(-1, dim * dim)
     further = here[:, last:].copy()
     if getattr(formulation, "adjoint", False):  # the gradient that the next evaluation compares with
-        before = q @ further[:, 4:].reshape(-1, dim, dim) @ q.T
-        further[:, 4:] = before.reshape(-1, dim * dim)
+        first = 3 + dim * (dim - 1) // 2
+        before = q @ further[:, first:].reshape(-1, dim, dim) @ q.T
+        further[:, first:] = before.reshape(-1, dim * dim)
     expected = np.hstack([here[:, :dim] @ q.T, here[:, dim : dim + 2], turned, further])
     # a limiter may amplify rounding where slopes nearly cancel
     assert_same(there, expected, 1e-10)

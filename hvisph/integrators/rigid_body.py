@@ -285,7 +285,7 @@ class RigidMotion:
             self._near = rows[near], normal[near]
 
     def find_relaxation(self, stepper: Any, centre: np.ndarray, q: np.ndarray) -> None:
-        """Find the rate [1/s] at which its velocity would relax to that of what is near: sum A Z (1/M + r_n^2/J)."""
+        """Find the rate [1/s] at which contact changes its velocity: the sum of A Z (1/M + r_n^2/J)."""
         if self._near is None:
             return
         (rows, normal), dim = self._near, stepper.particles.dim

@@ -196,7 +196,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     if FURTHER and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
         s = multiply(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     shear *= filled
-    if FURTHER and models[m, EOS_TAG] == tags.LATE:  # what is between pores bears
+    if FURTHER and models[m, EOS_TAG] == tags.LATE:  # the matter between pores bears the stress
         filled = memory[1]
     if damage_tag == tags.JOHNSON_COOK_DAMAGE:
         filled *= damage_model.borne_share(damage, row)

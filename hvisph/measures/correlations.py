@@ -259,7 +259,7 @@ class LambertJonas:
     a: float
     p: float
     limit: float
-    deviation: float  # root mean square of what is left of the residual velocities [m/s]
+    deviation: float  # root mean square deviation of the residual velocities [m/s]
 
     def residual(self, velocity: np.ndarray | float) -> np.ndarray:
         """Return the residual velocity [m/s]; 0 below the limit."""

@@ -3,9 +3,9 @@
 Output times cut no step: their states are interpolated, so that the output interval does not change
 the results. Velocity, density, energy, stress and damage are linear in time, as the integrator
 takes them to be, and a stress between two on the yield surface is not beyond it. A straight
-velocity carries less kinetic energy than the straight line between the two energies; what is
-missing, s (1 - s) |dv|^2 / 2 at the share s of the step, is internal, so the total is that of the
-steps to round-off.
+velocity carries less kinetic energy than the straight line between the two energies; the
+difference, s (1 - s) |dv|^2 / 2 at the share s of the step, is internal, so the total is that of
+the steps to round-off.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from hvisph.schemes.stepper import Stepper
 from hvisph.setup.build import Setup
 
 STIFF = 10.0  # least bulk modulus, of the largest pressure
-HALF = 0.5  # of the density at rest: what is thinner flies
+HALF = 0.5  # of the density at rest: thinner particles move without pressure
 
 
 class LateStages:

@@ -65,8 +65,6 @@ def _rigid(case: Surroundings) -> Iterator[Problem]:
             yield Problem(path, "needs one force a step; use `time.integrator: leapfrog` or `staggered`")
         if getattr(case, "gravity", None) is not None:
             yield Problem(path, "the balance has no work of gravity on a rigid body; leave one of them out")
-        if case.dim == 3 and getattr(case.formulation, "variant", None) == "elastic":
-            yield Problem(path, "rigid bodies in 3D are not available with `variant: elastic`; take `corrected`")
 
 
 def _is_still(body: Body) -> bool:

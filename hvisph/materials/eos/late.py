@@ -2,8 +2,8 @@
 
     rho_r = rho/(1 + p/K_new)  at the switch, for each particle,    p = K_new (rho/rho_r - 1) >= 0,    c^2 = K_new/rho_r
 
-Pressure and deviator stay what they are; energy goes on by work and makes no pressure. What is hotter than its melting
-point or thinner than half of its density at rest flies on without pressure: its rho_r is infinite. Pores keep their
+Pressure and deviator are continuous; energy changes by work and makes no pressure. A particle hotter than its melting
+point, or of less than half of its density at rest, moves on without pressure: its rho_r is infinite. Pores keep their
 distension, whose share 1/alpha of a section bears the strength. Raducan & Jutzi 2022, Planet. Sci. J. 3, 128, for the
 method; there p jumps by K_new/K.
 """
@@ -17,29 +17,23 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.materials import slots, tags
+from hvisph.materials import tags
 from hvisph.materials.slots import INVERSE_RHO0, PRESSURE_MINIMUM, RHO0, SOUND_SPEED_SQUARED_FLOOR
 
-BULK_MODULUS = slots.EOS[0]
+from .linear import BULK_MODULUS, Linear
 
 
 @dataclass(frozen=True)
-class Late:
-    """Parameters of a late stage."""
-
-    bulk_modulus: float  # K_new [Pa]
+class Late(Linear):
+    """Parameters of a late stage: its bulk modulus K_new."""
 
     name: ClassVar[str] = "late"
     tag: ClassVar[int] = tags.LATE
-    ambient_energy: ClassVar[float] = 0.0
-
-    def ambient_sound_speed(self, density: float) -> float:
-        """Return sqrt(K_new/rho0) [m/s]."""
-        return float(np.sqrt(self.bulk_modulus / density))
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table: there is no tension."""
-        row[BULK_MODULUS], row[PRESSURE_MINIMUM] = self.bulk_modulus, 0.0
+        super().pack(row, density)
+        row[PRESSURE_MINIMUM] = 0.0
 
 
 @inline

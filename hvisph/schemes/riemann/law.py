@@ -362,8 +362,8 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
             own_rigid = is_rigid(rows[i, BODY]) if TURNS else 0.0
             residual = add(multiply(own_rigid, residual), multiply(1.0 - own_rigid, kept)) if TURNS else kept
         put(out, i, R_SPIN, multiply(inverse_density, residual))
-    elif ADJOINT:  # the slot before that of the gradient
-        out[i, R_SPIN] = 0.0
+    elif ADJOINT:  # its slots lie before those of the gradient
+        put(out, i, R_SPIN, no_axial(DIM))
     if SEPARATING:
         out[i, R_SLIP] = inverse_density * slip
 

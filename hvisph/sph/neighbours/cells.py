@@ -18,7 +18,7 @@ from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.tensors import own_vector
 
 CHUNK = 1024
-# Rows of cells along y that are numbered together, so that in 3D more of what is near lies in a cache: the least of a
+# Rows of cells along y that are numbered together, so that in 3D more of the neighbours lie in a cache: the least of a
 # grid.
 BLOCK = 4
 

@@ -76,10 +76,8 @@ class Pass:
 
     def count_further_rates(self, dim: int) -> int:
         """Return the number of rates behind the velocity gradient."""
-        if self.adjoint:
-            return 4 + dim * dim
-        if self.spins:
-            return 3 + SIZE["axial"][dim - 1]
+        if self.adjoint or self.spins:
+            return 3 + SIZE["axial"][dim - 1] + dim * dim * self.adjoint
         return 4 * self.rings or 3 * self.slips or 2 * self.leads or int(self.density_rate)
 
 

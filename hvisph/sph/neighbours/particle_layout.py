@@ -18,7 +18,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, bind
-from hvisph.compiler.tensors import put
+from hvisph.compiler.tensors import SIZE, put
 
 # Components of each rank, as strings of axes; a symmetric tensor has its in-plane components only.
 _AXES = "xyz"
@@ -128,7 +128,7 @@ def slots(dim: int) -> dict[str, int]:
     end = width(dim)
     return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": end,
             "R_CORRECTION": end + 1, "R_SLIP": end + 2, "R_HOOP": end + 3, "R_SPIN": end + 3,
-            "R_GRADIENT_BEFORE": end + 4}  # fmt: skip
+            "R_GRADIENT_BEFORE": end + 3 + SIZE["axial"][dim - 1]}  # fmt: skip
 
 
 def _write(out, i, a, power, mu, l):
