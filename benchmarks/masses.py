@@ -89,30 +89,30 @@ def random_shape(random: np.random.Generator, dim: int) -> dict[str, Any]:
 
 def random_body(random: np.random.Generator) -> tuple[int, bool, dict[str, Any], float]:
     """Return dimensions, whether of rings, a body and its spacing [m]."""
-    revolved = bool(random.random() < 0.3)
-    dim = 2 if revolved else int(random.choice([1, 2, 2, 3, 3, 3]))
+    axisymmetric = bool(random.random() < 0.3)
+    dim = 2 if axisymmetric else int(random.choice([1, 2, 2, 3, 3, 3]))
     while True:
-        shape = random_shape(random, 3 if revolved else dim)
+        shape = random_shape(random, 3 if axisymmetric else dim)
         flat = shape.get("whole", shape)["type"] == "box"
-        if not revolved or (not flat and shape["type"] not in ("prism", "repeat")):
+        if not axisymmetric or (not flat and shape["type"] not in ("prism", "repeat")):
             break
     dx = float(random.uniform(0.6e-3, 1.1e-3))
     body: dict[str, Any] = {"material": MATERIAL, "shape": shape, "position": [0.0] * dim}
-    allowed = SECTION_ARRANGEMENTS if revolved else arrangements_of(dim, shape["type"])
+    allowed = SECTION_ARRANGEMENTS if axisymmetric else arrangements_of(dim, shape["type"])
     body["arrangement"] = str(random.choice(allowed))
-    flat = shape["type"] in (("cylinder", "tube") if revolved else ("interval", "box"))
+    flat = shape["type"] in (("cylinder", "tube") if axisymmetric else ("interval", "box"))
     if flat and random.random() < 0.5:
         del body["arrangement"]
         body["grading"] = {"fine": [6e-3 if k else None for k in range(dim)], "coarsest": 1.7 * dx}
         if random.random() < 0.5:
             body["grading"] |= {"fine": [4e-3, *body["grading"]["fine"][1:]]}
-    return dim, revolved, body, dx
+    return dim, axisymmetric, body, dx
 
 
-def masses(dim: int, revolved: bool, body: dict[str, Any], dx: float, axes: tuple[str, ...]) -> tuple[float, float]:
+def masses(dim: int, axisymmetric: bool, body: dict[str, Any], dx: float, axes: tuple[str, ...]) -> tuple[float, float]:
     """Return mass of the particles, and of the shape's part that planes across `axes` leave [kg]."""
     case = load_case({
-        "kinematics": "axisymmetric" if revolved else KINEMATICS[dim],
+        "kinematics": "axisymmetric" if axisymmetric else KINEMATICS[dim],
         "resolution": dx,
         "bodies": {"body": body},
         "symmetry": [{"axis": axis} for axis in axes],
@@ -133,12 +133,10 @@ def main() -> None:
     farthest = {"whole": 0.0, "cut": 0.0}
     missed = cuts = 0
     for number in range(given.bodies):
-        dim, revolved, body, dx = random_body(random)
-        told = (
-            f"{number} {'rings' if revolved else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
-        )
+        dim, axisymmetric, body, dx = random_body(random)
+        told = f"{number} {'rings' if axisymmetric else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
         try:
-            whole, asked = masses(dim, revolved, body, dx, ())
+            whole, asked = masses(dim, axisymmetric, body, dx, ())
         except CaseError as error:
             refused[f"{told}: {error}"] += 1
             continue
@@ -148,14 +146,12 @@ def main() -> None:
             print(f"{told}: mass off by {whole / asked - 1.0:+.2e}")
         if number % 20 == 19:
             print(f"{number + 1} bodies, {cuts} parts, {missed} off; farthest {farthest}", flush=True)
-        across = ("x",) if revolved else ("x", "y", "z")[:dim]
+        across = ("x",) if axisymmetric else ("x", "y", "z")[:dim]
         for axes in itertools.chain.from_iterable(itertools.combinations(across, k + 1) for k in range(len(across))):
             try:
-                part, _ = masses(dim, revolved, body, dx, axes)
+                part, _ = masses(dim, axisymmetric, body, dx, axes)
             except CaseError as error:
-                kind = (
-                    f"{'rings' if revolved else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
-                )
+                kind = f"{'rings' if axisymmetric else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
                 refused[f"{kind} across {', '.join(axes)}: {' '.join(str(error).split()[1:9])} ..."] += 1
                 continue
             cuts += 1

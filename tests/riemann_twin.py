@@ -37,7 +37,7 @@ class Pairs:
 
     def __init__(self, cloud, formulation, neighbours):
         self.cloud, self.formulation, self.kernel, self.dim = cloud, formulation, formulation.kernel, cloud.dim
-        own = formulation.consistent and formulation.smoothing.variable
+        own = formulation.corrected_variant and formulation.smoothing.variable
         self.near = [neighbours(cloud, self.kernel, a, own) for a in range(len(cloud.x))]
         self.volume = cloud.m / cloud.rho
         self.fills, self.ends = np.zeros_like(cloud.x), np.zeros_like(cloud.x)
@@ -48,7 +48,7 @@ class Pairs:
                     self.ends[a] -= self.volume[b] * slope * e
                 else:
                     self.fills[a] += self.volume[b] * slope * e
-        if formulation.unlike:
+        if formulation.unequal_spacings:
             table = depths(self.kernel, formulation.h_over_dx).reshape(3, -1)[self.dim - 1]
             faint = np.sqrt(2 * np.maximum(-np.log(np.linalg.norm(self.ends, axis=1) * cloud.h / table[0] + 1e-30), 0))
             depth = np.interp(faint, np.linspace(0, FAINTEST, len(table) - 1), table[1:])
@@ -100,23 +100,23 @@ class Pairs:
         r, h = np.linalg.norm(x_ba), 0.5 * (self.cloud.h[a] + self.cloud.h[b])
         return r, x_ba / r, -self.kernel.derivative(r, h, self.dim)
 
-    def parted(self, a, b):
+    def has_contact(self, a, b):
         """Whether the pair is one of different bodies that part."""
-        return self.formulation.parted and self.other(a, b)
+        return self.formulation.has_contact and self.other(a, b)
 
     def other(self, a, b):
         """Whether a pair is of different bodies, or of faces of one that look at each other."""
         cloud = self.cloud
         _, e, _ = self.geometry(a, b)
         of_a, of_b = cloud.face[a] @ e, -cloud.face[b] @ e
-        looks = self.formulation.face_contact and max(of_a, of_b, of_a + of_b) > FACING_COSINE
+        looks = self.formulation.self_contact and max(of_a, of_b, of_a + of_b) > FACING_COSINE
         return looks or cloud.body[a] != cloud.body[b]
 
     def gradient(self, a, values, singular):
         """Return the renormalised gradient at `a` of `values` over the own body, the derivative's axis last."""
         shape, found = np.zeros((self.dim, self.dim)), np.zeros((*values.shape[1:], self.dim))
         for b in self.near[a]:
-            if self.parted(a, b):
+            if self.has_contact(a, b):
                 continue
             r, e, slope = self.geometry(a, b)
             g = self.volume[b] * slope * e
@@ -154,7 +154,7 @@ def operators(pairs, grad_u):
         moment, across, fills = np.zeros((dim, dim)), np.zeros((dim, dim)), np.zeros(dim)
         for b in pairs.near[a]:
             r, e, slope = pairs.geometry(a, b)
-            if pairs.parted(a, b):
+            if pairs.has_contact(a, b):
                 across += pairs.volume[b] * slope * r * np.outer(e, e)
                 fills += pairs.volume[b] * slope * e
             else:
@@ -186,27 +186,27 @@ def contact(pairs, grad_u, grad_s, a, b):
     goes without, the heat that `b` conducts to `a`, and the share of its closing that a lead counts, of a pair."""
     cloud, formulation = pairs.cloud, pairs.formulation
     r, e, slope = pairs.geometry(a, b)
-    x_ba, parted, gate = r * e, pairs.parted(a, b), 1.0
-    if parted:
+    x_ba, has_contact, gate = r * e, pairs.has_contact(a, b), 1.0
+    if has_contact:
         e, cosine, gate = pairs.across(a, b, e)
         slope = slope * cosine
-        if formulation.unlike:
+        if formulation.unequal_spacings:
             k, _, s, _, slope = pairs.stretched(a, b, e)
             slope *= k * s
     along = np.outer(e, e)
     sides, elastic, grows, mean = {}, 0.0, 1.0, np.zeros(pairs.dim)
     if formulation.adjoint:
-        elastic = 0.0 if parted else min(pairs.elastic[a], pairs.elastic[b])
+        elastic = 0.0 if has_contact else min(pairs.elastic[a], pairs.elastic[b])
         grows = e @ (pairs.operator[a] + pairs.operator[b]) @ e / 2.0
         mean = (pairs.stress[a] @ pairs.operator[a] + pairs.stress[b] @ pairs.operator[b]) @ e / 2.0
     for name, part in (("normal", along), ("tangential", np.eye(pairs.dim) - along)):
         ua, ub = part @ cloud.u[a], part @ cloud.u[b]
         ta, tb = part @ pairs.stress[a] @ e, part @ pairs.stress[b] @ e
-        if formulation.reconstruction.acts and not parted:
+        if formulation.reconstruction.acts and not has_contact:
             for_u, for_t = ub - ua, tb - ta
             limiter = formulation.reconstruction.name
             least = 0.0
-            if formulation.consistent:
+            if formulation.corrected_variant:
                 order = min(cloud.order[a], cloud.order[b])
                 impedance = 0.5 * (cloud.rho[a] * cloud.c_l[a] + cloud.rho[b] * cloud.c_l[b])
                 closing = max(
@@ -226,10 +226,10 @@ def contact(pairs, grad_u, grad_s, a, b):
     for name, (ua, ub, ta, tb) in sides.items():
         speed = cloud.c_l if name == "normal" else cloud.c_t
         za, zb = cloud.rho[a] * speed[a], cloud.rho[b] * speed[b]
-        if formulation.consistent and name == "normal":
+        if formulation.corrected_variant and name == "normal":
             closing = SHOCK_SLOPE * max((ua - ub) @ e, 0.0)
             za, zb = za + cloud.rho[a] * closing, zb + cloud.rho[b] * closing
-            if not parted:
+            if not has_contact:
                 conducted = 0.25 * (cloud.rho[a] + cloud.rho[b]) * closing * (cloud.heat[b] - cloud.heat[a])
         t = (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
         common = (za * ua + zb * ub + tb - ta) / (za + zb)
@@ -239,36 +239,36 @@ def contact(pairs, grad_u, grad_s, a, b):
         common = (1.0 - elastic) * common + elastic * part @ (cloud.u[a] + cloud.u[b]) / 2.0
         if name == "normal":
             pull = t @ e
-            if formulation.consistent:
+            if formulation.corrected_variant:
                 pull = min(pull, grows * min(cloud.bear[a], cloud.bear[b]))
-            if formulation.consistent and formulation.held:
+            if formulation.corrected_variant and formulation.tension_stabilized:
                 nearer = pairs.volume[a] * pairs.volume[b] / r ** (2 * pairs.dim)
                 order = min(cloud.order[a], cloud.order[b])
                 pull -= max(pull, 0.0) * order * min(TENSION_GAIN * max(nearer - 1.0, 0.0), 1.0)
-            if not parted:
+            if not has_contact:
                 stiffness = (za + zb) ** 2 / (cloud.rho[a] + cloud.rho[b])
                 counted = min(
                     (EXCHANGE_CUTOFF * min(pull, 0.0) / stiffness) ** 2, 1.0 if formulation.smoothing.variable else 0.5
                 )
                 exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
-            if parted:
+            if has_contact:
                 pull, counts = gate * min(pull, 0.0), 2.0 * zb / (za + zb)
             t, push = pull * e, -pull
         else:
-            most = grows * min(cloud.shear[a], cloud.shear[b]) if formulation.consistent else np.inf
-            if parted:
+            most = grows * min(cloud.shear[a], cloud.shear[b]) if formulation.corrected_variant else np.inf
+            if has_contact:
                 most = min(most, formulation.friction * push)
             size = np.linalg.norm(t)
             t = t * min(1.0, most / size) if size > 0.0 else t
         if name == "tangential":  # what bears no shear has no say
             za, zb = ((z * z + (NO_SHEAR * cloud.rho[i] * cloud.c_l[i]) ** 2) / z for z, i in ((za, a), (zb, b)))
-        own, its = (ua + (t - ta) / za, ub - (t - tb) / zb) if parted else (common, common)
+        own, its = (ua + (t - ta) / za, ub - (t - tb) / zb) if has_contact else (common, common)
         u_own, u_its, traction = u_own + own, u_its + its, traction + t
         slipped = 0.5 * t @ (its - own)  # of the last, tangential part
     if pairs.dim == 1:
         slipped = 0.0
     heat = 0.5 * traction @ (u_its - u_own)
-    if parted:
+    if has_contact:
         heat, slipped, traction = grows * heat, grows * slipped, grows * traction
     elif formulation.adjoint:  # each side has the work of its own traction
         apart = (pairs.stress[a] @ pairs.operator[a] - pairs.stress[b] @ pairs.operator[b]) @ e
@@ -297,7 +297,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
     volume, kernel, following = pairs.volume, formulation.kernel, formulation.smoothing.variable
     grad_u = np.array([pairs.gradient(a, cloud.u, singular) for a in range(n)])
     grad_s = np.array([pairs.gradient(a, cloud.stress, singular) for a in range(n)])
-    if formulation.consistent:  # what has failed has no slopes
+    if formulation.corrected_variant:  # what has failed has no slopes
         grad_u[cloud.order < 0.0] = grad_s[cloud.order < 0.0] = 0.0
     pairs.stress = cloud.stress
     if formulation.adjoint:
@@ -315,10 +315,10 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             )
             heat += conducted
             r = np.linalg.norm(x_ba)
-            if formulation.spins:
+            if formulation.angular_momentum:
                 share = 2.0 * volume[a] * volume[b] * slope / cloud.m[a]
                 spin -= 0.5 * share * torque(x_ba, t_star)
-                if not pairs.parted(a, b):  # each makes what its own twist takes back, and that alone is its work
+                if not pairs.has_contact(a, b):  # each makes what its own twist takes back, and that alone is its work
                     spin -= 0.5 * share * torque(x_ba, about(cloud.twist[a], e))
                     acceleration += share * about(0.5 * (cloud.twist[a] + cloud.twist[b]), e)
                     heat += about(0.5 * cloud.twist[a], e) @ (cloud.u[b] - cloud.u[a])
@@ -327,9 +327,9 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             power += (force @ (u_star - cloud.u[a]) + 2.0 * volume[a] * volume[b] * slope * heat) / cloud.m[a]
             slip += 2.0 * volume[a] * volume[b] * slope * slipped / cloud.m[a]
             mu = max(mu, (cloud.u[a] - cloud.u[b]) @ x_ba / r)
-            weight = gate if pairs.parted(a, b) else 1.0
+            weight = gate if pairs.has_contact(a, b) else 1.0
             crowd = 1.0
-            if formulation.unlike and pairs.parted(a, b):
+            if formulation.unequal_spacings and pairs.has_contact(a, b):
                 weight *= pairs.along_normal(a, b) * h
                 crowd = (cloud.h[b] / h) ** dim
             strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
@@ -338,14 +338,14 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             away += weight * crowd * slope * counts * (cloud.u[b] - cloud.u[a]) @ e
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
-                apart = 2.0 * (u_star - cloud.u[a]) if pairs.parted(a, b) else cloud.u[b] - cloud.u[a]
+                apart = 2.0 * (u_star - cloud.u[a]) if pairs.has_contact(a, b) else cloud.u[b] - cloud.u[a]
                 receding = weight * crowd * apart @ e
                 q = r / h
                 rate -= volume[a] * slope * receding + volume[a] * unit / h * kernel.slope.py_func(q) * receding
                 density += weight * crowd * unit * kernel.shape.py_func(q)
                 slopes += weight * crowd * unit * q * kernel.slope.py_func(q)
         further = []
-        if formulation.consistent:
+        if formulation.corrected_variant:
             omega = max(1.0 - cloud.grows[a] * (1.0 + slopes / (dim * density)), 0.1)
             rate = rate / omega if following else rate
             calm = max(0.0, 1.0 - 20.0 * mu / cloud.c_l[a])
@@ -357,10 +357,10 @@ def riemann_rates(cloud, formulation, neighbours, singular):
                 share = pairs.elastic[a]
                 gradient = plain @ pairs.operator[a] + (1.0 - share) * (gradient - plain)
                 rate, leaves = (1.0 - share) * rate + share * np.trace(gradient), (1.0 - share) * leaves
-            further = [np.trace(gradient) - rate - leaves] + [leading] * formulation.leads
-        if formulation.parted:
+            further = [np.trace(gradient) - rate - leaves] + [leading] * formulation.corrects_density
+        if formulation.has_contact:
             further = [*further, *[0.0] * (2 - len(further)), slip]
-        if formulation.spins:
+        if formulation.angular_momentum:
             if not correctable(moment):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]
             further = [*further, *[0.0] * (3 - len(further)), *spin]

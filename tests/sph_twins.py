@@ -139,7 +139,7 @@ def standard_rates(cloud, formulation):
             shared = f * (r_all[a] + r_all[b]) - viscous * np.eye(dim)
             own, other = cloud.stress[a] / cloud.rho[a] ** 2, cloud.stress[b] / cloud.rho[b] ** 2
             own, other = own @ grad, other @ grad
-            if formulation.spins:
+            if formulation.angular_momentum:
                 own = own + about(cloud.twist[a] / cloud.rho[a] ** 2, grad)
                 other = other + about(cloud.twist[b] / cloud.rho[b] ** 2, grad)
                 spin += cloud.m[b] * torque(x_ab, own + 0.5 * shared @ grad)
@@ -149,7 +149,7 @@ def standard_rates(cloud, formulation):
             gradient -= cloud.m[b] / cloud.rho[b] * np.outer(u_ab, grad)
             mu_max = max(mu_max, -mu)
         further = []
-        if formulation.spins:
+        if formulation.angular_momentum:
             gradient = without_spin(gradient, moment)
             further = [0.0, 0.0, 0.0, *spin]
         rows.append([*acceleration, power, mu_max, *gradient.ravel(), *further])

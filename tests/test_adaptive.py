@@ -284,7 +284,7 @@ class Line:
         found[:-1] |= flags[1:]
         return found
 
-    def anywhere(self, here):
+    def any_process(self, here):
         return here
 
 
@@ -307,6 +307,6 @@ def test_what_fails_after_it_turned_lets_its_neighbours_go(fallback_damage, turn
 def test_what_has_failed_and_flies_alone_keeps_a_density():
     """Without a floor the density of lone rings fell to nothing, and below."""
     failing = impact(adaptive(damage=True), material=BRITTLE).stepper.formulation
-    assert failing.sparsest(2) == pytest.approx(10.0 / (7.0 * np.pi), rel=1e-12)  # W(0) h^2 of the cubic spline
+    assert failing.isolated_density(2) == pytest.approx(10.0 / (7.0 * np.pi), rel=1e-12)  # W(0) h^2 of the cubic spline
     for limits in ({"strain": 0.5}, {"damage": True, "fallback_damage": False}):
-        assert impact(adaptive(**limits), material=BRITTLE).stepper.formulation.sparsest(2) == 0.0
+        assert impact(adaptive(**limits), material=BRITTLE).stepper.formulation.isolated_density(2) == 0.0

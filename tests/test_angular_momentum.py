@@ -21,8 +21,8 @@ from hvisph.sph.neighbours import particle_layout as slots_of
 from hvisph.verification.problem import ELASTIC
 
 FORMULATIONS = {
-    "standard": Eulerian(artificial_stress=GrayArtificialStress(), spins=True),
-    "contact": Riemann(parted=True, friction=0.3, spins=True),
+    "standard": Eulerian(artificial_stress=GrayArtificialStress(), angular_momentum=True),
+    "contact": Riemann(has_contact=True, friction=0.3, angular_momentum=True),
 }
 EVERY = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
 DIMS = pytest.mark.parametrize("dim", [2, 3])
@@ -54,8 +54,8 @@ def test_rates_are_those_of_the_formulas_in_balance_and_turn_with_the_body(formu
     assert np.all(np.abs(counted.sum(axis=0) - whole) < 1e-12 * np.abs(counted).sum())
     assert np.all(np.abs(whole) > 1e-4 * np.abs(counted).sum())
     there = compiled_rates(cloud.turned(q), formulation)
-    spins = found[:, at["R_SPIN"] :]
-    assert_same(there[:, at["R_SPIN"] :], spins @ q.T if dim == 3 else spins, 1e-10)
+    angular_momentum = found[:, at["R_SPIN"] :]
+    assert_same(there[:, at["R_SPIN"] :], angular_momentum @ q.T if dim == 3 else angular_momentum, 1e-10)
 
 
 @DIMS
@@ -66,7 +66,7 @@ def test_turning_strains_nothing(dim):
     cloud = replace(cloud, u=cloud.x @ spin.T)
     found = compiled_rates(cloud, FORMULATIONS["standard"])[:, dim + 2 :][:, : dim * dim]
     assert np.abs(found - spin.ravel()).max() < 1e-10 * np.abs(spin).max()
-    plain = compiled_rates(cloud, replace(FORMULATIONS["standard"], spins=False))[:, dim + 2 :]
+    plain = compiled_rates(cloud, replace(FORMULATIONS["standard"], angular_momentum=False))[:, dim + 2 :]
     assert np.abs(plain - spin.ravel()).max() > 0.1 * np.abs(spin).max()
 
 
@@ -87,10 +87,10 @@ def spun(formulation, integrator, steps):
     }  # fmt: skip
     setup = build(load_case(case))
     particles = setup.particles
-    spins = particles.body == 0
-    particles["position"][spins] += 2e-5 * np.random.default_rng(0).normal(size=(spins.sum(), 2))
-    x = particles["position"][spins]
-    particles["velocity"][spins] = 2e4 * np.column_stack([-x[:, 1], x[:, 0]])  # the rim at 160 m/s
+    angular_momentum = particles.body == 0
+    particles["position"][angular_momentum] += 2e-5 * np.random.default_rng(0).normal(size=(angular_momentum.sum(), 2))
+    x = particles["position"][angular_momentum]
+    particles["velocity"][angular_momentum] = 2e4 * np.column_stack([-x[:, 1], x[:, 0]])  # the rim at 160 m/s
 
     def momentum():
         return torque(particles["position"], particles["mass"][:, None] * particles["velocity"])[0]
@@ -100,7 +100,7 @@ def spun(formulation, integrator, steps):
     for _ in range(steps):
         setup.stepper.evaluate()
         setup.stepper.complete(4e-8, 4e-8)
-    heat = np.abs(particles["mass"] * particles["internal_energy"])[spins].sum()
+    heat = np.abs(particles["mass"] * particles["internal_energy"])[angular_momentum].sum()
     return abs(momentum() / before - 1.0), heat / (0.5 * 2e4 * before)
 
 

@@ -15,9 +15,9 @@ from hvisph.sph.neighbours.ghost_rows import AXIS
 from hvisph.sph.terms.limiters import LIMITERS
 
 LAWS = {
-    "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), revolved=True),
-    "density by mass": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), mass_form=True, revolved=True),
-    "contact": Riemann(reconstruction=LIMITERS["none"], consistent=False, revolved=True),
+    "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), axisymmetric=True),
+    "density by mass": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), mass_form=True, axisymmetric=True),
+    "contact": Riemann(reconstruction=LIMITERS["none"], corrected_variant=False, axisymmetric=True),
 }
 
 
@@ -133,7 +133,7 @@ def test_rings_about_a_hole_that_opens_keep_their_density():
         cloud, x=np.stack([x, r], 1), u=np.stack([0 * r, 10e-3 / r], 1), h=np.full(n, 1.2 * dx), m=rho * area,
         stress=np.zeros((n, 2, 2)), body=np.ones(n), face=np.zeros((n, 2)), twist=np.zeros((n, 1)), counts=area,
         **alike, **nothing, **borne)  # fmt: skip
-    formulation = Riemann(kernel=KERNELS["quartic_spline"], h_over_dx=1.2, revolved=True)
+    formulation = Riemann(kernel=KERNELS["quartic_spline"], h_over_dx=1.2, axisymmetric=True)
     pairs = packed(cloud, formulation, (AXIS,), {"RING": r, "HOOP": 0.0 * r, "REST_AREA": area})
     pairs.evaluate(cloud.h.max())
     at, found = places.slots(2), pairs.rates[pairs.place[:n]]

@@ -200,13 +200,13 @@ def test_a_picture_of_the_set_up(dim, tmp_path):
 def test_rings_are_drawn_as_a_whole_section_and_a_view():
     points = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0) + 0.5, indexing="ij"), axis=-1).reshape(-1, 2) * 1e-3
     rod = DrawnBody("rod", "rod: copper", points, np.full(16, 1e-3), np.array([100.0, 0.0]), points[:, 0] > 2e-3)
-    section, view = setup_figure(Setup("rings", [rod], revolved=True)).axes
+    section, view = setup_figure(Setup("rings", [rod], axisymmetric=True)).axes
     (shown,) = section.collections
     assert len(shown.get_offsets()) == 2 * 16
     assert sorted(set(np.round(shown.get_offsets()[:, 1], 3))) == [-3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5]
     # what is kilometres long and fast is told in kilometres
     large = replace(rod, positions=1e6 * rod.positions, spacing=1e6 * rod.spacing, velocity=np.array([15e3, 0.0]))
-    section = setup_figure(Setup("asteroid", [large], revolved=True)).axes[0]
+    section = setup_figure(Setup("asteroid", [large], axisymmetric=True)).axes[0]
     assert section.get_xlabel() == "x [km]"
     assert "15 km/s" in [text.get_text() for text in section.texts]
     # three quarters of each circumference, a particle a spacing

@@ -17,13 +17,13 @@ SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, 
           "strength": {"type": "elastic"}}  # fmt: skip
 
 
-def rates_of(position, body, dim, h=1.4, velocity=None, law=None, revolved=False, **more):
+def rates_of(position, body, dim, h=1.4, velocity=None, law=None, axisymmetric=False, **more):
     """Rates of unit masses and volumes, body 0 of unit stiffness and the others stiffer."""
     law = law or Contact()
-    layout, constants = law.row_layout(dim, revolved), law.coefficients(CUBIC_SPLINE, 1.4, dim)
+    layout, constants = law.row_layout(dim, axisymmetric), law.coefficients(CUBIC_SPLINE, 1.4, dim)
     if isinstance(law, Pressing):
         constants[0] = 1.0
-    pairs = Pairs(layout, CUBIC_SPLINE, law.passes(dim, revolved), constants, position, h)
+    pairs = Pairs(layout, CUBIC_SPLINE, law.passes(dim, axisymmetric), constants, position, h)
     to = layout.slots()
     pairs.rows[:, :dim] = position
     if velocity is not None:
@@ -140,7 +140,7 @@ def test_the_image_of_a_ring_is_no_face_of_its_body():
     position, displaced = np.array([[0.0, 0.4], [0.0, -0.4]]), np.array([[0.0, -4.0], [0.0, 4.0]])
 
     def push(ring):
-        found = rates_of(position, np.zeros(2), 2, law=Pressing(self_contact=True), revolved=True, START=0.0, D=displaced,
+        found = rates_of(position, np.zeros(2), 2, law=Pressing(self_contact=True), axisymmetric=True, START=0.0, D=displaced,
                          TIED=1.0, RING=np.array([0.4, ring]))  # fmt: skip
         return found[0, 1]
 

@@ -12,7 +12,7 @@ import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.setup.build import build
-from hvisph.simulation.loop import tell_pieces
+from hvisph.simulation.loop import separate_fragments
 from hvisph.simulation.run import run
 from hvisph.sph.neighbours.connected_components import connect_components, label_components
 
@@ -87,7 +87,7 @@ def struck(setup, speed=20.0, end=150e-6):
     left = particles.id[particles["position"][:, 0] < 0.0].copy()
     particles["velocity"][np.isin(particles.id, left), 0] = speed
     mass, momentum = particles["mass"].sum(), particles["mass"] @ particles["velocity"][:, 0]
-    tell_pieces(setup, 0)
+    separate_fragments(setup, 0)
     drift, _ = advance(setup, end)
     of_left = np.isin(particles.id, left)
     after = particles["mass"] @ particles["velocity"][:, 0]
@@ -108,7 +108,7 @@ def test_halves_of_a_body_part_as_two_bodies_do(formulation):
     two = build(halves(formulation))
     two.particles.tags[two.particles["position"][:, 0] > 0.0, 1] = 1  # told to be two bodies
     two.stepper.pieces = None
-    two.stepper.separating.renumber(two.particles.body)
+    two.stepper.body_contact.renumber(two.particles.body)
     (as_left, as_right), *_ = struck(two)
     assert (left, right) == (as_left, as_right)  # to the last bit
     if formulation == "riemann":  # of one number they weld
@@ -170,14 +170,14 @@ def test_pieces_go_on_after_a_resume_and_with_any_number_of_threads(tmp_path):
 def test_a_plug_that_has_left_does_not_weld_again():
     """A piece is told from its body once it is farther away than kernels reach, not before."""
     setup = build(halves("riemann", gap=0.5e-3, self_contact="fragments"))  # a slit narrower than the kernel's reach
-    tell_pieces(setup, 0)
+    separate_fragments(setup, 0)
     assert set(setup.stepper.pieces) == {0}
     particles = setup.particles
     right = particles["position"][:, 0] > 0.0
     particles["position"][right, 0] += 2e-3
-    tell_pieces(setup, 3)  # not due
+    separate_fragments(setup, 3)  # not due
     assert set(setup.stepper.pieces) == {0}
-    tell_pieces(setup, 64)
+    separate_fragments(setup, 64)
     assert set(setup.stepper.pieces) == {0, 1}
     assert len(set(setup.stepper.pieces[right])) == 1
     assert setup.stepper.pieces[particles.id == 0] == [0]
@@ -185,6 +185,6 @@ def test_a_plug_that_has_left_does_not_weld_again():
 
 def test_one_body_in_one_piece_alone_has_no_contact():
     case = halves("riemann", shape=BAR)
-    assert not build(case).stepper.formulation.parted
-    assert build(halves("riemann", shape=BAR, self_contact="fragments")).stepper.formulation.parted
-    assert replace(build(halves("riemann")).stepper.formulation, parted=False).fragment_contact
+    assert not build(case).stepper.formulation.has_contact
+    assert build(halves("riemann", shape=BAR, self_contact="fragments")).stepper.formulation.has_contact
+    assert replace(build(halves("riemann")).stepper.formulation, has_contact=False).fragment_contact

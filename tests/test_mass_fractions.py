@@ -8,7 +8,7 @@ import pytest
 from hvisph.casefile.loader import load_case
 from hvisph.core.catalogues import unstrained_kinematics
 from hvisph.diagnostics.budgets import turning
-from hvisph.diagnostics.sanity_checks import UNNOTICED, Watch
+from hvisph.diagnostics.sanity_checks import UNNOTICED, SanityChecks
 from hvisph.diagnostics.summary import shares
 from hvisph.materials.melting import Lindemann
 from hvisph.materials.validity_limits import range_of
@@ -104,7 +104,7 @@ def test_a_negative_energy_is_said_once():
             get_maxima = staticmethod(np.atleast_1d)  # of one process: its own
 
     Setup.stepper.sums[0] = 100.0
-    watch = Watch(Setup, load_case(CASE).limits)
+    watch = SanityChecks(Setup, load_case(CASE).limits)
     assert watch.warning(1e-6) == ""
     Setup.stepper.sums[1] = -0.5 * UNNOTICED * 100.0
     assert watch.warning(1e-6) == ""

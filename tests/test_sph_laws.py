@@ -18,13 +18,13 @@ from hvisph.sph.terms.limiters import LIMITERS
 FORMULATIONS = {
     "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1)),
     "artificial_stress": Eulerian(artificial_stress=GrayArtificialStress()),
-    "contact": Riemann(reconstruction=LIMITERS["none"], consistent=False),
-    "contact_van_leer": Riemann(reconstruction=LIMITERS["van_leer"], consistent=False),
-    "consistent": Riemann(reconstruction=LIMITERS["minmod"], held=False),
-    "separating": Riemann(parted=True, friction=0.3),
-    "unlike": Riemann(parted=True, friction=0.3, unlike=True),
-    "elastic": Riemann(parted=True, friction=0.3, adjoint=True),
-    "following": Riemann(parted=True, reconstruction=LIMITERS["none"], smoothing=Smoothing(True)),
+    "contact": Riemann(reconstruction=LIMITERS["none"], corrected_variant=False),
+    "contact_van_leer": Riemann(reconstruction=LIMITERS["van_leer"], corrected_variant=False),
+    "consistent": Riemann(reconstruction=LIMITERS["minmod"], tension_stabilized=False),
+    "separating": Riemann(has_contact=True, friction=0.3),
+    "unlike": Riemann(has_contact=True, friction=0.3, unequal_spacings=True),
+    "elastic": Riemann(has_contact=True, friction=0.3, adjoint=True),
+    "following": Riemann(has_contact=True, reconstruction=LIMITERS["none"], smoothing=Smoothing(True)),
 }
 EVERY = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
@@ -98,7 +98,7 @@ def test_rates_turn_with_the_body(formulation, dim):
 @pytest.mark.parametrize("unlike_spacings", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_faces_of_one_body(unlike_spacings):
     """Compiled as the formulas have it, in balance, and turned as the body is."""
-    formulation = Riemann(parted=True, friction=0.3, face_contact=True, unlike=unlike_spacings)
+    formulation = Riemann(has_contact=True, friction=0.3, self_contact=True, unequal_spacings=unlike_spacings)
     cloud, q = random_cloud(2), turn(2)
     alone = replace(cloud, body=0.0 * cloud.body)
     for one in (cloud, alone):

@@ -7,7 +7,7 @@ from composite_runs import advance
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.diagnostics.sanity_checks import Failure, Watch
+from hvisph.diagnostics.sanity_checks import Failure, SanityChecks
 from hvisph.integrators.time_step import Limit
 from hvisph.setup.build import build
 from hvisph.sph.kernels import CUBIC_SPLINE
@@ -347,7 +347,7 @@ def test_inverted_particle_stops_with_its_place():
     case = body()
     setup = build(case)
     setup.stepper.start()
-    watch = Watch(setup, case.limits)
+    watch = SanityChecks(setup, case.limits)
     setup.particles["position"][:, 0] *= -1.0  # every particle is inverted
     setup.stepper.predict(0.0)
     setup.stepper.evaluate()

@@ -90,8 +90,8 @@ def _short(row: Row) -> dict[str, Any]:
 def _unlike(name: str, known: Sequence[str] | dict[str, Any]) -> str:
     """Return a name that is not among those known: a bisection has several runs of one shot."""
     number = 1
-    unlike = name
-    while unlike in known:
+    unequal_spacings = name
+    while unequal_spacings in known:
         number += 1
-        unlike = f"{name} ({number})"
-    return unlike
+        unequal_spacings = f"{name} ({number})"
+    return unequal_spacings

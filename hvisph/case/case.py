@@ -169,7 +169,7 @@ class Case(StrictModel):
         dim = kinematics.dim
         if isinstance(info.context, dict):
             info.context["dim"] = dim  # a speed and an angle become as many components
-        filled = about_axis(data) if kinematics.revolved else dict(data)
+        filled = about_axis(data) if kinematics.axisymmetric else dict(data)
         if isinstance(filled.get("bodies"), dict):
             filled["bodies"] = {name: _fill_body(body, kinematics) for name, body in filled["bodies"].items()}
         if filled.get("measures") is None:

@@ -34,7 +34,7 @@ class _Start(StrictModel):
 
     @property
     def mapping(self) -> str:
-        """How the state is taken: `same`, `revolved` or `extruded`."""
+        """How the state is taken: `same`, `axisymmetric` or `extruded`."""
         return str(getattr(self, "as"))
 
     def words(self, number: Callable[[float, str], str]) -> str:
@@ -54,7 +54,7 @@ Start: Any = create_model(
             Literal["same", "revolved", "extruded"],
             Field(
                 default="same",
-                description="`same`: particles as they are, in the same kinematics; `revolved`: those of an "
+                description="`same`: particles as they are, in the same kinematics; `axisymmetric`: those of an "
                 "axisymmetric run become particles about x in 3D; `extruded`: those of a plane strain run become rows "
                 "along z in 3D",
             ),

@@ -14,13 +14,13 @@ class Kinematics:
     words: str  # what people call it
     thins: bool = False  # whether matter is free to thin and to thicken across the plane, so that no stress acts there
     # whether the plane is the half-plane (x, r) of solids of revolution about x, and a particle a whole ring
-    revolved: bool = False
+    axisymmetric: bool = False
     fields: tuple[str, ...] = ()  # state fields that it needs beside those of every run
 
     @property
     def drawing_dimensions(self) -> int:
         """Number of dimensions in which bodies are drawn: solids of revolution are solids."""
-        return 3 if self.revolved else self.dim
+        return 3 if self.axisymmetric else self.dim
 
 
 # The first of each number of dimensions holds all other strains at zero.
@@ -30,7 +30,7 @@ KINEMATICS: dict[str, Kinematics] = {
         Kinematics("uniaxial_strain", 1, "uniaxial strain (1D)"),
         Kinematics("plane_strain", 2, "plane strain (2D)"),
         Kinematics("plane_stress", 2, "plane stress (2D)", thins=True, fields=("thickness",)),
-        Kinematics("axisymmetric", 2, "axisymmetric (x, r)", revolved=True),
+        Kinematics("axisymmetric", 2, "axisymmetric (x, r)", axisymmetric=True),
         Kinematics("three_d", 3, "3D"),
     )
 }

@@ -274,7 +274,7 @@ def turning(particles: Particles, some: slice = slice(None)) -> np.ndarray:
 
 def _turns(particles: Particles) -> int:
     """Return the dimensions of rotation; none of axisymmetric particles."""
-    return 1 if particles.kinematics.revolved else particles.dim
+    return 1 if particles.kinematics.axisymmetric else particles.dim
 
 
 class Observer:
@@ -285,9 +285,9 @@ class Observer:
 
     def __init__(self, setup: Setup, spacing: float):
         self._setup, particles = setup, setup.particles
-        self._watched = setup.watched or watched_particles(particles, setup.planes, spacing)
+        self._watched = setup.observed or observed_particles(particles, setup.planes, spacing)
         formulation = setup.stepper.formulation
-        self.corrected, self._slips = formulation.corrects, formulation.slips
+        self.corrected, self._slips = formulation.corrects_kernels, formulation.has_friction
         counted = (FALLBACKS_COLUMN,) if self.corrected else ()
         counted = (*counted, SLIP_COLUMN) if self._slips else counted
         self._works = setup.stepper.has_energy
@@ -298,7 +298,7 @@ class Observer:
         counted = (*counted, ROTATION_COLUMN) if self._rigid else counted
         self._edged = has_edges(getattr(setup.stepper, "boundaries", None))
         counted = (*counted, *EDGE_COLUMNS[: 1 + particles.dim]) if self._edged else counted
-        self._repels = formulation.repels
+        self._repels = formulation.stores_contact_energy
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         self._fractures = "band_width" in particles.offsets
         counted = (*counted, FRACTURE_COLUMN) if self._fractures else counted
@@ -339,7 +339,7 @@ class Observer:
         return [float(one) for one in angular_momentum(self._setup)]
 
 
-def watched_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
+def observed_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
     """Return the numbers of the projectile's particles whose pressures the history holds, by column.
 
     Parameters
@@ -368,7 +368,7 @@ def _mirror_axis(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray 
     return np.asarray(centre[1:])
 
 
-class Followed:
+class MigratingRows:
     """Rows `rows` (n, ...), one a particle, that are reordered and migrate with the particles."""
 
     def __init__(self, setup: Setup, rows: np.ndarray):
@@ -383,7 +383,7 @@ class Followed:
         self.rows = rows.copy()
 
 
-class Peaks(Followed):
+class Peaks(MigratingRows):
     """Maximum pressure of each particle [Pa]."""
 
     def __init__(self, setup: Setup):

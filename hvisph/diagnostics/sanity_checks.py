@@ -51,7 +51,7 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
         return facts | {"step": self.step, "time": self.time, "criterion": self.criterion, "message": str(self)}
 
 
-class Watch:
+class SanityChecks:
     """Sanity checks of a run; every method raises `Failure` for an unphysical state."""
 
     def __init__(self, setup: Setup, limits: Any):

@@ -106,7 +106,7 @@ def _messages(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
         )
 
 
-REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.revolved)
+REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.axisymmetric)
 # Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.
 CLUMPED, CLUMPS = 0.3, 0.01
 # Of the energy at the start: internal energy below zero, and of a body's particles: those that left the largest piece.

@@ -38,7 +38,12 @@ def is_beyond(edges: Sequence[Edge], positions: np.ndarray) -> np.ndarray:
 
 
 def cut_open(
-    positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, edges: Sequence[Edge], depth: float, revolved: bool
+    positions: np.ndarray,
+    volumes: np.ndarray,
+    spacing: np.ndarray,
+    edges: Sequence[Edge],
+    depth: float,
+    axisymmetric: bool,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a body cut at open edges and continued beyond those that it reaches.
 
@@ -80,7 +85,7 @@ def cut_open(
         made = positions[near].copy()
         made[:, edge.axis] = 2.0 * edge.at - made[:, edge.axis]
         grown = volumes[near]
-        if revolved and edge.axis == 1:
+        if axisymmetric and edge.axis == 1:
             if (made[:, 1] <= 0.0).any():
                 raise CaseError(f"the layer beyond the edge y = {edge.at:g} would reach the axis; move the edge out")
             grown = grown * made[:, 1] / positions[near, 1]
@@ -95,7 +100,7 @@ def face_areas(
     spacing: float,
     normal: tuple[int, float],
     shares: np.ndarray,
-    revolved: bool,
+    axisymmetric: bool,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the outermost rows of a body behind its face, and the share of the face of each particle.
 
@@ -125,7 +130,7 @@ def face_areas(
     row = np.rint((along[outer].mean() - along) / depth).astype(np.int64)
     some = np.flatnonzero(row < len(shares))
     areas = volumes[some] / depth
-    if revolved and axis == 1:
+    if axisymmetric and axis == 1:
         areas *= (along[outer].mean() + 0.5 * depth) * sign / positions[some, 1]
     face = areas[row[some] == 0].sum()
     areas *= shares[np.maximum(row[some], 0)]
@@ -167,7 +172,7 @@ def _with_images(
 
 
 @dataclass(frozen=True)
-class Followed:
+class MigratingRows:
     """Particles that the places of a layer follow, as terms of means."""
 
     starts: np.ndarray  # first term of each place (k,)
@@ -178,7 +183,7 @@ class Followed:
 
 def follow(
     layer: np.ndarray, matter: np.ndarray, edges: Sequence[Edge], planes: Sequence[tuple[int, float]], reach: float
-) -> Followed:
+) -> MigratingRows:
     """Return what each place of an ambient layer follows: the mean of the matter beside the edge.
 
     The weight is (1 - r^2/R^2)^2 at the distance r from the point of the edge before the place, within R = `reach`.
@@ -209,4 +214,4 @@ def follow(
         chosen.append(near)
         weights.append(weight / weight.sum())
     every = np.concatenate(chosen)
-    return Followed(np.cumsum([0, *counts[:-1]]), source[every], np.concatenate(weights), signs[every])
+    return MigratingRows(np.cumsum([0, *counts[:-1]]), source[every], np.concatenate(weights), signs[every])

@@ -144,9 +144,9 @@ def move(state, i, now, rate, free, pull, u, dt):
     return after, l, divergence(l) - density, hoop
 
 
-def sparsest(mass, ring, h, thickness):
+def isolated_density(mass, ring, h, thickness):
     """Return the least density [kg/m^3] of particles of `mass`: that of an isolated one, m W(0)."""
-    least = SPARSEST * mass / thickness
+    least = ISOLATED_DENSITY * mass / thickness
     for _ in range(DIM):
         least /= h
     return least / (2.0 * pi * ring) if AXISYMMETRIC else least
@@ -168,7 +168,7 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
         rho *= growth_factor(-dt * (swelling + hoop))
     else:
         rho *= growth_factor(-dt * swelling)
-    if SPARSEST:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
+    if ISOLATED_DENSITY:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
         rho = max(rho, min(least, now.rho) if AXISYMMETRIC else least)
     h = min(max(now.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     axes = now.axes
@@ -221,4 +221,4 @@ def viscous_share(share, l, c, h, dt, coefficients):
     return balsara_share(l, c, h)
 
 
-PARTS = (load_state, store, load_rates, remember, move, sparsest, strain, works, viscous_share)
+PARTS = (load_state, store, load_rates, remember, move, isolated_density, strain, works, viscous_share)

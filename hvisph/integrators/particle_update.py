@@ -78,7 +78,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         a = add(a, pull)
     thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
     ring = ring_radius(now.x, now.h) if AXISYMMETRIC else 0.0
-    least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
+    least = isolated_density(mass, ring, now.h, thickness) if ISOLATED_DENSITY else 0.0
     if complete:
         u, before = own_vector(rows, s, U, DIM), now
         now, l, swelling, hoop = move(state, s, now, acting, free, pull, u, dt)
@@ -129,13 +129,13 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
     planar = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
     spin = multiply(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
-    lead = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
+    density_correction = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        multiply(thickness, ahead.s), tags[s, 1], ring, spin, lead, waves,
+        multiply(thickness, ahead.s), tags[s, 1], ring, spin, density_correction, waves,
         own_gradient(rates, s, R_GRADIENT_BEFORE, DIM) if ADJOINT else no_vector(DIM),
         -2.0 * stage if ahead.plastic_strain > now.plastic_strain else 2.0 * stage))  # fmt: skip
-    if SHEARS:  # alpha goes with this speed of sound
+    if REDUCES_SHEAR_VISCOSITY:  # alpha goes with this speed of sound
         left = shear_share(l)
         if AXISYMMETRIC:  # nothing else holds the rows at the axis
             left = max(left, 1.0 - AT_AXIS * ring / ahead.h)

@@ -45,12 +45,12 @@ class Scheme:
         """Return the options of a stepper beside theta and w."""
         return {} if self.drift == 0.5 else {"drift": self.drift}
 
-    def extra_fields(self, revolved: bool = False) -> tuple[str, ...]:
-        """Return the state fields of the scheme, for axisymmetric (`revolved`) and other particles."""
+    def extra_fields(self, axisymmetric: bool = False) -> tuple[str, ...]:
+        """Return the state fields of the scheme, for axisymmetric (`axisymmetric`) and other particles."""
         if self.previous == 0.0:
             return ()
         rates = ("previous_velocity", "previous_acceleration", "previous_power", "previous_gradient")
-        return (*rates, "previous_hoop_rate") if revolved else rates
+        return (*rates, "previous_hoop_rate") if axisymmetric else rates
 
 
 LEAPFROG = Scheme("leapfrog", 0.5, 0.0)

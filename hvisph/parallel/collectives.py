@@ -17,7 +17,7 @@ from hvisph.integrators.time_step import NAMES, Limit
 from hvisph.schemes.protocol import AnyStepper
 
 from . import parallel_output
-from .world import Alone
+from .world import SingleProcess
 
 T = TypeVar("T")
 # Criteria, beside those of `criteria` what stops a run: they travel as numbers.
@@ -56,7 +56,7 @@ class Collectives:
 
     def __init__(self, stepper: AnyStepper, count: int):
         self._stepper, self.count = stepper, count
-        self.world: Alone = Alone()
+        self.world: SingleProcess = SingleProcess()
         self._at: np.ndarray | None = None
         self._ordered = np.zeros(0, np.uint32)
 
@@ -69,10 +69,10 @@ class Collectives:
         """Whether output is too large for one process and is written slab by slab."""
         return self._asks and self.count > parallel_output.MOST_GATHERED
 
-    def everybodys_numbers(self, chosen: np.ndarray) -> np.ndarray:
+    def gather_numbers(self, chosen: np.ndarray) -> np.ndarray:
         """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes."""
         own = self._stepper.particles.id[chosen].astype(np.int64)
-        return np.concatenate(self.world.objects(own)) if self._asks else own
+        return np.concatenate(self.world.gather_objects(own)) if self._asks else own
 
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of integers over all processes."""
@@ -82,7 +82,7 @@ class Collectives:
         """Return the sum of `terms` (n,) over all processes, rounded once."""
         if not self._asks:
             return exact_sum(terms)
-        return fsum(part for parts in self.world.objects(exact_parts(terms)) for part in parts)
+        return fsum(part for parts in self.world.gather_objects(exact_parts(terms)) for part in parts)
 
     def get_maxima(self, *values: float) -> np.ndarray:
         """Return the maximum of each value over all processes."""
@@ -102,7 +102,7 @@ class Collectives:
 
     def first_of(self, one: T | None) -> T:
         """Return the value of the first process that has one."""
-        all_ = self.world.objects(one) if self._asks else [one]
+        all_ = self.world.gather_objects(one) if self._asks else [one]
         return next(some for some in all_ if some is not None)
 
     def find_rows(self, numbers: np.ndarray) -> np.ndarray:
@@ -137,14 +137,14 @@ class Collectives:
             rows = np.flatnonzero(score == score.max())
             row = int(rows[particles.id[rows].argmin()])
             own = (-float(score[row]), int(particles.id[row]), self._report(row))
-        all_ = [one for one in (self.world.objects(own) if self._asks else [own]) if one is not None]
+        all_ = [one for one in (self.world.gather_objects(own) if self._asks else [own]) if one is not None]
         return min(all_, key=lambda one: one[:2])[2] if all_ else None
 
     def look_up(self, number: int) -> ParticleReport:
         """Return a particle by its permanent number."""
         row = int(self.find_rows(np.array([number]))[0])
         own = self._report(row) if row >= 0 else None
-        all_ = self.world.objects(own) if self._asks else [own]
+        all_ = self.world.gather_objects(own) if self._asks else [own]
         return next(one for one in all_ if one is not None)
 
     def _report(self, row: int) -> ParticleReport:
@@ -167,7 +167,7 @@ class Collectives:
             return GlobalLimit(limit.dt, limit.criterion, number, body, stop, checkpoint)
         kind = CRITERIA.index(limit.criterion)
         own = np.array([limit.dt, kind, number, body, stop, float(checkpoint), limit.unrounded])
-        table = self.world.everybodys(own)
+        table = self.world.gather_all(own)
         # a failure stops all; of equal steps the first criterion and the smallest number count
         first = int(np.lexsort((table[:, 2], table[:, 6], table[:, 1], table[:, 0]))[0])
         dt, criterion, number, body = table[first, :4].tolist()
@@ -175,15 +175,15 @@ class Collectives:
             dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5])
         )
 
-    def dealt(self, rows: np.ndarray | None) -> np.ndarray:
+    def scatter_rows(self, rows: np.ndarray | None) -> np.ndarray:
         """Distribute `rows` (count, ...) of the first process, by permanent number, to the owners of the particles."""
         numbers = self._stepper.particles.id
         if not self._asks:
             assert rows is not None
             return np.asarray(rows[numbers])
         all_ = self.world.gather_rows(numbers)
-        ends = np.cumsum(self.world.everybodys(np.array([len(numbers)]))[:, 0])
-        return self.world.dealt(rows, np.split(all_, ends[:-1]) if self.world.first else None)
+        ends = np.cumsum(self.world.gather_all(np.array([len(numbers)]))[:, 0])
+        return self.world.scatter_rows(rows, np.split(all_, ends[:-1]) if self.world.first else None)
 
     def gather_rows(self, values: np.ndarray) -> np.ndarray:
         """Return the rows of all processes in order of rank on the first process; empty on the others."""

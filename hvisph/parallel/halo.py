@@ -9,7 +9,7 @@ import numpy as np
 from hvisph.compiler.jit import specialise
 from hvisph.sph.neighbours.ghost_rows import Plane
 
-from .world import Ranks
+from .world import MpiProcesses
 
 
 def _box(rows, box):
@@ -49,7 +49,7 @@ class Halo:
     `planes` are those of symmetry: behind one the interaction distance doubles.
     """
 
-    def __init__(self, world: Ranks, dim: int, used: int, planes: Sequence[Plane] = ()):
+    def __init__(self, world: MpiProcesses, dim: int, used: int, planes: Sequence[Plane] = ()):
         self._world, self._dim, self._used, self._planes = world, dim, used, planes
         self._storage = np.zeros((0, used))
         self._numbers = np.zeros(0, np.uint64)
@@ -67,7 +67,7 @@ class Halo:
         about = np.empty(2 * dim + 1)
         self._find_box(rows, about[:-1])
         about[-1] = self._distance_beyond_planes(rows, reach)
-        boxes = world.everybodys(about)
+        boxes = world.gather_all(about)
         reach = reach + 2.0 * float(boxes[:, -1].max())
         if len(self._chosen) < own + 1:
             self._chosen = np.zeros(own + own // 4 + 1, np.uint32)
@@ -122,7 +122,7 @@ class Halo:
         for rank, rows in self._came.items():
             sorted_rows[place[rows], :used] = into[rank]
 
-    def stand_for(self, chosen: np.ndarray) -> None:
+    def select_appended(self, chosen: np.ndarray) -> None:
         """Declare the rows given to `append` as those `chosen` of more rows, for `exchange_again`."""
         self._sent = {rank: chosen[rows] for rank, rows in self._sent.items()}
 
@@ -146,6 +146,6 @@ class Halo:
         """Return the maximum of each float over all processes."""
         return self._world.get_maxima(values)
 
-    def anywhere(self, here: bool) -> bool:
+    def any_process(self, here: bool) -> bool:
         """Return whether a condition holds on any process."""
         return bool(self._world.total(np.array([int(here)]))[0])

@@ -15,7 +15,7 @@ import numpy as np
 from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.output.snapshot import Snapshot
 
-from .world import Alone
+from .world import SingleProcess
 
 # From so many particles on the whole is not gathered for a file, and rows of a slab.
 MOST_GATHERED, SLAB = 10_000_000, 1 << 20
@@ -28,7 +28,7 @@ class Slabs:
     `arrays` are those of this process by name, computed on request; `places` (n,) the positions of its rows.
     """
 
-    world: Alone
+    world: SingleProcess
     arrays: Mapping[str, np.ndarray]
     places: np.ndarray
     count: int
@@ -52,7 +52,7 @@ class Slabs:
 
     def fetch(self, name: str, begin: int, end: int) -> np.ndarray:
         """Return rows of an array over all processes, on the first; the others answer in `serve`."""
-        self.world.from_first(lambda: (name, begin, end))
+        self.world.broadcast_from_first(lambda: (name, begin, end))
         return self._answer(name, begin, end)
 
     def _answer(self, name: str, begin: int, end: int) -> np.ndarray:
@@ -65,7 +65,7 @@ class Slabs:
 
     def serve(self) -> None:
         """Answer requests of the first process until it has finished."""
-        while asked := self.world.from_first(lambda: None):
+        while asked := self.world.broadcast_from_first(lambda: None):
             self._answer(*asked)
 
     @contextmanager
@@ -76,7 +76,7 @@ class Slabs:
             yield None
             return
         yield self
-        self.world.from_first(lambda: None)  # the others go on
+        self.world.broadcast_from_first(lambda: None)  # the others go on
 
 
 class Slabbed:

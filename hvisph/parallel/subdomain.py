@@ -20,7 +20,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 
 from .collectives import Collectives
 from .halo import Halo
-from .world import Alone, Ranks
+from .world import MpiProcesses, SingleProcess
 
 # Steps between two cuts of the space, and between two checks for particles that left their part.
 CUT_EVERY, MOVE_EVERY = 128, 16
@@ -44,11 +44,11 @@ class Subdomain(Collectives):
         """Register an array with one row a particle, by its reader and writer, for migration."""
         self._rows_of.append((read, write))
 
-    def join(self, world: Alone, parts: Parts | None) -> None:
+    def join(self, world: SingleProcess, parts: Parts | None) -> None:
         """Set up communication with the other processes and attach halos to the stepper."""
         if parts is None:
             return
-        assert isinstance(world, Ranks)
+        assert isinstance(world, MpiProcesses)
         self.world, self._parts, stepper = world, parts, self._stepper
 
         def halo_for(layout: RowLayout) -> Halo:
@@ -90,7 +90,7 @@ class Subdomain(Collectives):
         if not fixed_owners or anew:
             self._move(cut)
 
-    def sort_out(self) -> None:
+    def redistribute(self) -> None:
         """Repeat the decomposition after a change of positions, and migrate the particles."""
         if self._asks:
             self._cut_again(0.0, even=True)
@@ -141,7 +141,7 @@ class Subdomain(Collectives):
             world.waited / max(wall.perf_counter() - self._started, 1e-9),
             peak_memory() / 1e6,
         ]
-        table = world.everybodys(np.array(own, float))
+        table = world.gather_all(np.array(own, float))
         count, others, messages, rows, waited, _ = table.mean(axis=0)
         return (
             f"{world.size} processes: {others:.0f} rows of others beside {count:.0f} own "
@@ -158,13 +158,13 @@ class Subdomain(Collectives):
         now = wall.perf_counter()
         busy = max(now - self._began - (world.waited - self._waited), 1e-9)
         self._began, self._waited = now, world.waited
-        all_ = world.everybodys(np.array([busy, float(particles.count)]))
+        all_ = world.gather_all(np.array([busy, float(particles.count)]))
         self.imbalance = float(all_[:, 0].max() / all_[:, 0].mean())
         if self.imbalance < most:
             return False
         weight = np.full((particles.count, 1), 1.0 if even else busy / max(particles.count, 1))
         table = world.gather_rows(np.concatenate([stepper.owner_positions, particles.id[:, None], weight], axis=1))
-        self._parts = world.from_first(
+        self._parts = world.broadcast_from_first(
             lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])
         )
         return True

@@ -1,4 +1,4 @@
-"""Communication: `Alone` for one process, `Ranks` by MPI. Only this module imports mpi4py.
+"""Communication: `SingleProcess` for one process, `MpiProcesses` by MPI. Only this module imports mpi4py.
 
 Every method but `rank` and `size` is called by all processes, at the same place of the program.
 """
@@ -24,7 +24,7 @@ MESSAGE = 1 << 28  # bytes at most; what counts them may be of 32 bits
 INSTALL = "pip install 'hvisph[mpi]', or mpi4py alone for the MPI that is there"
 
 
-class Alone:
+class SingleProcess:
     """Communication of a single process, which does nothing.
 
     `waited` is the time spent waiting so far [s]; `messages` and `sent` count the tables sent and their rows.
@@ -50,11 +50,11 @@ class Alone:
         """Return the maximum of each float over all processes; NaN counts as infinite."""
         return values
 
-    def everybodys(self, values: np.ndarray) -> np.ndarray:
+    def gather_all(self, values: np.ndarray) -> np.ndarray:
         """Return the values (k,) of all processes, (size, k)."""
         return values[None]
 
-    def objects(self, one: object) -> list[Any]:
+    def gather_objects(self, one: object) -> list[Any]:
         """Return a small object of every process."""
         return [one]
 
@@ -62,13 +62,13 @@ class Alone:
         """Return the rows of all processes in order of rank on the first process; empty on the others."""
         return rows
 
-    def dealt(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
+    def scatter_rows(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
         """Distribute the `wanted` rows of `rows` (n, ...) from the first process."""
         assert rows is not None
         assert wanted is not None
         return np.asarray(rows[wanted[0]])
 
-    def from_first(self, make: Callable[[], T]) -> T:
+    def broadcast_from_first(self, make: Callable[[], T]) -> T:
         """Return the result of `make` on the first process, or raise its error."""
         return make()
 
@@ -90,7 +90,7 @@ class Alone:
         yield
 
 
-class Ranks(Alone):
+class MpiProcesses(SingleProcess):
     """Communication by MPI."""
 
     def __init__(self, communicator: Any):
@@ -121,20 +121,20 @@ class Ranks(Alone):
         self._waiting(lambda: self._all.Allreduce(own, largest, self._mpi.MAX))
         return largest
 
-    def everybodys(self, values: np.ndarray) -> np.ndarray:
+    def gather_all(self, values: np.ndarray) -> np.ndarray:
         """Return the values (k,) of all processes, (size, k)."""
         table = np.empty((self.size, len(values)), values.dtype)
         self._waiting(lambda: self._all.Allgather(np.ascontiguousarray(values), table))
         return table
 
-    def objects(self, one: Any) -> list[Any]:
+    def gather_objects(self, one: Any) -> list[Any]:
         """Return a small object of every process."""
         return list(self._waiting(lambda: self._all.allgather(one)))
 
     def gather_rows(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows of all processes in order of rank on the first process; empty on the others."""
         own = np.ascontiguousarray(rows)
-        counts = self.everybodys(np.array([len(own)]))[:, 0]
+        counts = self.gather_all(np.array([len(own)]))[:, 0]
         if self.rank:
             self._send(own, 0)
             return own[:0]
@@ -153,10 +153,10 @@ class Ranks(Alone):
         for piece in _pieces(rows):
             self._waiting(lambda piece=piece: self._all.Recv(piece, rank, 1))  # type: ignore[misc]
 
-    def dealt(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
+    def scatter_rows(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
         """Distribute the `wanted` rows of `rows` (n, ...) from the first process."""
         made = None if rows is None or wanted is None else (rows.shape[1:], rows.dtype.str, [len(w) for w in wanted])
-        shape, kind, counts = self.from_first(lambda: made or ((), "", [0]))
+        shape, kind, counts = self.broadcast_from_first(lambda: made or ((), "", [0]))
         if rows is None or wanted is None:
             own = np.empty((counts[self.rank], *shape), kind)
             self._receive(own, 0)
@@ -165,7 +165,7 @@ class Ranks(Alone):
             self._send(rows[wanted[rank]], rank)
         return np.asarray(rows[wanted[0]])
 
-    def from_first(self, make: Callable[[], T]) -> T:
+    def broadcast_from_first(self, make: Callable[[], T]) -> T:
         """Return the result of `make` on the first process, or raise its error."""
         result: Any = None
         if self.first:
@@ -211,7 +211,7 @@ class Ranks(Alone):
             yield
         except Exception as error:
             own = error
-        errors: list[Any] = [one for one in self.objects(own) if one is not None]
+        errors: list[Any] = [one for one in self.gather_objects(own) if one is not None]
         if errors:
             failure: Any = own or errors[0]
             failure.shared = True  # see `end_together`
@@ -242,7 +242,7 @@ def _pieces(rows: np.ndarray) -> Iterator[np.ndarray]:
         yield flat[first : first + MESSAGE]
 
 
-def world_here() -> Alone:
+def detect_processes() -> SingleProcess:
     """Return the processes started by the MPI launcher, checked for equal installations.
 
     Raises
@@ -252,7 +252,7 @@ def world_here() -> Alone:
     """
     _, size = launched_rank()
     if size == 1:
-        return Alone()
+        return SingleProcess()
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:
@@ -268,8 +268,8 @@ def world_here() -> Alone:
             f"the launcher started {size} processes, but MPI sees {here.size}: mpi4py uses another MPI than the "
             f"launcher's ({own}); take the `mpiexec` of that one, or {INSTALL}"
         )
-    world = Ranks(here)
-    kinds = world.objects(build_id())
+    world = MpiProcesses(here)
+    kinds = world.gather_objects(build_id())
     if len(set(kinds)) > 1:
         other = next(rank for rank, kind in enumerate(kinds) if kind != kinds[0])
         raise CaseError(

@@ -101,7 +101,7 @@ def _areal_density(body: Body, size: np.ndarray) -> float:
 
 def impact_of(case: Case) -> tuple[Impact | None, str]:
     """Return the impact of a case, and where it is none that correlations know, the reason."""
-    if not (case.dim == 3 or KINEMATICS[case.kinematics].revolved) or case.units != "si":
+    if not (case.dim == 3 or KINEMATICS[case.kinematics].axisymmetric) or case.units != "si":
         return None, "correlations are for spheres on plates in 3D or axisymmetric, in SI units"
     names = list(case.bodies)
     shots = [name for name in names if case.bodies[name].shape.type == "sphere" and any(case.bodies[name].velocity)]

@@ -60,7 +60,7 @@ def _slow(facts: Facts) -> Found:
     lost = "" if facts.model.conserve_angular_momentum else " and loses spin"
     crossings = case.duration * slowest / size
     takes_elastic = facts.scheme == "riemann" and facts.model.variant == "corrected" and not facts.gases
-    takes_elastic = takes_elastic and not KINEMATICS[case.kinematics].revolved
+    takes_elastic = takes_elastic and not KINEMATICS[case.kinematics].axisymmetric
     takes = {"instead": "total_lagrangian", "setting": "formulation={type: total_lagrangian}"}
     if takes_elastic:
         takes = {"instead": "variant: elastic, or total_lagrangian", "setting": "formulation.variant=elastic"}

@@ -93,7 +93,7 @@ def _liquid(facts: Facts) -> Iterator[Values]:
 
 def _held_by_hoops(facts: Facts) -> Iterator[Values]:
     """Bodies about the axis whose tension nothing limits."""
-    for name, body in facts.bodies.items() if KINEMATICS[facts.case.kinematics].revolved else ():
+    for name, body in facts.bodies.items() if KINEMATICS[facts.case.kinematics].axisymmetric else ():
         if bears_any_tension(body):
             yield {"name": name} | _spalling_like(body)
 

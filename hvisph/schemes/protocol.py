@@ -135,15 +135,15 @@ class AnyFormulation(Protocol):
         """Factor of max|mu| in the signal speed."""
 
     @property
-    def corrects(self) -> bool:
+    def corrects_kernels(self) -> bool:
         """Whether kernels are corrected in the current configuration."""
 
     @property
-    def slips(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether bodies slide on each other with friction."""
 
     @property
-    def repels(self) -> bool:
+    def stores_contact_energy(self) -> bool:
         """Whether contact stores energy."""
 
     @property
@@ -163,7 +163,7 @@ class Formulation(AnyFormulation, Protocol):
         """Viscosity switch, of those in `integrators.particle_steps`."""
 
     @property
-    def softens(self) -> bool:
+    def reduces_shear_viscosity(self) -> bool:
         """Whether the linear viscosity is reduced in shear flow."""
 
     @property
@@ -182,13 +182,13 @@ class Formulation(AnyFormulation, Protocol):
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and its bound constants."""
 
-    def sparsest(self, dim: int) -> float:
+    def isolated_density(self, dim: int) -> float:
         """Return the least rho h^dim/m of a particle, 0 for no limit."""
 
     def limits(self) -> tuple[PythonFunction, Options] | None:
         """Return the packing function of strength limits and its constants, or None."""
 
-    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
+    def body_contact(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
         """Return the contact between bodies beside the passes, at smoothing length `h` [m]."""
 
     def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:

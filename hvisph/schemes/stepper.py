@@ -136,7 +136,7 @@ class Stepper:
         self._update = self._specialised_update(layout, previous, drift)
         self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
         self.pairs.numbers = particles.numbers()
-        self.separating = formulation.separating(h, particles, planes)
+        self.body_contact = formulation.body_contact(h, particles, planes)
         if formulation.fragment_contact:
             self.pieces = particles.body.copy()
 
@@ -148,9 +148,9 @@ class Stepper:
         offered = {"SHARE": 0, "C": 0} | layout.slots() | particle_layout.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
-            "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.revolved),
+            "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.axisymmetric),
             "SWITCH": self.formulation.switch,
-            "SHEARS": int(self.formulation.softens),
+            "REDUCES_SHEAR_VISCOSITY": int(self.formulation.reduces_shear_viscosity),
             "DENSITY_CORRECTION": int("density_correction" in particles.offsets),
             "ANGULAR_MOMENTUM": int("torque_residual" in particles.offsets), "AHEAD": self.stage_share,
             "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
@@ -158,7 +158,7 @@ class Stepper:
             "GRAVITY": self.gravity.kind if self.gravity else NONE,
             "FRACTURES": int("band_width" in particles.offsets),
             "ADJOINT": int("GU_BEFORE" in layout.slots()),
-            "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
+            "SLIPS": int(self.formulation.has_friction), "ISOLATED_DENSITY": self.formulation.isolated_density(dim),
         }  # fmt: skip
         known = [(self.table, self.models), *self._later]
         kinds = np.concatenate([models for _, models in known])
@@ -192,7 +192,7 @@ class Stepper:
     @property
     def workspace(self) -> np.ndarray | None:
         """Numbers (k,) that nothing reads from an evaluation to the next; None where the history asks for some."""
-        return None if self.formulation.corrects else self.pairs.workspace
+        return None if self.formulation.corrects_kernels else self.pairs.workspace
 
     @property
     def support(self) -> float:
@@ -226,7 +226,7 @@ class Stepper:
             if self.motion is not None:
                 self.motion.note_contacts(self)
         finally:  # other processes wait for this one's part in the contact, also where it has failed
-            self.separating.add(self.pairs, self.h_max)
+            self.body_contact.add(self.pairs, self.h_max)
         self._act()
 
     def _act(self) -> None:
@@ -265,7 +265,7 @@ class Stepper:
             self.boundaries.finish(self, stage)
         self._sum_up()
 
-    def take_stage(self, number: int) -> None:
+    def use_late_materials(self, number: int) -> None:
         """Take the materials of a late stage in place of those before it; `predict` shows them to the neighbours."""
         self.table, self.models = self._later[number]
 
@@ -274,7 +274,7 @@ class Stepper:
         self.pieces = pieces.astype(np.uint32)
         self._in_pieces = bool((self.pieces != self.particles.body).any())
         self._show_pieces()
-        self.separating.renumber(self._parties)
+        self.body_contact.renumber(self._parties)
 
     def _show_pieces(self) -> None:
         """Write the pieces into the packed rows in place of the bodies."""
@@ -309,7 +309,7 @@ class Stepper:
         for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
             reorder(values, order, workspace)
         pairs.numbers = self.particles.numbers()
-        self.separating.renumber(self._parties)
+        self.body_contact.renumber(self._parties)
         return order
 
     def get_carried(self) -> dict[str, np.ndarray]:
@@ -332,7 +332,7 @@ class Stepper:
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         self.pairs.halo = halo_for(self.pairs.layout)
-        self.separating.attach_halo(halo_for)
+        self.body_contact.attach_halo(halo_for)
 
     def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `get_carried`."""
@@ -350,7 +350,7 @@ class Stepper:
         if self.pieces is not None:
             self.split(carried["pieces"])
         else:
-            self.separating.renumber(self.particles.body)
+            self.body_contact.renumber(self.particles.body)
 
     def fit_grid(self) -> None:
         """Make the grid of cells anew, around the particles that there are now."""

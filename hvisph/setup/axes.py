@@ -72,8 +72,8 @@ def material_axes(case: Case, name: str, model: Body, material: Material) -> np.
 
 def _refuse_kinematics(case: Case, where: str) -> None:
     """Raise an error where no anisotropic stress is computed."""
-    revolved = KINEMATICS[case.kinematics].revolved
-    if case.dim == 2 and not revolved:
+    axisymmetric = KINEMATICS[case.kinematics].axisymmetric
+    if case.dim == 2 and not axisymmetric:
         raise CaseError(
             f"an anisotropic material in {KINEMATICS[case.kinematics].words} is not available: fibres out "
             "of the plane would turn into it; use three_d, or axisymmetric",
@@ -92,7 +92,9 @@ def _refuse_kinematics(case: Case, where: str) -> None:
             "have; use the default variant, or total_lagrangian",
             where="formulation.variant",
         )
-    if revolved and (kind in ("total_lagrangian", "adaptive") or (contact is not None and contact.type == "penalty")):
+    if axisymmetric and (
+        kind in ("total_lagrangian", "adaptive") or (contact is not None and contact.type == "penalty")
+    ):
         raise CaseError(
             f"'{kind}' takes the hoop stress from a deviator without trace, which an anisotropic material "
             "does not have; use riemann, eulerian or three_d",

@@ -261,15 +261,15 @@ def _fill_body(
             raise CaseError(error.message, where="temperature") from error
         return None, read_particles(model.shape.file, case.dim, density, model.shape.unit)
     exact = model.mass == "exact"
-    revolved = case.drawing_dimensions != case.dim
+    axisymmetric = case.drawing_dimensions != case.dim
     solid = shape_of(model.shape, case.drawing_dimensions)
-    shape = Section(solid) if revolved else solid
+    shape = Section(solid) if axisymmetric else solid
     refuse_sparse(shape, dx)
     even = _split_by(shape, turn, model.position, mirrors, dx) if exact else ()
     grading = None
     if model.grading is not None:
         grading = Grading(model.grading.fine, model.grading.coarsest, model.grading.ratio, model.grading.face)
-    if revolved:
+    if axisymmetric:
         return shape, fill_section(solid, model.arrangement, dx, exact=exact, even=even, grading=grading)
     if grading is not None:
         return shape, fill_graded(shape, dx, grading, even)

@@ -123,7 +123,7 @@ def _face(
         slope = np.vectorize(lambda r: abs(kernel.slope.py_func(r / formulation.h_over_dx)))
         shares = row_shares(layers, aside, slope)
     rows, areas, depth = face_areas(
-        particles["position"][some], volumes[some], spacing, normal, shares, particles.kinematics.revolved
+        particles["position"][some], volumes[some], spacing, normal, shares, particles.kinematics.axisymmetric
     )
     return some[rows], areas, depth if corrected else 0.0
 

@@ -26,7 +26,7 @@ from .bodies import PlacedBody
 from .boundaries import moving_planes
 from .gauges import Gauges
 from .initial_fields import gravity_option
-from .initial_state import Beginning, begin, set_loads
+from .initial_state import InitialState, begin, set_loads
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -37,10 +37,10 @@ class Setup:
     """Objects of a run.
 
     `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
-    which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `watched` as of
-    `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
+    which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `observed` as of
+    `InitialState`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
     `driven` whether a clamp moves, a body is rigid or a pressure acts, `substances` the models of `materials`,
-    `origin` as of `Beginning`.
+    `origin` as of `InitialState`.
     """
 
     stepper: AnyStepper
@@ -52,7 +52,7 @@ class Setup:
     density_limits: np.ndarray
     subdomain: Subdomain
     notes: tuple[str, ...] = ()
-    watched: dict[str, np.ndarray] | None = None
+    observed: dict[str, np.ndarray] | None = None
     bears_any_tension: tuple[bool, ...] = ()
     driven: bool = False
     substances: tuple[Material, ...] = ()
@@ -69,7 +69,7 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     return set_up(case, begin(case, bodies))
 
 
-def set_up(case: Case, start: Beginning) -> Setup:
+def set_up(case: Case, start: InitialState) -> Setup:
     """Return the objects of a run from its initial state, all of it or a part."""
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
     stepper = formulation.stepper(
@@ -104,7 +104,7 @@ def set_up(case: Case, start: Beginning) -> Setup:
         stepper.boundaries.moving = moving_planes(case, start.planes)
     pushed = bool(motions or case.loads or any(plane.velocity for plane in case.symmetry))
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
-                 Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
+                 Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.observed,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
                  pushed, tuple(start.materials), start.origin)  # fmt: skip
 

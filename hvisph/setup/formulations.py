@@ -52,8 +52,8 @@ def formulation_of(case: Case) -> AnyFormulation:
         else Smoothing(),
     }
     kinematics = KINEMATICS[case.kinematics]
-    revolved: Plain = {"revolved": kinematics.revolved}
-    turns = kinematics.dim > 1 and not kinematics.revolved
+    axisymmetric: Plain = {"axisymmetric": kinematics.axisymmetric}
+    turns = kinematics.dim > 1 and not kinematics.axisymmetric
     if model.type in ("total_lagrangian", "adaptive") or model.contact_algorithm:
         return _composite(model, case)
     match model.type:
@@ -67,20 +67,20 @@ def formulation_of(case: Case) -> AnyFormulation:
                 product=model.momentum_form == "product",
                 mass_form=model.density_form == "mass",
                 shears=model.viscosity_in_shear == "reduced",
-                spins=turns and model.conserve_angular_momentum,
-                **revolved,
+                angular_momentum=turns and model.conserve_angular_momentum,
+                **axisymmetric,
                 **_frictional(model, case),
             )
         case "riemann":
             return Riemann(
                 **shared,
                 reconstruction=LIMITERS[model.reconstruction],
-                consistent=model.variant != "original",
+                corrected_variant=model.variant != "original",
                 adjoint=model.variant == "elastic",
-                held=model.tension_stabilization,
-                spins=turns and model.conserve_angular_momentum,
-                face_contact=model.contact.type == "frictional" and model.contact.self_contact == "all",
-                **revolved,
+                tension_stabilized=model.tension_stabilization,
+                angular_momentum=turns and model.conserve_angular_momentum,
+                self_contact=model.contact.type == "frictional" and model.contact.self_contact == "all",
+                **axisymmetric,
                 **_frictional(model, case),
             )
         case "projection":
@@ -101,7 +101,11 @@ def _frictional(model: Any, case: Case) -> Plain:
     contact = model.contact
     if contact.type != "frictional" or (len(case.bodies) < 2 and contact.self_contact in (None, "none")):
         return {}
-    return {"parted": True, "friction": contact.friction, "fragment_contact": contact.self_contact != "none"}
+    return {
+        "has_contact": True,
+        "friction": contact.friction,
+        "fragment_contact": contact.self_contact != "none",
+    }
 
 
 def _correction(model: options.Correction) -> KernelCorrection:
@@ -152,7 +156,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "viscosity": _viscosity(model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
         "contact": contact_of(model.contact) if model.contact_algorithm else Welded(),
-        "revolved": KINEMATICS[case.kinematics].revolved,
+        "axisymmetric": KINEMATICS[case.kinematics].axisymmetric,
         "courant": case.time.cfl,
     }
     if model.type == "eulerian":

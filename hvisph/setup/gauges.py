@@ -156,7 +156,7 @@ class _Values:
             return value
         particles = self._particles
         volume = float(particles["mass"][row] / particles["density"][row])
-        if particles.kinematics.revolved:
+        if particles.kinematics.axisymmetric:
             volume /= 2.0 * np.pi * float(particles["position"][row, 1])
         spacing = volume ** (1.0 / particles.dim)
         return value + 0.5 * spacing * float(normal[component_names("position", particles.dim).index(column)])

@@ -44,8 +44,8 @@ def _cells(body: PlacedBody, drawn: int, dx: float) -> np.ndarray:
 
     A ring is 2 pi r/dx cells alike; with all of their flaws it would be as weak as the weakest of them.
     """
-    revolved = drawn != body.positions.shape[1]
-    return body.breadth**3 if revolved else body.volumes * dx ** (3 - drawn)
+    axisymmetric = drawn != body.positions.shape[1]
+    return body.breadth**3 if axisymmetric else body.volumes * dx ** (3 - drawn)
 
 
 def with_cracks(material: Material, volume: float) -> Material:

@@ -115,11 +115,11 @@ SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "honeycomb"
 
 
 @dataclass
-class Beginning:
+class InitialState:
     """Initial state of a run: particles of all bodies or of a part.
 
     `longest` is the largest smoothing length [m] and `spread` the ratio of smallest to largest; `count` is the number
-    of particles of all bodies. For a part, `watched` has the numbers of particles whose pressures the history records,
+    of particles of all bodies. For a part, `observed` has the numbers of particles whose pressures the history records,
     by column, and `sequence` (n,) their places in the order of all, if the scheme keeps an order. `origin` tells of the
     other run that this one starts from, see `start.Origin.as_dict`; `rigid` are the motions of rigid bodies,
     `boundaries` faces and edges.
@@ -135,14 +135,14 @@ class Beginning:
     gauges: dict[str, PlacedGauge]
     notes: tuple[str, ...]
     count: int
-    watched: dict[str, np.ndarray] | None = None
+    observed: dict[str, np.ndarray] | None = None
     sequence: np.ndarray | None = None
     origin: Plain = field(default_factory=dict)
     rigid: tuple[RigidMotion, ...] = ()
     boundaries: Boundaries | None = None
 
 
-def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
+def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     """Create the particles of a case and their initial fields.
 
     Raises
@@ -167,12 +167,12 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
         h = formulation.h_over_dx * case.resolution
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
-        formulation = replace(formulation, unlike=bool(np.ptp(lengths) > UNLIKE * h))
-        if isinstance(formulation, Riemann) and formulation.consistent:
+        formulation = replace(formulation, unequal_spacings=bool(np.ptp(lengths) > UNLIKE * h))
+        if isinstance(formulation, Riemann) and formulation.corrected_variant:
             formulation = replace(formulation, fractures=any(material.fracture is not None for material in made))
         contact: Any = getattr(case.formulation, "contact", None)
         if _in_pieces(case, contact, placed):
-            formulation = replace(formulation, parted=True, friction=contact.friction, fragment_contact=True)
+            formulation = replace(formulation, has_contact=True, friction=contact.friction, fragment_contact=True)
     if isinstance(formulation, Riemann) and case.edges:
         formulation = replace(formulation, edges=True)
     if isinstance(formulation, Riemann) and any(material.has_axes for material in made):
@@ -188,14 +188,14 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     sides = {"above": 1.0, "below": -1.0}
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
     rigid = rigid_motions(case, particles, placed, made, planes)
-    if rigid and isinstance(formulation, Riemann | Eulerian) and formulation.parted:
-        of_rigid: Any = {"rigid": True, "turns": case.dim > 1 and not particles.kinematics.revolved}
+    if rigid and isinstance(formulation, Riemann | Eulerian) and formulation.has_contact:
+        of_rigid: Any = {"rigid": True, "turns": case.dim > 1 and not particles.kinematics.axisymmetric}
         formulation = replace(formulation, **of_rigid)
     elif rigid and isinstance(getattr(formulation, "contact", None), Pressing):
         formulation = replace(formulation, contact=replace(formulation.contact, rigid=True))
     _carry_on(particles, placed, "kernel_type")
     refuse_outside(particles, case.domain, names)
-    if particles.kinematics.revolved:
+    if particles.kinematics.axisymmetric:
         planes = (*planes, AXIS)
     loaded = [filled_region(particles, load, names, f"loads.{number}") for number, load in enumerate(case.loads)]
     boundaries = boundaries_of(case, formulation, placed, particles, own, planes, loaded)
@@ -222,7 +222,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         notes = (*notes, f"contact energy of the run, {origin['lost_on_mapping']:.6g}{joule}, does not go on")
     gauges = placed_gauges(case.gauges, placed, case.resolution)
     longest, shortest = float(lengths.max()), float(lengths.min())
-    return Beginning(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
+    return InitialState(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
                      particles.count, origin=origin, rigid=rigid, boundaries=boundaries)  # fmt: skip
 
 
@@ -249,7 +249,7 @@ def _state(
 ) -> tuple[Particles, list[Material]]:
     """Return the particles of `placed` bodies, and the distinct materials."""
     dim, dx, kinematics = case.dim, case.resolution, KINEMATICS[case.kinematics]
-    extra = (*fields, *SCHEMES[case.time.integrator].extra_fields(kinematics.revolved))
+    extra = (*fields, *SCHEMES[case.time.integrator].extra_fields(kinematics.axisymmetric))
     if any(material.remembers for material in made):
         _refuse_memory(case, made)
         extra = (*extra, *MEMORY)

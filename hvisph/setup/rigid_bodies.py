@@ -109,8 +109,8 @@ def _motion(
 
 def _freedom(rigid: Rigid, particles: Particles) -> tuple[np.ndarray, bool, np.ndarray | None]:
     """Return the projection on directions of motion (3, 3), whether a body turns, and its only axis (3,), if any."""
-    dim, move, revolved = particles.dim, rigid.move, particles.kinematics.revolved
-    space = np.diag([float(k < (1 if revolved else dim)) for k in range(3)])
+    dim, move, axisymmetric = particles.dim, rigid.move, particles.kinematics.axisymmetric
+    space = np.diag([float(k < (1 if axisymmetric else dim)) for k in range(3)])
     if move.fixed or rigid.velocity:
         return np.zeros((3, 3)), False, None
     if move.along is not None:
@@ -118,7 +118,7 @@ def _freedom(rigid: Rigid, particles: Particles) -> tuple[np.ndarray, bool, np.n
         return np.outer(along, along), False, None
     if move.about is not None:
         return np.zeros((3, 3)), True, np.array(move.about) / np.linalg.norm(move.about)
-    return space, dim > 1 and not revolved, np.array([0.0, 0.0, 1.0]) if dim == 2 else None
+    return space, dim > 1 and not axisymmetric, np.array([0.0, 0.0, 1.0]) if dim == 2 else None
 
 
 def _rate_of(body: PlacedBody, axis: np.ndarray | None) -> np.ndarray:
@@ -148,15 +148,15 @@ def _properties(body: PlacedBody, mass: np.ndarray) -> MassProperties:
 
 def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:
     """Return motion, mass, centre and moments of inertia about x, y, z of a rigid body, or its kept part, in words."""
-    rigid, revolved = body.model.rigid, KINEMATICS[case.kinematics].revolved
+    rigid, axisymmetric = body.model.rigid, KINEMATICS[case.kinematics].axisymmetric
     assert rigid is not None
     found = _properties(body, rigid_material(body, material).density * body.volumes)
-    words = "moves along x" if revolved and rigid.words == "free" else rigid.words
+    words = "moves along x" if axisymmetric and rigid.words == "free" else rigid.words
     kg, metre = (" kg", " m") if case.units == "si" else ("", "")
-    unit = kg and kg + ("" if revolved else {1: "/m^2", 2: "/m", 3: ""}[case.dim])
-    centre = ", ".join(f"{one:.6g}" for one in found.centre[: 1 if revolved else case.dim])
+    unit = kg and kg + ("" if axisymmetric else {1: "/m^2", 2: "/m", 3: ""}[case.dim])
+    centre = ", ".join(f"{one:.6g}" for one in found.centre[: 1 if axisymmetric else case.dim])
     text = f"{words}, mass {found.mass:.6g}{unit}, centre {centre}{metre}"
-    if case.dim == 1 or revolved or rigid.move.fixed or rigid.move.along is not None or rigid.velocity:
+    if case.dim == 1 or axisymmetric or rigid.move.fixed or rigid.move.along is not None or rigid.velocity:
         return text
     moments = ", ".join(f"{one:.6g}" for one in np.diag(found.inertia)[0 if case.dim == 3 else 2 :])
     return f"{text}, moments of inertia {moments}{kg and kg + (' m^2' if case.dim == 3 else ' m')}"

@@ -118,7 +118,7 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
     needed = {"same": case.kinematics, "revolved": "axisymmetric", "extruded": "plane_strain"}[start.mapping]
     if parent.kinematics != needed:
         ways = {
-            "axisymmetric": " in the same kinematics, or `as: revolved`",
+            "axisymmetric": " in the same kinematics, or `as: axisymmetric`",
             "plane_strain": " in the same kinematics, or `as: extruded`",
         }.get(parent.kinematics, " in the same kinematics")
         raise CaseError(f"that run is {parent.kinematics}; it goes on{ways}", where="start.as")

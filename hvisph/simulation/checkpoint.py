@@ -17,7 +17,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
 from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Budget, Peaks
-from hvisph.diagnostics.sanity_checks import Watch
+from hvisph.diagnostics.sanity_checks import SanityChecks
 from hvisph.output.checkpoint_file import Checkpoint, Ordered
 from hvisph.parallel.parallel_output import Slabs
 from hvisph.setup.build import Setup
@@ -54,14 +54,14 @@ class Files:
 
 
 @dataclass
-class Keeper:
+class CheckpointContent:
     """All parts of a run that a checkpoint contains."""
 
     case: Case
     setup: Setup
     clock: Clock
     budget: Budget
-    watch: Watch
+    checks: SanityChecks
     files: Files
     series: list[tuple[float, str]]
     peaks: Peaks
@@ -109,7 +109,7 @@ class Keeper:
                        "gravity_energy": budget.gravity_energy,
                        "potential": budget.potential, "scale": budget.scale, "weight": budget.weight.tolist(),
                        "highest_pressure": budget.highest()},
-            "first_step": self.watch.first,
+            "first_step": self.checks.first,
             "files": vars(self.files),
             "series": self.series,
         } | ({"origin": self.setup.origin} if self.setup.origin else {})  # fmt: skip
@@ -137,8 +137,8 @@ class Keeper:
                     raise ValueError("the run that it started from has been run anew since")
                 return {name: given[f"{HISTORY}{name}"] for name in history}
 
-        taken = share.world.from_first(whole)
-        mine = {name: share.dealt(given.get(name)) for name in rows}
+        taken = share.world.broadcast_from_first(whole)
+        mine = {name: share.scatter_rows(given.get(name)) for name in rows}
         with share.world.raise_together(), _fits(checkpoint):
             renews = header["case"]["formulation"].get("reference_update_strain") is not None
             refuse_other_particles(mine[STATE], mine[TAGS], particles, renews)
@@ -170,7 +170,7 @@ class Keeper:
             "scale",
         ):
             setattr(budget, name, header["budget"][name])
-        self.watch.first = header["first_step"]
+        self.checks.first = header["first_step"]
         self.series[:] = [(time, name) for time, name in header["series"]]
         for name in vars(self.files):
             setattr(self.files, name, header["files"][name])

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hvisph.core.errors import CaseError, RunError
-from hvisph.diagnostics.budgets import watched_particles
+from hvisph.diagnostics.budgets import observed_particles
 from hvisph.parallel.subdomain import Parts
-from hvisph.parallel.world import Alone
+from hvisph.parallel.world import SingleProcess
 from hvisph.setup.build import set_up
-from hvisph.setup.initial_state import Beginning
+from hvisph.setup.initial_state import InitialState
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 FEW = 16
 
 
-def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> tuple[Beginning, Parts | None]:
+def distribute(
+    world: SingleProcess, make: Callable[[], InitialState], spacing: float
+) -> tuple[InitialState, Parts | None]:
     """Return the initial state of this process, and the decomposition of several processes.
 
     Parameters
@@ -42,9 +44,9 @@ def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> t
     """
     if world.size == 1:
         return make(), None
-    held: list[tuple[Beginning, np.ndarray]] = []
+    held: list[tuple[InitialState, np.ndarray]] = []
 
-    def prepare() -> tuple[Beginning, Parts]:
+    def prepare() -> tuple[InitialState, Parts]:
         whole = make()
         particles = whole.particles
         if whole.formulation.stepper.keeps_order:  # it keeps this order, by which lists are sorted
@@ -52,25 +54,25 @@ def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> t
 
             particles.permute(order_of(particles, whole.formulation.kernel.reach * whole.longest))
             whole = replace(whole, sequence=np.arange(particles.count, dtype=np.uint64))
-        watched = watched_particles(particles, whole.planes, spacing)
+        observed = observed_particles(particles, whole.planes, spacing)
         parts = Parts(world.size, particles["position"], particles.id)
         owner = parts.owner(particles["position"], particles.id)
         if np.bincount(owner, minlength=world.size).min() == 0:
             raise CaseError(f"{particles.count} particles are too few for {world.size} processes; start fewer")
         held.append((whole, owner))
-        return replace(whole, particles=particles.like(0), sequence=None, watched=watched), parts
+        return replace(whole, particles=particles.like(0), sequence=None, observed=observed), parts
 
-    own, parts = world.from_first(prepare)
+    own, parts = world.broadcast_from_first(prepare)
     whole, owner = held.pop() if held else (own, None)
     wanted = None if owner is None else [np.flatnonzero(owner == rank) for rank in range(world.size)]
-    own.particles.data = world.dealt(whole.particles.data, wanted)
-    own.particles.tags = world.dealt(whole.particles.tags, wanted)
+    own.particles.data = world.scatter_rows(whole.particles.data, wanted)
+    own.particles.tags = world.scatter_rows(whole.particles.tags, wanted)
     if own.formulation.stepper.keeps_order:
-        own = replace(own, sequence=world.dealt(whole.sequence, wanted))
+        own = replace(own, sequence=world.scatter_rows(whole.sequence, wanted))
     return own, parts
 
 
-def compile_for_all(world: Alone, case: Case, start: Beginning) -> None:
+def compile_for_all(world: SingleProcess, case: Case, start: InitialState) -> None:
     """Compile the loops on the first process of each machine with a few particles, for the others to load."""
 
     def evaluate() -> None:

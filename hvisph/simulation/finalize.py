@@ -39,7 +39,7 @@ def exit_code_of(status: str, summary: Plain, signal: int) -> int:
     return 0 if all(row["passed"] for row in summary["expected"]) else 1
 
 
-def sum_up(
+def measure_end(
     case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: Plain, listener: Listener, origin: Plain
 ) -> Plain:
     """Write and return the summary, measured from the run's files, with its warnings.

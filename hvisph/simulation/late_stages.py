@@ -28,7 +28,7 @@ class LateStages:
         """Take the materials of the stage that a state at `time` [s] is in."""
         self._done = sum(stage.at <= time for stage in self._stages)
         if self._done:
-            self._stepper.take_stage(self._done - 1)
+            self._stepper.use_late_materials(self._done - 1)
 
     def is_due(self, time: float) -> bool:
         """Return whether the next stage begins at `time` [s] or earlier."""
@@ -65,7 +65,7 @@ class LateStages:
                 pores = material.porosity is not None
                 particles["flaw_strain"][rows] = 1.0 / particles["history_variable"][rows] if pores else 1.0
             particles["history_variable"][rows] = np.where(flies[rows], np.inf, reference)
-        stepper.take_stage(self._done)
+        stepper.use_late_materials(self._done)
         self._done += 1
         fast = np.quantile(np.sqrt((particles["velocity"] ** 2).sum(axis=1)), 0.99)
         return (f"late stage from {time:.4g} s, bulk modulus {stage.bulk_modulus:.3g} Pa: largest pressure "

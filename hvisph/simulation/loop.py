@@ -18,7 +18,7 @@ from hvisph.core.errors import RunError
 from hvisph.core.particles import copy_rows
 from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Budget, Observer
-from hvisph.diagnostics.sanity_checks import Failure, Watch
+from hvisph.diagnostics.sanity_checks import Failure, SanityChecks
 from hvisph.integrators.time_step import Limit
 from hvisph.output.checkpoint_file import Checkpoint
 from hvisph.output.history import HistoryWriter, NoHistory
@@ -29,10 +29,10 @@ from hvisph.precheck.advice import advice, contact_warnings
 from hvisph.precheck.estimate import of_cores
 from hvisph.schemes.stepper import PERMUTE_EVERY, Stepper
 from hvisph.setup.build import Setup
-from hvisph.simulation.checkpoint import Keeper
+from hvisph.simulation.checkpoint import CheckpointContent
 from hvisph.simulation.clock import Clock, TimeStep, interpolate_state, release_arrays
 from hvisph.simulation.domain_box import Domain
-from hvisph.simulation.finalize import Outcome, exit_code_of, sum_up
+from hvisph.simulation.finalize import Outcome, exit_code_of, measure_end
 from hvisph.simulation.late_stages import LateStages
 from hvisph.simulation.listener import Listener, Reporter
 from hvisph.simulation.run_files import RunFiles
@@ -120,26 +120,26 @@ class Run:
 
     def _prepare(self) -> None:
         """Evaluate the initial rates; restore the checkpoint when resuming."""
-        tell_pieces(self.setup, 0)
+        separate_fragments(self.setup, 0)
         self.setup.stepper.start()
-        self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.limits)
+        self.budget, self.checks = Budget(self.setup), SanityChecks(self.setup, self.case.limits)
         self.start = self.writer.start(self.case.begins)
-        self.keeper = Keeper(
+        self.checkpoint_content = CheckpointContent(
             self.case,
             self.setup,
             self.clock,
             self.budget,
-            self.watch,
+            self.checks,
             self.files.state,
             self.writer.series,
             self.writer.peaks,
         )
         if self.checkpoint is not None:
-            self.time_step = self.keeper.restore(self.checkpoint)
+            self.time_step = self.checkpoint_content.restore(self.checkpoint)
             self.late.resume(self.clock.time)
             self.checkpoint = replace(self.checkpoint, arrays={})
             self.subdomain.note_reordering()
-            self.subdomain.sort_out()
+            self.subdomain.redistribute()
 
     def _stopping(self) -> bool:
         """Return whether to stop; all processes stop after the same step."""
@@ -152,7 +152,7 @@ class Run:
     def _begin(self) -> None:
         """Choose the first step."""
         stepper, limit = self.setup.stepper, self._limit()
-        self.watch.check_step(limit, self.clock.time, 0)
+        self.checks.check_step(limit, self.clock.time, 0)
         if self.setup.particles.has_previous:
             stepper.complete(0.0, 0.0)
         self.time_step = self.clock.choose(limit.dt, limit.criterion, None)
@@ -165,7 +165,7 @@ class Run:
         whole = self.subdomain.reduce_limit(own, self.stop.number or 0, self.files.checkpoint_due())
         if whole.criterion == COLLAPSED:
             what = self.subdomain.first_of(collapsed)
-            raise self.watch.describe_collapse(what, self.clock.time, self.clock.steps) from collapsed
+            raise self.checks.describe_collapse(what, self.clock.time, self.clock.steps) from collapsed
         if whole.stop and self.subdomain.world.size > 1:
             self._stopped, self.stop.number = True, self.stop.number or whole.stop
         return whole
@@ -195,17 +195,17 @@ class Run:
         except RunError as error:
             collapsed = error
         limit = self._limit(collapsed)
-        self.watch.check_step(limit, clock.time, clock.steps)
+        self.checks.check_step(limit, clock.time, clock.steps)
         following, number = clock.choose(limit.dt, limit.criterion, self.time_step), clock.outputs
         due = self._complete(following)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
             self.files.record(self.time_step, limit.number, self.done.length, self.budget)
-        warning = self.watch.warning(clock.time)
+        warning = self.checks.warning(clock.time)
         if warning:
             self.folder.log.write(warning)
             self.listener.message(warning)
         drift = self.budget.energy_drift(stepper.sums)
-        self.watch.check_state(drift, clock.time, clock.steps)
+        self.checks.check_state(drift, clock.time, clock.steps)
         while due:  # snapshots hold as long as the particles lie as they do
             number += 1
             self.files.write_output(due.pop(0)(), number)
@@ -217,7 +217,7 @@ class Run:
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
             self.subdomain.note_reordering()
-            tell_pieces(self.setup, clock.steps)
+            separate_fragments(self.setup, clock.steps)
             self.domain.retire(self.budget, following.length)
             self.subdomain.rebalance(clock.steps)
         if limit.checkpoint:
@@ -252,7 +252,7 @@ class Run:
         )
 
     def _checkpoint(self) -> None:
-        self.files.checkpoint(self.keeper, self.time_step, self.reporter.seconds)
+        self.files.checkpoint(self.checkpoint_content, self.time_step, self.reporter.seconds)
 
     def _finish(self) -> Outcome:
         last = self.files.write_last(self.status == "failed")
@@ -277,9 +277,9 @@ class Run:
 
         def summary_of() -> Plain:
             assert last is not None
-            return sum_up(self.case, self.text, self.writer, last(), ended, self.listener, self.setup.origin)
+            return measure_end(self.case, self.text, self.writer, last(), ended, self.listener, self.setup.origin)
 
-        summary = self.subdomain.world.from_first(summary_of)
+        summary = self.subdomain.world.broadcast_from_first(summary_of)
         self.listener.finish(summary)
         code = exit_code_of(self.status, summary, self.stop.number or 0)
         return Outcome(self.folder.path, summary, code, self.stop.name if self.status == "interrupted" else "")
@@ -289,7 +289,7 @@ class Run:
 LOOK_EVERY = 64
 
 
-def tell_pieces(setup: Setup, steps: int) -> None:
+def separate_fragments(setup: Setup, steps: int) -> None:
     """Find the connected components of bodies when due, on the first process, and renumber contact bodies."""
     stepper, share, particles = setup.stepper, setup.subdomain, setup.particles
     if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
@@ -308,6 +308,6 @@ def tell_pieces(setup: Setup, steps: int) -> None:
         if share.world.first:
             whole = np.zeros(len(tags), np.uint32)
             whole[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
-        told_apart = share.dealt(whole)
+        told_apart = share.scatter_rows(whole)
     if share.get_maxima(float((told_apart != pieces).any()))[0]:
         stepper.split(told_apart)

@@ -21,10 +21,10 @@ from hvisph.output.checkpoint_file import Checkpoint, newest_checkpoint
 from hvisph.output.reader import read_summary
 from hvisph.output.run_folder import RunFolder, SilentFolder, clear_unfinished, looks_like_a_run
 from hvisph.parallel.subdomain import Parts
-from hvisph.parallel.world import Alone, world_here
+from hvisph.parallel.world import SingleProcess, detect_processes
 from hvisph.precheck.estimate import fed_threads, fewer_threads_reason, refuse_impossible, worthwhile_threads
 from hvisph.setup.build import set_up
-from hvisph.setup.initial_state import Beginning, begin
+from hvisph.setup.initial_state import InitialState, begin
 from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.distribute import compile_for_all, distribute
 from hvisph.simulation.finalize import Outcome
@@ -67,7 +67,7 @@ def run(
     if not isinstance(case, Case):
         name = run_name(case) if out is None else name
         case = load_case(case)
-    world, path = world_here(), Path("runs") / name if out is None else Path(out)
+    world, path = detect_processes(), Path("runs") / name if out is None else Path(out)
     listener = listener if listener and world.first else Listener()
     start, parts = prepare_process(case, world, lambda: begin(case))
     with world.raise_together():
@@ -84,7 +84,9 @@ def run(
         return Run(case, setup, folder, listener).go()
 
 
-def prepare_process(case: Case, world: Alone, make: Callable[[], Beginning]) -> tuple[Beginning, Parts | None]:
+def prepare_process(
+    case: Case, world: SingleProcess, make: Callable[[], InitialState]
+) -> tuple[InitialState, Parts | None]:
     """Return the part of the initial state for this process and the decomposition, if memory allows."""
     with computable():
         with world.raise_together():
@@ -92,14 +94,14 @@ def prepare_process(case: Case, world: Alone, make: Callable[[], Beginning]) -> 
         return distribute(world, make, case.resolution)
 
 
-def folder_of(world: Alone, path: Path, make: Callable[[], RunFolder]) -> RunFolder:
+def folder_of(world: SingleProcess, path: Path, make: Callable[[], RunFolder]) -> RunFolder:
     """Return the run's folder, created by the first process; the others write nothing."""
     made: list[RunFolder] = []
-    world.from_first(lambda: made.append(make()))
+    world.broadcast_from_first(lambda: made.append(make()))
     return made[0] if made else SilentFolder(path)
 
 
-def with_threads(case: Case, start: Beginning, threads: int | None, world: Alone) -> Beginning:
+def with_threads(case: Case, start: InitialState, threads: int | None, world: SingleProcess) -> InitialState:
     """Set the number of threads as `set_threads` does, and note it in the initial state."""
     count = -(-start.count // world.size)
     set_threads(threads, worthwhile_threads(case, count), world.beside)
@@ -190,12 +192,12 @@ def resume_run(
     run: str | os.PathLike[str], case: Case, *, threads: int | None = None, listener: Listener | None = None
 ) -> Outcome:
     """Continue a run by a case of `resume_case`; arguments and errors as of `resume`."""
-    world, path = world_here(), Path(run)
+    world, path = detect_processes(), Path(run)
     listener = listener if listener and world.first else Listener()
     with world.end_together(), folder_of(world, path, lambda: RunFolder.open(path)) as folder:
         found: list[Checkpoint | None] = []
 
-        def make() -> Beginning:
+        def make() -> InitialState:
             checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message, lazily=world.size > 1)
             if checkpoint is None:
                 listener.message("there is no checkpoint yet; beginning again")
@@ -206,12 +208,12 @@ def resume_run(
 
         start, parts = prepare_process(case, world, make)
         checkpoint = found[0] if found else None
-        header = world.from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
+        header = world.broadcast_from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
         with report_compilation(listener.compiling):
             with world.raise_together():
                 start = with_threads(case, start, threads, world)
                 setup = set_up(case, start)
             setup.subdomain.join(world, parts)
-            world.from_first(lambda: clear_unfinished(path))
+            world.broadcast_from_first(lambda: clear_unfinished(path))
             compile_for_all(world, case, start)
             return Run(case, setup, folder, listener, checkpoint or header).go()

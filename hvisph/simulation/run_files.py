@@ -18,7 +18,7 @@ from hvisph.output.run_folder import RunFolder, SilentFolder
 from hvisph.output.snapshot import Snapshot
 from hvisph.parallel.parallel_output import Moment, load_arrays
 
-from .checkpoint import Cadence, Files, Keeper
+from .checkpoint import Cadence, CheckpointContent, Files
 from .clock import Clock, TimeStep
 from .writer import SnapshotWriter
 
@@ -135,12 +135,12 @@ class RunFiles:
         """Return whether a checkpoint is due."""
         return self._writes and self._cadence.due
 
-    def checkpoint(self, keeper: Keeper, time_step: TimeStep, wall_seconds: float) -> None:
+    def checkpoint(self, checkpoint_content: CheckpointContent, time_step: TimeStep, wall_seconds: float) -> None:
         """Write a checkpoint after all records up to it."""
         started = wall.monotonic()
         self.state.wall_seconds = wall_seconds
         self.history.sync()
-        with keeper.capture(time_step) as checkpoint:
+        with checkpoint_content.capture(time_step) as checkpoint:
             if checkpoint is not None:
                 write_checkpoint(self.folder.checkpoint_path, checkpoint)
         self._cadence.record(started)

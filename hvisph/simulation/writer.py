@@ -16,7 +16,7 @@ from hvisph.core.fields import OF_STATE
 from hvisph.core.lazy_arrays import Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.core.text import Plain
-from hvisph.diagnostics.budgets import Followed, Peaks
+from hvisph.diagnostics.budgets import MigratingRows, Peaks
 from hvisph.exact.entropy import entropy
 from hvisph.integrators.gravity import SPHERE, Gravity
 from hvisph.materials import tags
@@ -72,7 +72,7 @@ class SnapshotWriter:
             self.metadata["witness"] = case.witness.x
         self.series: list[tuple[float, str]] = []
         self.peaks = Peaks(setup)
-        self.begun = Followed(setup, setup.particles["position"].copy())  # where the particles are at the start
+        self.begun = MigratingRows(setup, setup.particles["position"].copy())  # where the particles are at the start
         self._count = 0  # particles in the first snapshot
         self._series_due = 0.0
 
@@ -89,7 +89,7 @@ class SnapshotWriter:
     def _snapshot_in_slabs(self, own: Snapshot, particles: Particles) -> Moment:
         """Return a snapshot over all processes that is fetched by slabs; `own` is the part of this process."""
         share = self.setup.subdomain
-        retired = np.sort(share.everybodys_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
+        retired = np.sort(share.gather_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
         arrays = Derived(
             (*own.fields, *INDICES), lambda name: getattr(own, name) if name in INDICES else own.fields[name]
         )

@@ -102,7 +102,7 @@ def beside_limit(plan: Plan, limit: PlainMapping) -> Plain:
 
 def _masses(case: Case) -> tuple[float, float] | None:
     """Return the masses of a flat cylinder and of its plug from one plate [kg]; None for other shots."""
-    if not (case.dim == 3 or KINEMATICS[case.kinematics].revolved) or len(case.bodies) != 2:
+    if not (case.dim == 3 or KINEMATICS[case.kinematics].axisymmetric) or len(case.bodies) != 2:
         return None
     shot, plate = sorted(case.bodies.values(), key=lambda body: not any(body.velocity))
     if shot.shape.type != "cylinder" or plate.shape.type not in ("cylinder", "box") or any(plate.velocity):

@@ -164,11 +164,11 @@ def _project(moment: Moment, look: Look) -> Projected:
     """Return places (m, 3) of all discs, and the particle that each is of."""
     position = moment.snapshot.fields["position"].reshape(moment.snapshot.count, -1)
     yaw, pitch = VIEWS[look.view] if isinstance(look.view, str) else look.view
-    revolved = moment.snapshot.is_axisymmetric
-    if revolved and look.view != "side":
+    axisymmetric = moment.snapshot.is_axisymmetric
+    if axisymmetric and look.view != "side":
         place, owner = revolve(position, spacing_of(moment.snapshot), 270.0 if look.mirrored else 180.0)
     else:
-        planes = (1,) if revolved else moment.planes
+        planes = (1,) if axisymmetric else moment.planes
         place, owner = copies(position, planes if look.mirrored else ())
     return rotate_view(place, yaw, pitch), owner
 

@@ -49,13 +49,13 @@ class Setup:
     gauges: Mapping[str, Sequence[float]] = field(default_factory=dict)  # places of gauges by name [m]
     notes: Sequence[str] = ()  # lines below the picture
     si: bool = True  # whether lengths are in metres
-    revolved: bool = False  # whether particles are axisymmetric about x: the bodies are solids of revolution
+    axisymmetric: bool = False  # whether particles are axisymmetric about x: the bodies are solids of revolution
     edges: Sequence[tuple[int, float]] = ()  # open edges: axis and coordinate [m]
 
     @property
     def solid(self) -> bool:
         """Whether a view shows more than a section."""
-        return self.dim == 3 or self.revolved
+        return self.dim == 3 or self.axisymmetric
 
     @property
     def dim(self) -> int:
@@ -115,7 +115,7 @@ def _section(axes: Axes, setup: Setup) -> None:
     corners = []
     for number, body in enumerate(setup.bodies):
         places, spacing, clamped = body.positions, body.spacing, body.held
-        if setup.revolved:
+        if setup.axisymmetric:
             places = np.concatenate([places, places * (1.0, -1.0)])
             spacing, clamped = np.tile(spacing, 2), np.tile(clamped, 2)
         shown = np.ones(len(places), bool)
@@ -152,7 +152,7 @@ def _section(axes: Axes, setup: Setup) -> None:
         if planes:
             listed = ", ".join(f"{'xyz'[axis]} = {at * unit:g}" for axis, at in planes)
             axes.plot([], [], dashes, color=colour, label=f"{name}: {listed}")
-    if setup.revolved:
+    if setup.axisymmetric:
         axes.axhline(0.0, color="#666666", ls=(0, (12, 3, 2, 3)), lw=0.8, label="axis")
     for name, place in setup.gauges.items():
         mark = [*(np.asarray(place) * unit), 0.0]
@@ -163,9 +163,9 @@ def _section(axes: Axes, setup: Setup) -> None:
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")
     axes.set_xlabel(f"x{setup.unit[0]}")
-    across = "r" if setup.revolved else "y"
+    across = "r" if setup.axisymmetric else "y"
     axes.set_ylabel("" if setup.dim == 1 else f"{across}{setup.unit[0]}")
-    counted = f"{len(everything)} {'axisymmetric particles' if setup.revolved else 'particles'}"
+    counted = f"{len(everything)} {'axisymmetric particles' if setup.axisymmetric else 'particles'}"
     axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
     below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat
     axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2, frameon=False)
@@ -181,7 +181,7 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
         if speed == 0:
             continue
         start = np.append(body.positions.mean(axis=0) * setup.factor, 0.0)[:2]
-        if setup.revolved:
+        if setup.axisymmetric:
             start[1] = 0.0
         end = start + np.append(body.velocity, 0.0)[:2] / max(speeds) * span / 6
         tail, head = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
@@ -199,7 +199,7 @@ def _view(axes: Axes, setup: Setup) -> None:
     from matplotlib.colors import to_rgb
 
     bodies = [(body.positions, body.spacing) for body in setup.bodies]
-    if setup.revolved:
+    if setup.axisymmetric:
         turned = [(revolve(x, float(spacing.mean()), 270.0), spacing) for x, spacing in bodies]
         # the open quarter towards the eye, which is where z is small
         bodies = [(places * (1.0, 1.0, -1.0), spacing[ring]) for (places, ring), spacing in turned]

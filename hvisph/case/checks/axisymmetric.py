@@ -91,7 +91,7 @@ def _through_axis(plane: object) -> bool:
 
 def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
     """Yield the settings of an axisymmetric `case` that are undefined or not available about the axis."""
-    if not KINEMATICS[case.kinematics].revolved:
+    if not KINEMATICS[case.kinematics].axisymmetric:
         return
     formulation = case.formulation
     if formulation.type == "projection":
@@ -141,7 +141,7 @@ def _body(name: str, body: Body) -> Iterator[Problem]:
 
 def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
     """Yield warnings about an axisymmetric `case`."""
-    if not KINEMATICS[case.kinematics].revolved:
+    if not KINEMATICS[case.kinematics].axisymmetric:
         return
     formulation = case.formulation
     if hasattr(formulation, "artificial_stress") and formulation.artificial_stress.type != "none":

@@ -75,8 +75,8 @@ def _is_still(body: Body) -> bool:
 def _rigid_motion(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     """Yield the errors of the motion of a rigid body."""
     assert body.rigid is not None
-    rigid, move, revolved = body.rigid, body.rigid.move, case.kinematics == "axisymmetric"
-    axes = AXES[: 1 if revolved else case.dim]
+    rigid, move, axisymmetric = body.rigid, body.rigid.move, case.kinematics == "axisymmetric"
+    axes = AXES[: 1 if axisymmetric else case.dim]
     if sum((move.fixed, move.along is not None, move.about is not None, bool(rigid.velocity))) > 1:
         yield Problem(path, "give one of fixed, along, about and velocity, not several")
     for key, axis in (("along", move.along), ("about", move.about)):
@@ -85,7 +85,7 @@ def _rigid_motion(case: Surroundings, body: Body, path: Path) -> Iterator[Proble
     if move.along is not None and any(move.along[len(axes) :]):
         given = direction_name(move.along)
         yield Problem((*path, "move"), f"it cannot move along {given} here; allowed: {', '.join(axes)}")
-    if move.about is not None and (revolved or case.dim == 1 or (case.dim == 2 and any(move.about[:2]))):
+    if move.about is not None and (axisymmetric or case.dim == 1 or (case.dim == 2 and any(move.about[:2]))):
         yield Problem((*path, "move"), "it cannot turn about this axis here; allowed: z in 2D, any in 3D")
     if rigid.velocity:
         times = [time for time, _ in rigid.velocity]
@@ -101,7 +101,7 @@ def _rigid_motion(case: Surroundings, body: Body, path: Path) -> Iterator[Proble
         share = sum(a * b for a, b in zip(along, move.along, strict=True)) / sum(a * a for a in move.along)
         kept = tuple(a - share * b for a, b in zip(body.velocity, move.along, strict=False))
         kept = tuple(one if abs(one) > 1e-9 * max(map(abs, body.velocity)) else 0.0 for one in kept)
-    elif revolved and not (move.fixed or move.about):
+    elif axisymmetric and not (move.fixed or move.about):
         kept = (0.0, *body.velocity[1:])
     elif not (move.fixed or move.about):
         kept = ()

@@ -56,8 +56,8 @@ def draw_setup(case: Case, path: str) -> Path:
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     edges = [("xyz".index(edge.axis), edge.at) for edge in case.edges]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
-    title, revolved = case.title or "untitled case", KINEMATICS[case.kinematics].revolved
-    return setup_picture(Setup(title, bodies, planes, gauges, notes, case.units == "si", revolved, edges), path)
+    title, axisymmetric = case.title or "untitled case", KINEMATICS[case.kinematics].axisymmetric
+    return setup_picture(Setup(title, bodies, planes, gauges, notes, case.units == "si", axisymmetric, edges), path)
 
 
 Format = Callable[[float, str], str]  # of a number with its SI unit

@@ -39,18 +39,21 @@ class SpatialPass:
         dim, kernel, euler, self._h = at.shape[1], formulation.kernel, formulation.eulerian, h
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
         to = layout.slots()
-        self.parted = formulation.contact.parts
+        self.has_contact = formulation.contact.parts
         shares = specialise(
             coupling.shares,
             DIM=dim,
             KIND=to["KIND"],
             BODY=to["BODY"],
             D=to["D"],
-            CONTACT=float(self.parted),
+            CONTACT=float(self.has_contact),
             STRESS_AT_INTERFACE=float(formulation.stress_at_interface),
         )
-        coupled = {"COUPLED": 1, "shares": shares} | ({"HYBRID": 1} if formulation.revolved else {})
-        passes = [replace(one, reads=layout, options=one.options | coupled, skips=False) for one in euler.passes(dim)]
+        coupled = {"COUPLED": 1, "shares": shares} | ({"HYBRID": 1} if formulation.axisymmetric else {})
+        passes = [
+            replace(one, reads=layout, options=one.options | coupled, skips_undisturbed=False)
+            for one in euler.passes(dim)
+        ]
         constants = np.append(euler.coefficients(), (kernel.reach * h) ** 2)
         self.pairs = Pairs(layout, kernel, passes, constants, at, h, planes)
         self._selection = Selection(at, kernel.reach * h, with_neighbours=formulation.spatial_correction.acts)
@@ -176,8 +179,9 @@ def offered_to_loops(
         "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "WEIGHTS": dim + 1,
         "ROW": formulation.row(dim)[0].used_width, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
         "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
-        "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
-        "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.revolved),
+        "SECANT": int(formulation.hourglass != 0.0 and formulation.secant),
+        "REDUCES_SHEAR_VISCOSITY": int(formulation.shears),
+        "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.axisymmetric),
         "remembered_state": bind_models(thermodynamics.remembered_state, *materials), "longitudinal_speed":
         thermodynamics.longitudinal_speed, "shear_modulus": bind_models(thermodynamics.shear_modulus, *materials),
         "REMEMBERS": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
@@ -202,7 +206,7 @@ def loops(formulation: Any, offered: Options) -> Loops:
         particle_loop(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
         tuple(
             particle_loop(bind(reference.accumulate,
-                               {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)}, offered))
+                               {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.axisymmetric)}, offered))
             for coupled in (0, 1)
         ),
     )  # fmt: skip

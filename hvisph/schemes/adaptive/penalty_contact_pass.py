@@ -71,7 +71,7 @@ class BodyContact:
         stiffness = [self.law.of_material(m.density, m.bulk_sound_speed, spacing, dim, carried) for m in materials]
         self._of_material, self._power_unit = np.array(stiffness), power_unit
         self._volume = particles["mass"] / np.array([m.density for m in materials])[particles.material]
-        self._revolved = particles.kinematics.revolved
+        self._revolved = particles.kinematics.axisymmetric
         full, fullest = fullness
         self._inner = full >= FULL * fullest[particles.body]
         self._tell_apart()
@@ -81,7 +81,7 @@ class BodyContact:
         layout, constants, look = penalty_contact.contact_search(dim, kernel)
         self._looking = Pairs(layout, kernel, [look], constants, at, h, planes)
         self._touching = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
-        self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.slips
+        self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.has_friction
         self.starts, self.omega = np.full(particles.count, self._touching), np.zeros(particles.count)
         self.folded, self.leaving = np.zeros((2, particles.count), bool)
         self._pieces = self._bodies.copy()
@@ -133,9 +133,9 @@ class BodyContact:
             self._look_for_folds(rows, slots, loose)
         if self.folded.any():
             chosen = np.union1d(chosen, np.flatnonzero(self.folded))
-        if not (len(chosen) if halo is None else halo.anywhere(len(chosen) > 0)):
+        if not (len(chosen) if halo is None else halo.any_process(len(chosen) > 0)):
             return
-        if self.leaving.any() if halo is None else halo.anywhere(bool(self.leaving.any())):
+        if self.leaving.any() if halo is None else halo.any_process(bool(self.leaving.any())):
             self._unload(chosen, rows, slots)
         self.pairs.rows, self.pairs.numbers = self._pack_rows(chosen, rows, slots, loose), self._numbers[chosen]
         try:

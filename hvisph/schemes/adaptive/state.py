@@ -41,19 +41,25 @@ class CompositeState(ReferenceChanges, Stepper):
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count, body = particles.count, self.particles.body
         at = rate_slots.slots(dim)
-        last = at["R_HOOP"] + 1 if formulation.revolved else at["R_SLIP"] + 1 if formulation.slips else at["R_DENSITY"]
+        last = (
+            at["R_HOOP"] + 1
+            if formulation.axisymmetric
+            else at["R_SLIP"] + 1
+            if formulation.has_friction
+            else at["R_DENSITY"]
+        )
         self._rates = np.zeros((count, last))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
         self.swellings, self.loose = np.ones(count), np.zeros(count, bool)
         start = np.eye(dim).ravel()
-        if formulation.revolved:  # the hoop stretch behind F
+        if formulation.axisymmetric:  # the hoop stretch behind F
             start = np.append(start, 1.0)
         self.before = np.tile(start, (count if formulation.renew_strain else 1, 1))
         self._stage = 0.0
         self.rows_ = aligned_zeros(count, self.layout.width)
-        turning = formulation.conversion.bodies
-        self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
+        find_converting = formulation.conversion.bodies
+        self._convertible = np.ones(count, bool) if find_converting is None else np.isin(body, find_converting)
         self._body_indices = body.astype(np.uint32)
         self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
@@ -98,7 +104,7 @@ class CompositeState(ReferenceChanges, Stepper):
         kept = {name: np.array(carried[name], getattr(self, name).dtype) for name in KEPT}
         self.volume, self.alone, self.sequence = (kept[name] for name in ("volume", "alone", "sequence"))
         self._build_reference()
-        if self.anywhere(kept["loose"].any()):
+        if self.any_process(kept["loose"].any()):
             self.reference.remove(self.copies.extend_rows(kept["loose"]))
         for name, values in kept.items():
             setattr(self, name, values)
@@ -108,7 +114,7 @@ class CompositeState(ReferenceChanges, Stepper):
         if self.contact is not None:
             self.contact.replace_particles(carried)
             self._body_indices = self.contact.pieces
-            self._one_piece = self._one_body and not self.anywhere(kept["loose"].any())
+            self._one_piece = self._one_body and not self.any_process(kept["loose"].any())
         self._classify()
 
     def fit_grid(self) -> None:
@@ -143,7 +149,7 @@ class Neighbours(Protocol):
     def dim(self) -> int:
         """Number of dimensions."""
 
-    def anywhere(self, here: bool | np.bool_) -> bool:
+    def any_process(self, here: bool | np.bool_) -> bool:
         """Return whether a condition holds on any process."""
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
@@ -172,7 +178,7 @@ class Conversion:
         """Whether no particle converts by itself."""
         return self.strain is None and not self.damage
 
-    def turning(
+    def find_converting(
         self,
         lagrangian: np.ndarray,
         convertible: np.ndarray,
@@ -193,7 +199,7 @@ class Conversion:
             turns |= own & (strains >= self.strain)
         if self.damage:
             turns |= own & (damage >= 1.0)
-        guarded = self.fallback and (not self.is_off or beside.anywhere(not lagrangian.all()))
+        guarded = self.fallback and (not self.is_off or beside.any_process(not lagrangian.all()))
         torn = np.zeros_like(turns)
         if guarded:
             turns |= lagrangian & active & (jacobians < self.smallest)
@@ -202,7 +208,7 @@ class Conversion:
             if self.damage and self.fallback_damage:
                 torn |= damage >= 1.0
             torn &= active & ~lagrangian
-        if beside.anywhere(turns.any() or torn.any()):
+        if beside.any_process(turns.any() or torn.any()):
             theirs = torn | turns if self.neighbours else torn
             turns |= lagrangian & beside.neighbours_of(theirs)
         return turns

@@ -102,7 +102,7 @@ class CompositeStepper(CompositeState):
         self._one_piece = self._one_body
         self._can_fail = any(material.can_fail for material in self.materials)
         self.volume = self._volume_at_start.copy()
-        if formulation.revolved:  # areas of the section
+        if formulation.axisymmetric:  # areas of the section
             self.volume /= 2.0 * np.pi * self._ring_radius(self._at_start)
         self._make_room()
         self.alone = is_rigid_particle(particles.tags)  # they have no pairs of their own
@@ -182,12 +182,12 @@ class CompositeStepper(CompositeState):
         self._active = (tied | self.neighbours_of(tied)).astype(np.uint8)
         self._lagrangian = kinds == 1.0
         self._eulerian = (~self._lagrangian).astype(np.uint8)
-        self._any_eulerian = self.anywhere(self._eulerian.any())
+        self._any_eulerian = self.any_process(self._eulerian.any())
         if self._any_eulerian:
             near_eulerian = self.neighbours_of(~self._lagrangian)
             self._active[(self._active == 1) & (near_eulerian | ~self._lagrangian)] = 2
         self._tied = np.flatnonzero(tied)
-        self._any_active, self._any_tied = self.anywhere(self._active.any()), self.anywhere(tied.any())
+        self._any_active, self._any_tied = self.any_process(self._active.any()), self.any_process(tied.any())
 
     def start(self) -> None:
         """Evaluate the initial forces."""
@@ -232,7 +232,7 @@ class CompositeStepper(CompositeState):
                 self.rows_, self._numbers, self._eulerian, self._body_indices
             )
         try:
-            self._add_spatial(near_eulerian if self.spatial.parted else near_eulerian | near_body)
+            self._add_spatial(near_eulerian if self.spatial.has_contact else near_eulerian | near_body)
         finally:  # other processes wait for this one's part in the contact, also where it has failed
             if self.contact is not None:
                 self.contact.add(np.flatnonzero(near_body), self.rows_, self.slots, self.loose, self._rates)
@@ -240,7 +240,7 @@ class CompositeStepper(CompositeState):
 
     def _add_spatial(self, near: np.ndarray) -> None:
         """Add the pairs of Eulerian particles, and of bodies in bonded contact, at present positions."""
-        if (self._any_eulerian or not self.spatial.parted) and self.anywhere(near.any()):
+        if (self._any_eulerian or not self.spatial.has_contact) and self.any_process(near.any()):
             chosen = np.flatnonzero(near & ~self.loose)
             self.spatial.add(
                 chosen,
@@ -267,11 +267,11 @@ class CompositeStepper(CompositeState):
             self.contact.complete(dt, self._averages)
         if dt > 0.0:
             self.loads[:] = 0.0
-            if self.planes and self.anywhere(stop_at_planes(self.particles, self.planes, self.h)):
+            if self.planes and self.any_process(stop_at_planes(self.particles, self.planes, self.h)):
                 self.predict(following)
         self._turn()
         limit = self.formulation.renew_strain
-        if limit is not None and self.anywhere((self.latest[self._tied] > limit).any()):
+        if limit is not None and self.any_process((self.latest[self._tied] > limit).any()):
             self._renew()
             self._classify()
 
@@ -283,14 +283,14 @@ class CompositeStepper(CompositeState):
             return
         lagrangian = self._lagrangian & ~self.loose
         damage = particles["damage"].copy() if self._can_fail else self._undamaged  # side by side: read several times
-        turns = formulation.conversion.turning(
+        turns = formulation.conversion.find_converting(
             lagrangian, self._convertible, self._active != 0, self.jacobians, self.strains, damage, self
         )
         leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none
         turned, left = turns.any(), leaves.any()
-        if not self.anywhere(turned or left):
+        if not self.any_process(turned or left):
             return
-        if self.anywhere(left):
+        if self.any_process(left):
             before = self.loose.copy()
             self._leave(leaves)
             self._part(self.loose & ~before)

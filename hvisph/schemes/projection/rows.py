@@ -78,7 +78,7 @@ class ProjectionRows:
             )
         return rows, following
 
-    def show_nothing(self) -> None:
+    def exchange_after_error(self) -> None:
         """Take part in the exchanges of the four passes after an error on this process."""
         if self.list.halo is not None:
             for layout in self.layouts:

@@ -115,7 +115,7 @@ class ProjectionStepper:
             try:
                 self._make_list(particles["position"])
             except RunError:  # others wait for this process' rows
-                self._rows.show_nothing()
+                self._rows.exchange_after_error()
                 raise
         n, data, tags = particles.count, particles.data, particles.tags
         rows, near, scheme = self._rows, self._rows.get_neighbours, self.formulation
@@ -270,7 +270,7 @@ class Projection:
     pressure_average: float = 2e-7  # time over which recorded pressures are averaged [s]
 
     name = "projection"
-    corrects = slips = repels = False
+    corrects_kernels = has_friction = stores_contact_energy = False
     fields: tuple[str, ...] = ("pressure",)
     viscous_factor = 0.0
     stepper = ProjectionStepper

@@ -1,6 +1,6 @@
 """Particle row of Riemann SPH (`schemes.riemann.law`), and the pass that completes it before the pairs.
 
-Gradients of velocity and stress, renormalised, for the reconstruction, and where bodies lie, for those that meet
+The pass computes renormalised gradients of velocity and stress for the reconstruction, and sums for the contact normals
 (`sph.contact.contact_normal`).
 """
 
@@ -40,71 +40,116 @@ from hvisph.sph.terms.adjoint_operator import closed_moment, corrected_operator,
 from hvisph.sph.terms.crack import crack_terms, crack_vector
 from hvisph.sph.terms.shape_matrix import sound_inverse
 
-# Where in the constants the tables of depths begin.
+# Index in the constants at which the tables of depths begin.
 DEPTH_TABLE = 2
 # Options of the pass, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = FRACTURES = ADJOINT = EDGES = 0
-# What passes write that all pairs read.
+# Fields that passes write and all pairs read.
 READ_BY_PAIRS = ("gu", "gt", "crack", "stage_t", "operator", "elastic")
 
 
-def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
-               following: bool = False, revolved: bool = False, unlike: bool = False,
-               faces: bool = False, spins: bool = False, leads: bool = False,
-               anisotropic: bool = False, fractures: bool = False, adjoint: bool = False,
-               turns: bool = False, edges: bool = False) -> RowLayout:  # fmt: skip
-    """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
+def row_layout(
+    dim: int,
+    reconstruct: bool,
+    *,
+    corrected_variant: bool = False,
+    has_contact: bool = False,
+    varies_smoothing: bool = False,
+    axisymmetric: bool = False,
+    unequal_spacings: bool = False,
+    self_contact: bool = False,
+    angular_momentum: bool = False,
+    corrects_density: bool = False,
+    anisotropic: bool = False,
+    fractures: bool = False,
+    adjoint: bool = False,
+    turns: bool = False,
+    edges: bool = False,
+) -> RowLayout:
+    """Return the row of data that a particle offers its neighbours.
 
-    TENSION_LIMIT and SHEAR_LIMIT are the tractions it bears, ENERGY its energy, LATTICE_ORDER o, SPIN_STRESS w,
-    N_RAW, N_OTHER and
-    N_SURFACE N, F and O of its body, N_PREVIOUS O as it was before, DEPTH how deep it lies in it, RING and HOOP
-    radius and hoop
-    stress of a ring, REST_AREA the area of its section at rest over h^2, INV_NUMBER_DENSITY 1 over the number of
-    particles, Z_SQUARED the squares of the impedances by direction, CORRECTION_DECAY and DENSITY_RELAXATION at what
-    rates lead and density go, SOFT the damage past the onset of fracture, CRACK where it lies (`sph.terms.crack`).
-    GU_BEFORE is GU of the evaluation before, AHEAD_TWICE twice the time of the stage, STAGE_T the stress extrapolated
-    to it, OPERATOR K, and ELASTIC the share with which K holds (`sph.terms.adjoint_operator`). TURN_RATE is the angular
-    velocity of a rigid body, zero of others. AMBIENT is 1 in the layer beyond an open edge
-    (`integrators.boundary_forces`).
+    X, U, H, V, T, M        position, velocity, smoothing length, volume, stress, mass
+    ZN, ZT, Z_SQUARED       normal and shear impedance; squares of the normal impedance by direction
+    RHO, ENERGY             density, specific internal energy
+    TENSION_LIMIT, SHEAR_LIMIT, LATTICE_ORDER   limits of the tractions; order of the lattice
+    SPIN_STRESS             antisymmetric stress that returns angular momentum
+    BODY, N_RAW, N_OTHER, N_SURFACE, N_PREVIOUS, DEPTH  body; normals and depth (`sph.contact.contact_normal`)
+    RING, HOOP, REST_AREA   radius, hoop stress, section area at rest over h^2 of an axisymmetric particle
+    INV_NUMBER_DENSITY, CORRECTION_DECAY, DENSITY_RELAXATION    `sph.terms.density_correction`
+    FREE_LENGTH             1 where h follows density within its bounds
+    SOFT, CRACK             damage past the onset of fracture, and its direction (`sph.terms.crack`)
+    GU, GT, GU_BEFORE       gradients of U and T, gradient of U of the evaluation before
+    AHEAD_TWICE, STAGE_T, OPERATOR, ELASTIC     `sph.terms.adjoint_operator`
+    TURN_RATE, AMBIENT      angular velocity of a rigid body; 1 in the layer beyond an open edge
     """
-    return RowLayout(dim, select_fields(
-        ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
-        parted and ("body", "scalar"), faces and ("n_previous", "vector"), ("zn", "scalar"), ("zt", "scalar"),
-        anisotropic and ("z_squared", "symmetric"), edges and ("ambient", "scalar"),
-        consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
+    packed = select_fields(
+        ("x", "vector"),
+        ("u", "vector"),
+        ("h", "scalar"),
+        ("v", "scalar"),
+        ("t", "symmetric"),
+        has_contact and ("body", "scalar"),
+        self_contact and ("n_previous", "vector"),
+        ("zn", "scalar"),
+        ("zt", "scalar"),
+        anisotropic and ("z_squared", "symmetric"),
+        edges and ("ambient", "scalar"),
+        corrected_variant and ("rho", "scalar"),
+        corrected_variant and ("shear_limit", "scalar"),
+        angular_momentum and ("spin_stress", "axial"),
         turns and ("turn_rate", "axial"),
-        consistent and ("energy", "scalar"), consistent and ("lattice_order", "scalar"), revolved and ("ring",
-        "radius"), revolved and leads and ("rest_area", "scalar"),
- fractures and ("soft", "scalar"),
-        consistent and ("tension_limit", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
-        adjoint and ("gu_before", "gradient"), adjoint and ("ahead_twice", "scalar"),
-        following and ("free_length", "scalar"), revolved and ("hoop", "scalar"),
-        leads and ("inv_number_density", "scalar"), leads and ("correction_decay", "scalar"), leads and
-        ("density_relaxation", "scalar"),
-    ), select_fields(
-        reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"), fractures and
-        ("crack", "vector"),
-        adjoint and ("stage_t", "symmetric"), adjoint and ("operator", "symmetric"), adjoint and ("elastic", "scalar"),
-        parted and ("n_raw", "vector"), parted and ("n_other", "vector"), parted and ("n_surface", "vector"),
-        unlike and ("depth", "scalar"),
-    ))  # fmt: skip
+        corrected_variant and ("energy", "scalar"),
+        corrected_variant and ("lattice_order", "scalar"),
+        axisymmetric and ("ring", "radius"),
+        axisymmetric and corrects_density and ("rest_area", "scalar"),
+        fractures and ("soft", "scalar"),
+        corrected_variant and ("tension_limit", "scalar"),
+        ("m", "scalar"),  # pairs read neither m nor what follows
+        adjoint and ("gu_before", "gradient"),
+        adjoint and ("ahead_twice", "scalar"),
+        varies_smoothing and ("free_length", "scalar"),
+        axisymmetric and ("hoop", "scalar"),
+        corrects_density and ("inv_number_density", "scalar"),
+        corrects_density and ("correction_decay", "scalar"),
+        corrects_density and ("density_relaxation", "scalar"),
+    )
+    made_by_passes = select_fields(
+        reconstruct and ("gu", "gradient"),
+        reconstruct and ("gt", "symmetric_gradient"),
+        fractures and ("crack", "vector"),
+        adjoint and ("stage_t", "symmetric"),
+        adjoint and ("operator", "symmetric"),
+        adjoint and ("elastic", "scalar"),
+        has_contact and ("n_raw", "vector"),
+        has_contact and ("n_other", "vector"),
+        has_contact and ("n_surface", "vector"),
+        unequal_spacings and ("depth", "scalar"),
+    )
+    return RowLayout(dim, packed, made_by_passes)
 
 
 def pair_layout(layout: RowLayout) -> RowLayout:
-    """Return the first part of the row: the rest is read where bodies meet."""
+    """Return the part of the row that all pairs read; pairs in contact read all of it."""
     return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in READ_BY_PAIRS))
 
 
-def contact_passes(layout: RowLayout, kernel: Kernel, unlike: bool, faces: bool = False) -> list[Pass]:
-    """Return the passes behind `gradients` over what is near another body: its normals."""
-    ways, parts = {"SELF_CONTACT": int(faces)}, (is_other_body,)
-    first = [Pass(unequal_normals, layout, ways, parts, only="N_RAW", into_rows=True, skips=True)] if unlike else []
+def contact_passes(layout: RowLayout, kernel: Kernel, unequal_spacings: bool, self_contact: bool = False) -> list[Pass]:
+    """Return the passes after `gradients`: contact normals of particles near another body."""
+    ways, parts = {"SELF_CONTACT": int(self_contact)}, (is_other_body,)
+    first = (
+        [Pass(unequal_normals, layout, ways, parts, only="N_RAW", into_rows=True, skips_undisturbed=True)]
+        if unequal_spacings
+        else []
+    )
     reach = {"REACH2": kernel.reach**2}
-    return [*first, Pass(smooth_normals, layout, ways | reach, parts, only="N_RAW", into_rows=True, skips=True)]
+    return [
+        *first,
+        Pass(smooth_normals, layout, ways | reach, parts, only="N_RAW", into_rows=True, skips_undisturbed=True),
+    ]
 
 
 def gradients(near, n, rows, i, constants, out):
-    """Write the renormalised gradients of velocity and stress into row `i`, and where bodies lie."""
+    """Write the renormalised gradients of velocity and stress, and the unsmoothed contact normals, into row `i`."""
     x, u, s, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM), rows[i, H]
     moment, of_u = broadcast(no_symmetric(DIM)), broadcast(no_gradient(DIM))
     of_s = broadcast(no_symmetric_gradient(DIM))
@@ -128,7 +173,7 @@ def gradients(near, n, rows, i, constants, out):
             cracks, crack_sums = crack_terms(cracks, crack_sums, b[SOFT], g)
         if RECONSTRUCTION:
             moment = add(moment, symmetric_outer(dx, g))
-            if EDGES:  # the state goes on beyond an edge
+            if EDGES:  # the state is uniform beyond an edge
                 g = multiply(1.0 - b[AMBIENT], g)
             of_u = add(of_u, outer(subtract(vector(b, U, DIM), u), g))
             of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
@@ -143,7 +188,7 @@ def gradients(near, n, rows, i, constants, out):
         put(out, i, CRACK, crack_vector(lane_sums(cracks), (lane_sum(crack_sums[0]), lane_sum(crack_sums[1]))))
     if RECONSTRUCTION:
         inverse, _ = sound_inverse(matrix(lane_sums(moment)))
-        if CORRECTED_VARIANT and rows[i, LATTICE_ORDER] < 0.0:  # what has failed
+        if CORRECTED_VARIANT and rows[i, LATTICE_ORDER] < 0.0:  # failed particles
             inverse = multiply(0.0, inverse)
         grad_u = product(lane_sums(of_u), inverse)
         put(out, i, GU, grad_u)

@@ -30,62 +30,62 @@ from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
 from . import law as riemann
 from . import row as riemann_row
 
-# Share of its density at rest below which the section of a ring at rest counts as so much of that which it fills.
+# Smallest section area at rest of an axisymmetric particle over its present one.
 THIN = 0.5
 
 
 @dataclass(frozen=True)
 class Riemann:
-    """Contact SPH, as published or in the form whose density keeps to the spacing.
+    """Contact SPH: the published scheme or its corrected variant.
 
     Parameters
     ----------
     kernel, h_over_dx, smoothing
-        Kernel, smoothing length over spacing, and how it varies.
+        Kernel, smoothing length over spacing, and evolution of the smoothing length.
     reconstruction
-        Its limiter, of `hvisph.sph.terms.limiters`, none among them.
-    consistent
-        Whether density, impedance, limits of the tractions and edges are those of the consistent form.
-    held
-        Whether tension leaves pairs that are too close, in bodies that have not flowed.
-    parted
-        Whether bodies separate and slide, or are welded.
+        Slope limiter of `hvisph.sph.terms.limiters`; its ``none`` switches the reconstruction off.
+    corrected_variant
+        Whether density, impedance, limits of the tractions and free surfaces are those of the corrected variant.
+    tension_stabilized
+        Whether pairs that are too close lose their tension.
+    has_contact
+        Whether bodies separate and slide; otherwise they are bonded.
     friction
-        Coulomb's coefficient between bodies that are parted.
+        Coulomb's coefficient.
     fragment_contact
-        Whether pieces that have come apart from a body are parted, too.
-    revolved
-        Whether particles are rings about the axis x.
-    unlike
-        Whether bodies that are parted differ in spacing.
-    face_contact
-        Whether surfaces of one connected body are in contact, too.
-    spins
-        Whether pairs of the consistent form take back the angular momentum that they make; not of rings, nor in 1D.
+        Whether detached components of a body are in contact with it.
+    axisymmetric
+        Whether particles are axisymmetric about the axis x.
+    unequal_spacings
+        Whether bodies in contact differ in spacing.
+    self_contact
+        Whether surfaces of one connected body are in contact.
+    angular_momentum
+        Whether angular momentum is conserved; not in axisymmetric cases, nor in 1D.
     anisotropic
-        Whether the speed of waves depends on their direction in a material.
+        Whether a material has wave speeds that depend on direction.
     fractures
         Whether a material has a fracture energy.
     adjoint
-        Whether force and power have the corrected operator of the velocity gradient, and the dissipation of solids
-        that have not yielded that of velocities alone (`sph.terms.adjoint_operator`).
-    rigid, turns
-        Whether some bodies are rigid, and whether these turn.
+        Whether force and power have the corrected operator of the velocity gradient, and the stress jump does not
+        enter the contact velocity of solids that have not yielded (`sph.terms.adjoint_operator`).
+    rigid, turns, edges
+        Whether some bodies are rigid; whether these rotate; whether there are open edges.
     """
 
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
     smoothing: Smoothing = field(default_factory=Smoothing)
     reconstruction: Limiter = LIMITERS["van_albada"]
-    consistent: bool = True
-    held: bool = True
-    parted: bool = False
+    corrected_variant: bool = True
+    tension_stabilized: bool = True
+    has_contact: bool = False
     friction: float = 0.0
     fragment_contact: bool = False
-    revolved: bool = False
-    unlike: bool = False
-    face_contact: bool = False
-    spins: bool = False
+    axisymmetric: bool = False
+    unequal_spacings: bool = False
+    self_contact: bool = False
+    angular_momentum: bool = False
     anisotropic: bool = False
     fractures: bool = False
     adjoint: bool = False
@@ -94,28 +94,28 @@ class Riemann:
     edges: bool = False
 
     name = "riemann"
-    corrects = repels = False
+    corrects_kernels = stores_contact_energy = False
     switch = WHOLE
     band_spacings = 1.0  # width of a crack band over a particle's: the weaker side limits a pair
-    softens = False
+    reduces_shear_viscosity = False
     stepper = Stepper
 
     @property
     def fields(self) -> tuple[str, ...]:
         """State fields of the scheme."""
-        own = ("previous_density_rate",) if self.consistent else ()
-        own = (*own, "density_correction") if self.leads else own
-        return (*own, "torque_residual") if self.spins else own
+        own = ("previous_density_rate",) if self.corrected_variant else ()
+        own = (*own, "density_correction") if self.corrects_density else own
+        return (*own, "torque_residual") if self.angular_momentum else own
 
     @property
-    def follows(self) -> bool:
-        """Whether density is that of the kernel at the own h, which follows density."""
-        return self.consistent and self.smoothing.variable
+    def varies_smoothing(self) -> bool:
+        """Whether h varies with density (`sph.terms.grad_h`)."""
+        return self.corrected_variant and self.smoothing.variable
 
     @property
-    def leads(self) -> bool:
-        """Whether density is corrected towards the number density."""
-        return self.consistent and not self.smoothing.variable
+    def corrects_density(self) -> bool:
+        """Whether density has the correction of `sph.terms.density_correction`."""
+        return self.corrected_variant and not self.smoothing.variable
 
     @property
     def viscous_factor(self) -> float:
@@ -123,66 +123,76 @@ class Riemann:
         return SHOCK_SLOPE / self.kernel.width
 
     @property
-    def slips(self) -> bool:
-        """Whether bodies slide on each other."""
-        return self.parted
+    def has_friction(self) -> bool:
+        """Whether bodies slide with friction."""
+        return self.has_contact
 
     @property
-    def meets_unlike(self) -> bool:
-        """Whether bodies of different spacing are in frictional contact."""
-        return self.parted and self.unlike
-
-    def _row(self, dim: int, reconstruct: bool) -> RowLayout:
-        return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
-                                  self.meets_unlike, self.face_contact, self.spins, self.leads,
-                                  self.anisotropic, self.fractures, self.adjoint, self.turns,
-                                  self.edges)  # fmt: skip
+    def has_unequal_spacings(self) -> bool:
+        """Whether bodies of unequal spacings are in contact."""
+        return self.has_contact and self.unequal_spacings
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
-        ways = {
+        shared = {
             "RECONSTRUCTION": int(self.reconstruction.acts),
-            "CORRECTED_VARIANT": int(self.consistent),
-            "SEPARATING": int(self.parted),
-            "VARIABLE_RESOLUTION": int(self.meets_unlike),
-            "SELF_CONTACT": int(self.face_contact),
+            "CORRECTED_VARIANT": int(self.corrected_variant),
+            "SEPARATING": int(self.has_contact),
+            "VARIABLE_RESOLUTION": int(self.has_unequal_spacings),
+            "SELF_CONTACT": int(self.self_contact),
             "FRACTURES": int(self.fractures),
             "ADJOINT": int(self.adjoint),
             "EDGES": int(self.edges),
         }
-        row = self.layout(dim)
-        flux = Pass(riemann.accumulate, riemann_row.pair_layout(row), ways | {
+        of_pairs = {
             "share": self.reconstruction.share,
-            "TENSION_STABILIZED": int(self.consistent and self.held), "GRAD_H": int(self.follows),
-            "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM": int(self.spins), "DENSITY_CORRECTION":
-            int(self.leads), "ANISOTROPIC": int(self.anisotropic), "RIGID": int(self.rigid), "TURNS": int(self.turns),
-        }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
-        slips=self.parted,
-            rings=self.revolved, spins=self.spins or self.turns,
-            adjoint=self.adjoint, own_reach=self.follows, skips=not self.face_contact)  # fmt: skip
-        if not (self.reconstruction.acts or self.parted or self.fractures):
+            "TENSION_STABILIZED": int(self.corrected_variant and self.tension_stabilized),
+            "GRAD_H": int(self.varies_smoothing),
+            "AXISYMMETRIC": int(self.axisymmetric),
+            "ANGULAR_MOMENTUM": int(self.angular_momentum),
+            "DENSITY_CORRECTION": int(self.corrects_density),
+            "ANISOTROPIC": int(self.anisotropic),
+            "RIGID": int(self.rigid),
+            "TURNS": int(self.turns),
+        }
+        row = self.layout(dim)
+        flux = Pass(
+            riemann.accumulate,
+            riemann_row.pair_layout(row),
+            shared | of_pairs,
+            riemann.PARTS,
+            density_rate=self.corrected_variant,
+            corrects_density=self.corrects_density,
+            has_friction=self.has_contact,
+            axisymmetric=self.axisymmetric,
+            angular_momentum=self.angular_momentum or self.turns,
+            adjoint=self.adjoint,
+            own_reach=self.varies_smoothing,
+            skips_undisturbed=not self.self_contact,
+        )
+        if not (self.reconstruction.acts or self.has_contact or self.fractures):
             return [flux]
         first = [
             Pass(
                 riemann_row.gradients,
                 riemann_row.pair_layout(row),
-                ways,
+                shared,
                 (contact_normal.is_other_body,),
                 into_rows=True,
-                skips=not self.face_contact,
+                skips_undisturbed=not self.self_contact,
             )
         ]
-        if self.parted:
-            first += riemann_row.contact_passes(row, self.kernel, self.unlike, self.face_contact)
+        if self.has_contact:
+            first += riemann_row.contact_passes(row, self.kernel, self.unequal_spacings, self.self_contact)
         return [*first, flux]
 
-    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:
+    def body_contact(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:
         """Return no contact: the pair law contains it."""
         return NoContact()
 
     def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
         """Store the surface normals of this evaluation in the rows for the next one."""
-        if self.face_contact:
+        if self.self_contact:
             at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
             lacking = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
             size = (
@@ -192,41 +202,70 @@ class Riemann:
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row layout."""
-        return self._row(dim, self.reconstruction.acts)
+        return riemann_row.row_layout(
+            dim,
+            self.reconstruction.acts,
+            corrected_variant=self.corrected_variant,
+            has_contact=self.has_contact,
+            varies_smoothing=self.varies_smoothing,
+            axisymmetric=self.axisymmetric,
+            unequal_spacings=self.has_unequal_spacings,
+            self_contact=self.self_contact,
+            angular_momentum=self.angular_momentum,
+            corrects_density=self.corrects_density,
+            anisotropic=self.anisotropic,
+            fractures=self.fractures,
+            adjoint=self.adjoint,
+            turns=self.turns,
+            edges=self.edges,
+        )
 
     def coefficients(self) -> np.ndarray:
         """Return the inverse kernel width, the friction coefficient, and depths for different spacings."""
-        further = variable_resolution.depths(self.kernel, self.h_over_dx) if self.meets_unlike else ()
+        further = variable_resolution.depths(self.kernel, self.h_over_dx) if self.has_unequal_spacings else ()
         return np.array([1.0 / self.kernel.width, self.friction, *further])
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and its bound constants."""
-        return _pack, {"SEPARATING": int(self.parted), "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM":
-        int(self.spins),
-                       "CORRECTED_VARIANT": int(self.consistent), "DENSITY_CORRECTION": int(self.leads),
-                       "ANISOTROPIC": int(self.anisotropic), "ADJOINT": int(self.adjoint)}  # fmt: skip
+        options = {
+            "SEPARATING": self.has_contact,
+            "AXISYMMETRIC": self.axisymmetric,
+            "ANGULAR_MOMENTUM": self.angular_momentum,
+            "CORRECTED_VARIANT": self.corrected_variant,
+            "DENSITY_CORRECTION": self.corrects_density,
+            "ANISOTROPIC": self.anisotropic,
+            "ADJOINT": self.adjoint,
+        }
+        return _pack, {name: int(option) for name, option in options.items()}
 
-    def sparsest(self, dim: int) -> float:
-        """Return the least rho h^dim/m: W(0) of an isolated particle, where density is the number density."""
-        return float(self.kernel.value(0.0, 1.0, dim)) if self.consistent else 0.0
+    def isolated_density(self, dim: int) -> float:
+        """Return rho h^dim/m of an isolated particle, W(0), the least where density is the number density."""
+        return float(self.kernel.value(0.0, 1.0, dim)) if self.corrected_variant else 0.0
 
     def limits(self) -> tuple[PythonFunction, Options] | None:
         """Return the packing function of strength limits and its constants; None in the original variant."""
-        ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads,
-                "ANISOTROPIC": self.anisotropic, "FRACTURES": self.fractures}  # fmt: skip
-        return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
+        if not self.corrected_variant:
+            return None
+        options = {
+            "GRAD_H": self.varies_smoothing,
+            "AXISYMMETRIC": self.axisymmetric,
+            "DENSITY_CORRECTION": self.corrects_density,
+            "ANISOTROPIC": self.anisotropic,
+            "FRACTURES": self.fractures,
+        }
+        return _show_limits, {name: int(option) for name, option in options.items()}
 
 
 def _pack(rows, s, coefficients, one):
-    """Write what the contact law reads of `one`; return the speed of signals."""
+    """Pack the row of a particle; return its signal speed [m/s]."""
     put(rows, s, 0, one.x)
     put(rows, s, U, one.u)
     rows[s, H] = one.h
-    # a retired particle has neither mass nor volume: not 0/0 but no force
+    # a retired particle has neither mass nor volume; its force is 0, not 0/0
     rows[s, M] = one.mass if one.mass > 0.0 else 1.0
     rows[s, V] = one.mass / one.rho
     rows[s, ZN] = one.rho * one.c_l
-    # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
+    # A liquid has a small shear impedance: with none, u* of a pair of liquids is 0/0.
     rows[s, ZT] = one.rho * max(one.c_t, SHEAR_IMPEDANCE_MIN * one.c_l)
     put(rows, s, T, plane_components(add_identity(one.s, -one.p), DIM))
     if ANISOTROPIC:
@@ -244,15 +283,15 @@ def _pack(rows, s, coefficients, one):
     if CORRECTED_VARIANT:
         rows[s, ENERGY] = one.e
     if DENSITY_CORRECTION:
-        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * growth_factor(one.lead)
+        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * growth_factor(one.density_correction)
         rows[s, CORRECTION_DECAY], rows[s, DENSITY_RELAXATION] = relaxation_rates(
-            one.lead, one.p, one.rho, one.c_l, one.h
+            one.density_correction, one.p, one.rho, one.c_l, one.h
         )
     return coefficients[0] * one.c_l
 
 
 def _show_limits(rows, s, coefficients, signal, rho, c, limits):
-    """Write the strength limits of a particle, a liquid once failed; return the signal speed."""
+    """Pack the traction limits of a particle, a liquid once failed; return its signal speed [m/s]."""
     rows[s, RHO] = rho
     rows[s, TENSION_LIMIT] = limits.tension
     rows[s, SHEAR_LIMIT] = limits.shear

@@ -47,31 +47,37 @@ class SeparatingContact:
     """Rates of frictional contact between bodies, added to those of standard SPH."""
 
     def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
-                 planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False,
-                 h_over_dx: float = 1.4, spins: bool = False, rigid: Options | None = None):  # fmt: skip
+                 planes: tuple[Plane, ...], axisymmetric: bool = False, unequal_spacings: bool = False,
+                 h_over_dx: float = 1.4, angular_momentum: bool = False, rigid: Options | None = None):  # fmt: skip
         dim, rigid = positions.shape[1], rigid or {}
         turns = bool(rigid.get("TURNS", 0))
         layout = riemann_row.row_layout(
-            dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike, turns=turns
+            dim,
+            reconstruct=False,
+            has_contact=True,
+            axisymmetric=axisymmetric,
+            unequal_spacings=unequal_spacings,
+            turns=turns,
         )
-        ways = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unlike)}
+        ways = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unequal_spacings)}
         seen = riemann_row.pair_layout(layout)
         passes = [
             Pass(riemann_row.gradients, seen, ways, (contact_normal.is_other_body,), into_rows=True),
-            *riemann_row.contact_passes(layout, kernel, unlike),
+            *riemann_row.contact_passes(layout, kernel, unequal_spacings),
             Pass(riemann.accumulate, seen,
-                 ways | rigid | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1, "AXISYMMETRIC": int(revolved),
-                                 "ANGULAR_MOMENTUM": int(spins)},
-                 riemann.PARTS, slips=True, rings=revolved, spins=spins or turns),
+                 ways | rigid | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1, "AXISYMMETRIC": int(axisymmetric),
+                                 "ANGULAR_MOMENTUM": int(angular_momentum)},
+                 riemann.PARTS, has_friction=True, axisymmetric=axisymmetric,
+                 angular_momentum=angular_momentum or turns),
         ]  # fmt: skip
-        further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
+        further = unlike_spacings.depths(kernel, h_over_dx) if unequal_spacings else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, kernel.reach * h)
         self._seen: Halo | None = None
         self._packed = np.zeros((0, layout.used_width))  # nothing writes what passes make, which stays zero
         self.renumber(bodies)
-        self._spins = SIZE["axial"][dim - 1] if spins or turns else 0
-        self._clears = turns and not spins  # the standard law writes no rate of spin
+        self._spins = SIZE["axial"][dim - 1] if angular_momentum or turns else 0
+        self._clears = turns and not angular_momentum  # the standard law writes no rate of spin
         self._bound: tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
@@ -103,7 +109,7 @@ class SeparatingContact:
             rates[:, sums_of_pairs.slots(self._pairs.layout.dim)["R_SPIN"] :] = 0.0
         meeting, beside = self._select(rows, numbers, self._pairs.kernel.reach * h)
         chosen = np.concatenate([meeting, beside])
-        if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
+        if not (len(chosen) if self._seen is None else self._seen.any_process(len(chosen) > 0)):
             return
         if len(self._packed) < len(chosen):
             self._packed = np.zeros((len(chosen) + len(chosen) // 4, self._pairs.layout.used_width))

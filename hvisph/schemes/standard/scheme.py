@@ -58,21 +58,21 @@ class Eulerian:
     product: bool = False  # whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b), as a correction always has it
     # whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W
     mass_form: bool = False
-    # whether bodies separate and slide, or are welded, and Coulomb's coefficient between them
-    parted: bool = False
+    # whether bodies separate and slide, or are bonded, and Coulomb's coefficient between them
+    has_contact: bool = False
     friction: float = 0.0
-    fragment_contact: bool = False  # whether pieces that have come apart from a body are parted, too
-    revolved: bool = False  # whether particles are rings about the axis x
-    unlike: bool = False  # whether bodies that are parted differ in spacing
+    fragment_contact: bool = False  # whether detached components of a body are in contact with it
+    axisymmetric: bool = False  # whether particles are axisymmetric about the axis x
+    unequal_spacings: bool = False  # whether bodies in contact differ in spacing
     shears: bool = False  # whether particles in shear flow take a share of the linear viscosity
-    # whether pairs take back the angular momentum that they make; not of rings, with a correction, nor in 1D
-    spins: bool = False
+    # whether angular momentum is conserved; not in axisymmetric cases, with a kernel correction, nor in 1D
+    angular_momentum: bool = False
     # whether some bodies are rigid, and whether these turn
     rigid: bool = False
     turns: bool = False
 
     name = "eulerian"
-    repels = False
+    stores_contact_energy = False
     stepper = Stepper
     band_spacings = 3.0  # width of a crack band over a particle's: gradients over 2h share it among three rows
 
@@ -80,7 +80,7 @@ class Eulerian:
     def fields(self) -> tuple[str, ...]:
         """Fields of particles beside the state."""
         own = self.viscosity.fields
-        own = (*own, "torque_residual") if self.spins else own
+        own = (*own, "torque_residual") if self.angular_momentum else own
         return (*own, "previous_density_rate") if self.density_rate else own
 
     @property
@@ -94,7 +94,7 @@ class Eulerian:
         return VISCOUS_SIGNAL * self.viscosity.beta
 
     @property
-    def corrects(self) -> bool:
+    def corrects_kernels(self) -> bool:
         """Whether kernels are corrected."""
         return self.correction.acts
 
@@ -104,21 +104,21 @@ class Eulerian:
         return self.viscosity.switch
 
     @property
-    def softens(self) -> bool:
+    def reduces_shear_viscosity(self) -> bool:
         """Whether particles in shear flow have less of the linear viscosity."""
         return self.shears
 
     @property
-    def slips(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether bodies slide on each other."""
-        return self.parted
+        return self.has_contact
 
-    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
+    def body_contact(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
         """Return the contact between the bodies of `particles`, none where they are welded."""
-        if not self.parted:
+        if not self.has_contact:
             return NoContact()
         return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
-                                 self.revolved, self.unlike, self.h_over_dx, self.spins,
+                                 self.axisymmetric, self.unequal_spacings, self.h_over_dx, self.angular_momentum,
                                  {"RIGID": int(self.rigid), "TURNS": int(self.turns)})  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
@@ -132,17 +132,27 @@ class Eulerian:
                 "DISSIPATION": int(self.dissipation.acts),
                 "SWITCHED": int(self.viscosity.has_switch),
                 "EXPONENT": self.artificial_stress.exponent,
-                "AXISYMMETRIC": int(self.revolved),
-                "ANGULAR_MOMENTUM": int(self.spins),
+                "AXISYMMETRIC": int(self.axisymmetric),
+                "ANGULAR_MOMENTUM": int(self.angular_momentum),
             },
         )
         apart: Options = {}
-        if self.parted:  # pairs of different bodies are left to the contact between them
+        if self.has_contact:  # pairs of different bodies are left to the contact between them
             apart = {"COUPLED": 1, "shares": bind(coupling.separate_shares, {}, plain.slots())}
         if not self.correction.acts:
             ways |= apart
-            return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted,
-                         rings=self.revolved, spins=self.spins or self.turns, skips=True)]  # fmt: skip
+            return [
+                Pass(
+                    standard.accumulate,
+                    plain,
+                    ways,
+                    density_rate=self.density_rate,
+                    has_friction=self.has_contact,
+                    axisymmetric=self.axisymmetric,
+                    angular_momentum=self.angular_momentum or self.turns,
+                    skips_undisturbed=True,
+                )
+            ]
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
@@ -155,8 +165,8 @@ class Eulerian:
                 kernel_correction.pair_layout(plain),
                 ways | apart,
                 density_rate=self.density_rate,
-                slips=self.parted,
-                spins=self.turns,
+                has_friction=self.has_contact,
+                angular_momentum=self.turns,
             ),
         ]
 
@@ -169,13 +179,13 @@ class Eulerian:
         more = (("p", "scalar"),) if self.dissipation.acts else ()
         if self.viscosity.has_switch:
             more = (*more, ("share", "scalar"))
-        if self.parted:
+        if self.has_contact:
             more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
-        if self.spins:
+        if self.angular_momentum:
             more = (*more, ("spin_stress", "axial"))
         if self.turns:
             more = (*more, ("turn_rate", "axial"))
-        if self.revolved:
+        if self.axisymmetric:
             more = (*more, ("ring", "radius"), ("hoop", "scalar"))
         return standard.row_layout(dim, self.artificial_stress.acts, more)
 
@@ -202,28 +212,28 @@ class Eulerian:
         return _pack, {
             "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
             "DISSIPATION": int(self.dissipation.acts),
-            "SEPARATING": int(self.parted),
-            "AXISYMMETRIC": int(self.revolved),
-            "ANGULAR_MOMENTUM": int(self.spins),
+            "SEPARATING": int(self.has_contact),
+            "AXISYMMETRIC": int(self.axisymmetric),
+            "ANGULAR_MOMENTUM": int(self.angular_momentum),
             "tensile_part": artificial_stress.tensile_part(dim),
         }
 
-    def sparsest(self, dim: int) -> float:
-        """Return the least rho h^dim/m of rings: that of one alone, W(0); published rows know of none.
+    def isolated_density(self, dim: int) -> float:
+        """Return the least rho h^dim/m in axisymmetric cases, W(0) of an isolated particle; 0, no limit, otherwise.
 
-        Two thin rings beside dense ones are m/rho wide to each other, hence thinner at a rate that rises without end.
+        The section m/rho of thin particles beside dense ones grows without bound otherwise.
         """
-        return float(self.kernel.value(0.0, 1.0, dim)) if self.revolved else 0.0
+        return float(self.kernel.value(0.0, 1.0, dim)) if self.axisymmetric else 0.0
 
     def limits(self) -> None:
-        """Return nothing: no law asks for what a particle bears."""
+        """Return None: the law has no limits of tractions."""
 
     def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
-        """Keep nothing: an evaluation asks for nothing of the one before."""
+        """Store nothing."""
 
 
 def _pack(rows, s, coefficients, one):
-    """Write what the standard law reads of `one`; return the speed of signals without the |mu| term."""
+    """Pack the row of a particle; return its signal speed [m/s] without the |mu| term."""
     inverse2 = 1.0 / (one.rho * one.rho)
     stress = plane_components(add_identity(one.s, -one.p), DIM)
     put(rows, s, 0, one.x)

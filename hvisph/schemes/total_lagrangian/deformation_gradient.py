@@ -181,7 +181,7 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
         signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)
         pressures[i] = p
         rows[i, RHO] = rho
-        rows[i, C] = shear_share(full) * c if SHEARS else c
+        rows[i, C] = shear_share(full) * c if REDUCES_SHEAR_VISCOSITY else c
         state[i, S_DENSITY] = rho * growth_factor(stage * swelling)
     pressure = pressures[i] + loads[i]
     sigma = add_identity(own_symmetric(rows, i, S, DIM), -pressure)

@@ -52,7 +52,7 @@ AHEAD = 96
 
 
 def row_layout(
-    dim: int, mixed: bool, printed_viscosity: bool, hourglass: bool, revolved: bool = False
+    dim: int, mixed: bool, printed_viscosity: bool, hourglass: bool, axisymmetric: bool = False
 ) -> tuple[RowLayout, int]:
     """Return the row of a particle and how many of its slots `accumulate` reads of neighbours.
 
@@ -66,7 +66,7 @@ def row_layout(
         ("c", "scalar"), ("q", "gradient"), mixed and ("qw", "vector"),
         printed_viscosity and ("n", "gradient"), printed_viscosity and ("nw", "vector"),
         printed_viscosity and ("ij", "scalar"), hourglass and ("ef", "gradient"), hourglass and ("em", "scalar"),
-        revolved and ("ring", "radius"), revolved and ("ring0", "radius"), ("kind", "scalar"),
+        axisymmetric and ("ring", "radius"), axisymmetric and ("ring0", "radius"), ("kind", "scalar"),
     )  # fmt: skip
     own = select_fields(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
     return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used_width

@@ -61,9 +61,9 @@ class ReferenceChanges:
         """Number of dimensions."""
         return self.particles.dim
 
-    def anywhere(self, here: bool | np.bool_) -> bool:
+    def any_process(self, here: bool | np.bool_) -> bool:
         """Return whether a condition holds on any process."""
-        return bool(here) if self.copies.halo is None else self.copies.halo.anywhere(bool(here))
+        return bool(here) if self.copies.halo is None else self.copies.halo.any_process(bool(here))
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the maximum of each float over all processes."""
@@ -145,7 +145,7 @@ class ReferenceChanges:
             self.loose |= leaves
             return
         self._mirror()
-        while self.anywhere(leaves.any()):
+        while self.any_process(leaves.any()):
             gone = self.copies.extend_rows(leaves)
             beside = np.flatnonzero(ref.neighbours_of(gone) & ~leaves & ~self.loose)
             with_them = np.linalg.det(self._maps(beside))

@@ -68,7 +68,7 @@ class TotalLagrangian:
     # contact between bodies, and of faces of one body; `Welded` where they meet through the spatial sums
     contact: Pressing | Contact | Welded = field(default_factory=Pressing)
     conversion: Conversion = field(default_factory=Conversion)  # when Total Lagrangian particles turn Eulerian
-    revolved: bool = False  # whether particles are rings about the axis x
+    axisymmetric: bool = False  # whether particles are rings about the axis x
     # Courant number of the run: the share of a spacing to which particles may be squeezed before they set the step
     courant: float = 0.3
 
@@ -80,12 +80,12 @@ class TotalLagrangian:
     stepper = CompositeStepper
 
     @property
-    def slips(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether bodies slide on each other with friction."""
         return self.contact.friction > 0.0
 
     @property
-    def repels(self) -> bool:
+    def stores_contact_energy(self) -> bool:
         """Whether contact stores energy."""
         return self.contact.parts
 
@@ -95,14 +95,14 @@ class TotalLagrangian:
         return VISCOUS_SIGNAL * self.viscosity.beta
 
     @property
-    def corrects(self) -> bool:
+    def corrects_kernels(self) -> bool:
         """Whether kernels are corrected in the current configuration."""
         return self.spatial_correction.acts
 
     @property
-    def softens(self) -> bool:
+    def reduces_shear_viscosity(self) -> bool:
         """Whether the linear viscosity is reduced in shear flow; not of axisymmetric particles."""
-        return self.shears and self.revolved
+        return self.shears and self.axisymmetric
 
     @property
     def alpha(self) -> float:
@@ -124,7 +124,7 @@ class TotalLagrangian:
             artificial_stress=self.artificial_stress,
             correction=self.spatial_correction,
             product=self.product,
-            revolved=self.revolved,
+            axisymmetric=self.axisymmetric,
             shears=self.shears,
         )
 
@@ -139,7 +139,7 @@ class TotalLagrangian:
     def row(self, dim: int) -> tuple[RowLayout, int]:
         """Return the row layout, and the number of slots that neighbours read."""
         ways = self.correction.shepard, self.printed_viscosity, self.hourglass != 0.0
-        return reference.row_layout(dim, *ways, self.revolved)
+        return reference.row_layout(dim, *ways, self.axisymmetric)
 
     def coefficients(self) -> np.ndarray:
         """Return alpha."""
@@ -147,9 +147,9 @@ class TotalLagrangian:
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and its bound constants."""
-        return _pack, {"AXISYMMETRIC": int(self.revolved)}
+        return _pack, {"AXISYMMETRIC": int(self.axisymmetric)}
 
-    def sparsest(self, dim: int) -> float:
+    def isolated_density(self, dim: int) -> float:
         """Return W(0) h^dim of an isolated particle, where failed particles convert; else 0."""
         flies = self.conversion.damage and self.conversion.fallback_damage
         return float(self.kernel.value(0.0, 1.0, dim)) if flies else 0.0

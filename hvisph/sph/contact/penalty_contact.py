@@ -116,17 +116,17 @@ class Pressing:
         slope = _facing(kernel, h_over_dx, dim)[1][0]
         return np.array([0.5 / slope**2, 3.0 * kernel.shape.py_func(0.0), self.friction, kernel.reach**2])
 
-    def passes(self, dim: int, revolved: bool) -> list[Pass]:
+    def passes(self, dim: int, axisymmetric: bool) -> list[Pass]:
         """Return the passes: overlap of bodies, then forces."""
-        layout = self.row_layout(dim, revolved)
+        layout = self.row_layout(dim, axisymmetric)
         ways = {"SELF_CONTACT": int(self.self_contact), "FRICTION": int(self.friction > 0.0)}
-        ways |= {"AXISYMMETRIC": int(revolved)}
+        ways |= {"AXISYMMETRIC": int(axisymmetric)}
         return [
             Pass(fill, layout, ways, (against,), into_rows=True),
-            Pass(accumulate, layout, ways | {"RIGID": int(self.rigid)}, (against,), slips=True),
+            Pass(accumulate, layout, ways | {"RIGID": int(self.rigid)}, (against,), has_friction=True),
         ]
 
-    def row_layout(self, dim: int, revolved: bool) -> RowLayout:
+    def row_layout(self, dim: int, axisymmetric: bool) -> RowLayout:
         """Return the particle row.
 
         K is the stiffness [Pa], START phi0, D the displacement from the reference, TIED whether the particle has
@@ -137,7 +137,7 @@ class Pressing:
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
             ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.self_contact and ("d", "vector"),
             self.self_contact and ("tied", "scalar"), self.friction > 0.0 and ("n_other", "vector"),
-            revolved and ("ring", "radius"), self.rigid and ("rigid_side", "scalar"), ("start", "scalar"),
+            axisymmetric and ("ring", "radius"), self.rigid and ("rigid_side", "scalar"), ("start", "scalar"),
         ))  # fmt: skip
 
 

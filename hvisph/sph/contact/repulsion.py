@@ -102,12 +102,12 @@ class Contact:
         at_spacing = kernel.shape.py_func(1.0 / h_over_dx)
         return np.array([1.0 / at_spacing, kernel.shape.py_func(0.0) / at_spacing])
 
-    def passes(self, dim: int, revolved: bool) -> list[Pass]:
+    def passes(self, dim: int, axisymmetric: bool) -> list[Pass]:
         """Return the contact pass."""
-        ways = {"EXPONENT": self.exponent, "AXISYMMETRIC": int(revolved)}
-        return [Pass(accumulate, self.row_layout(dim, revolved), ways)]
+        ways = {"EXPONENT": self.exponent, "AXISYMMETRIC": int(axisymmetric)}
+        return [Pass(accumulate, self.row_layout(dim, axisymmetric), ways)]
 
-    def row_layout(self, dim: int, revolved: bool) -> RowLayout:
+    def row_layout(self, dim: int, axisymmetric: bool) -> RowLayout:
         """Return the particle row; K is the stiffness [Pa/m^d]."""
         return RowLayout(
             dim,
@@ -119,7 +119,7 @@ class Contact:
                 ("v", "scalar"),
                 ("body", "scalar"),
                 ("k", "scalar"),
-                revolved and ("ring", "radius"),
+                axisymmetric and ("ring", "radius"),
             ),
         )
 

@@ -158,7 +158,7 @@ class Copies(Protocol):
 class Halo(Copies, Protocol):
     """Rows of other processes."""
 
-    def anywhere(self, here: bool) -> bool:
+    def any_process(self, here: bool) -> bool:
         """Return whether a condition holds on any process."""
 
     def total(self, counts: np.ndarray) -> np.ndarray:
@@ -167,7 +167,7 @@ class Halo(Copies, Protocol):
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the maximum of each float over all processes."""
 
-    def stand_for(self, chosen: np.ndarray) -> None:
+    def select_appended(self, chosen: np.ndarray) -> None:
         """Declare the rows given to `append` as those `chosen` of more rows, for `exchange_again`."""
 
     def exchange_again(self, values: np.ndarray) -> np.ndarray:
@@ -214,7 +214,7 @@ class FixedCopies:
             rows = np.zeros((len(meeting), self.layout.width))
             rows[:, :dim] = position[meeting]
             rows, with_others = self.halo.append(rows, numbers[meeting], reach)
-            self.halo.stand_for(meeting)
+            self.halo.select_appended(meeting)
             position = np.concatenate([position, rows[len(meeting) :, :dim]])
             numbers = np.concatenate([numbers, with_others[len(meeting) :]])
         self._others = slice(count, len(position))

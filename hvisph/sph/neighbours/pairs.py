@@ -29,34 +29,25 @@ class Pass:
     Parameters
     ----------
     law
-        The law's loop, a template with the free names DIM, the slots of its row, the number WIDTH of those that it
-        reads and WHOLE of all, `scale`, `slope`, `shape` and `write_rates`, and those in `options`.
+        The law's loop, a template. Its free names are DIM, the slots of its row, WIDTH (the slots that it reads) and
+        WHOLE (all slots), `scale`, `slope`, `shape`, `write_rates`, and the names in `options`.
     reads
-        The layout of what it reads of each neighbour.
+        Layout of the row of a neighbour.
     options
-        Constants and compiled functions bound into the law.
+        Constants and compiled functions that are bound into the law.
     parts
-        Templates that the law calls by name, bound to the same.
+        Templates that the law calls by name, bound likewise.
     only
-        Name of a vector of the rows, such as `N_RAW`: those where it is zero are left out; none unless given.
+        Vector of the rows, such as `N_RAW`, whose zero excludes a particle; empty for all particles.
     own_reach
-        Whether it sums over its own kernel, too, which reaches farther than that of a pair with what is shorter.
+        Whether the law also sums over the kernel at the particle's own h.
     into_rows
-        Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
-    density_rate
-        Whether the law writes a rate of ln(rho) behind the other rates.
-    leads
-        Whether it writes the rate of the density's lead behind that.
-    slips
-        Whether it, or a contact beside it, writes the heat of slip between bodies behind that.
-    rings
-        Whether it writes the rate of the rings' circumference behind that.
-    spins
-        Whether it writes the rate at which angular momentum is made there.
-    adjoint
-        Whether it writes the renormalised velocity gradient behind that of the rings' circumference.
-    skips
-        Whether what it writes is zero, or is not read, for undisturbed particles; see `cells.find_undisturbed`.
+        Whether the law writes into the particle's row, for a later pass, instead of rates.
+    density_rate, corrects_density, has_friction, axisymmetric, angular_momentum, adjoint
+        Rates behind the velocity gradient that the law writes: of ln(rho); of the density correction; heat of slip;
+        hoop strain rate; rate of the torque residual; renormalised velocity gradient.
+    skips_undisturbed
+        Whether undisturbed particles can be left out (`cells.find_undisturbed`).
     """
 
     law: PythonFunction
@@ -67,18 +58,18 @@ class Pass:
     own_reach: bool = False
     into_rows: bool = False
     density_rate: bool = False
-    leads: bool = False
-    slips: bool = False
-    rings: bool = False
-    spins: bool = False
+    corrects_density: bool = False
+    has_friction: bool = False
+    axisymmetric: bool = False
+    angular_momentum: bool = False
     adjoint: bool = False
-    skips: bool = False
+    skips_undisturbed: bool = False
 
     def count_further_rates(self, dim: int) -> int:
         """Return the number of rates behind the velocity gradient."""
-        if self.adjoint or self.spins:
+        if self.adjoint or self.angular_momentum:
             return 3 + SIZE["axial"][dim - 1] + dim * dim * self.adjoint
-        return 4 * self.rings or 3 * self.slips or 2 * self.leads or int(self.density_rate)
+        return 4 * self.axisymmetric or 3 * self.has_friction or 2 * self.corrects_density or int(self.density_rate)
 
 
 class Pairs:
@@ -132,7 +123,7 @@ class Pairs:
             "shape": kernel.shape,
         }
         self._sweeps = []
-        self._skips = all(one.skips for one in passes)
+        self._skips = all(one.skips_undisturbed for one in passes)
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
         if "RING" in self.slots:  # a radial velocity strains the hoop
             self._zero = np.append(self._zero, np.uint64(self.slots["U"] + 1))
@@ -142,7 +133,10 @@ class Pairs:
             widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
             offered = shared | self.slots | particle_layout.slots(dim) | widths
             law = bind(
-                one.law, one.options, offered | {"write_rates": particle_layout.writer(dim, one.slips)}, parts=one.parts
+                one.law,
+                one.options,
+                offered | {"write_rates": particle_layout.writer(dim, one.has_friction)},
+                parts=one.parts,
             )
             only = self.slots[one.only] if one.only else 0
             first = (layout.packed_width if one.into_rows else 0) if self._skips else None

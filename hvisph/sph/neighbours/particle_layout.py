@@ -141,6 +141,6 @@ def _write(out, i, a, power, mu, l):
         out[i, R_SLIP] = 0.0
 
 
-def writer(dim: int, slips: bool) -> CompiledFunction:
+def writer(dim: int, has_friction: bool) -> CompiledFunction:
     """Return the compiled function that writes the rates of a pair law in `dim` dimensions."""
-    return bind(_write, {"SLIPS": int(slips)}, slots(dim))
+    return bind(_write, {"SLIPS": int(has_friction)}, slots(dim))

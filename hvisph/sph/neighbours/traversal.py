@@ -262,10 +262,12 @@ def loop(
     are left out, and the first column that the law writes; `lists`, whether it keeps lists or takes those of a pass
     before.
     """
-    skips: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
+    skips_undisturbed: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
     bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach)}
     parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
-    return chunk_loop(specialise(sweep, **bound, **skips, LISTS=lists, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
+    return chunk_loop(
+        specialise(sweep, **bound, **skips_undisturbed, LISTS=lists, H=h_slot, ONLY=only, law=law, **parts), CHUNK
+    )
 
 
 def complete_sweep(
