@@ -31,33 +31,32 @@ from hvisph.compiler.tensors3d import (
 )
 from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
 
-# The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
-# (six components), plastic strain, damage, memory (nine numbers, see `materials.stress_update`) and axes (five numbers,
-# see `materials.anisotropic_stress`); what it stands for is in `hvisph.core.fields`.
+# State of a particle: position, velocity, density, specific internal energy, smoothing length, deviator (6), plastic
+# strain, damage, memory of the models (9, `materials.stress_update`), axes (5, `materials.anisotropic_stress`).
 State = namedtuple("State", "x u rho e h s plastic_strain damage memory axes")
 
-# The rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) beside it, and the
-# rate of the circumference of a ring, 0 elsewhere.
+# Rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) in addition to its trace,
+# hoop strain rate (axisymmetric).
 Rates = namedtuple("Rates", "a power l density hoop")
 
-# What `pack` of a formulation writes into a particle's row: position and velocity, mass in the plane, density, energy,
-# smoothing length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components), body, radius
-# of the ring, 0 elsewhere, twice the rate at which angular momentum is to be taken back, for each mass (axial), the
-# lead of ln(rho) over the number of particles, and the squares of the speeds of longitudinal waves by direction; the
-# velocity gradient of the evaluation before, and twice the time of the stage, below zero in plastic flow.
-Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring spin lead waves gradient_before ahead_twice")
+# Quantities that `pack` of a formulation reads: position, velocity, mass in the plane, density, energy, smoothing
+# length, pressure, bulk, longitudinal and shear wave speeds, deviator (6), body, radius (axisymmetric), twice the rate
+# at which the torque residual per mass is returned (axial), density correction, squares of the longitudinal wave speeds
+# by direction; velocity gradient of the previous evaluation, twice the time of the stage (negative in plastic flow).
+Packed = namedtuple(
+    "Packed", "x u mass rho e h p c c_l c_t s body ring spin density_correction waves gradient_before ahead_twice"
+)
 
-# What `show_limits` of a formulation that asks for it writes beside: normal and shear traction that the particle bears,
-# whether it has failed, how much of its order is left, whether its smoothing length is free to follow; its density at
-# rest; damage past the onset of fracture.
+# Quantities that `show_limits` of a formulation reads: limits of normal and shear traction, failure, order of the
+# lattice, whether h is within its bounds, density at rest, damage past the onset of fracture.
 Limits = namedtuple("Limits", "tension shear failed order free at_rest soft")
 
 
-# The smallest radius of a ring, over h: below it a ring is taken for one of this radius.
+# Smallest radius over h of an axisymmetric particle; a smaller one is replaced by it.
 ON_AXIS = 0.07
-# Of the signal of a hoop; see `hoop_signal`.
+# Constants of the signal speed of the hoop stress (`hoop_signal`).
 STEEPNESS, NEAR = 0.63, 0.8
-# Which share of the viscosity a particle takes: all of it, or by a published switch.
+# Shares of the viscosity that a particle has: all, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 
 

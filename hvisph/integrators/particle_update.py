@@ -36,7 +36,7 @@ from hvisph.compiler.vector.api import LANES, broadcast_strict, extract_lane, fi
 from hvisph.compiler.vector.rows import NONE, fetch_row, list_equal_keys
 from hvisph.sph.terms.viscosity import shear_share
 
-from .particle_steps import MORRIS_MONAGHAN, Limits, Shown, State, hoop_signal, ring_radius
+from .particle_steps import MORRIS_MONAGHAN, Limits, Packed, State, hoop_signal, ring_radius
 from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
 from .time_step import VISCOUS_SIGNAL
 
@@ -130,7 +130,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
     per_step = AHEAD / stage if stage > 0.0 else 0.0
     spin = multiply(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
     density_correction = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
-    signal = pack(rows, s, coefficients, Shown(
+    signal = pack(rows, s, coefficients, Packed(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
         multiply(thickness, ahead.s), tags[s, 1], ring, spin, density_correction, waves,
         own_gradient(rates, s, R_GRADIENT_BEFORE, DIM) if ADJOINT else no_vector(DIM),

@@ -17,7 +17,7 @@ from hvisph.compiler.tensors import add, no_axial, no_symmetric, own_gradient, o
 from hvisph.compiler.tensors3d import extend_symmetric
 from hvisph.compiler.vector.api import LANES
 from hvisph.core.particles import Particles
-from hvisph.integrators.particle_steps import Shown
+from hvisph.integrators.particle_steps import Packed
 from hvisph.materials import thermodynamics
 from hvisph.materials.damage.fracture_energy import softened_pressure
 from hvisph.materials.material_table import bind_models
@@ -132,7 +132,7 @@ def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
     s, ring = extend_symmetric(own_symmetric(rows, i, S, DIM)), 0.0
     if AXISYMMETRIC:
         s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
-    write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
+    write(out, k, coefficients, Packed(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
                                       pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
                                       ring, no_axial(DIM), 0.0, no_symmetric(3), 0.0, 0.0))  # fmt: skip
 
