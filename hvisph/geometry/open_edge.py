@@ -55,7 +55,7 @@ def cut_open(
         The edges.
     depth
         Depth of the continuation in spacings; 0 for none.
-    revolved
+    axisymmetric
         Whether particles are axisymmetric about the axis x, whose volumes grow with their radius.
 
     Returns
@@ -112,7 +112,7 @@ def face_areas(
         Axis across which the face lies, and 1.0 or -1.0 for its direction.
     shares
         Shares of the rows from the face inwards (rows,).
-    revolved
+    axisymmetric
         Whether particles are axisymmetric about the axis x.
 
     Returns
