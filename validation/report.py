@@ -17,8 +17,8 @@ from .results import SetResult, store, stored
 from .table_cells import CELLS, percent, verdict_cells
 
 # The order of the page: what is sure of its materials first.
-ORDER = ("j2", "taylor", "taylor_hot", "taylor_4340", "taylor_damage", "melt", "cloud", "shield", "shield_scaled", "shield_stuffed", "perforation",
-         "spall", "crater", "basalt")  # fmt: skip
+ORDER = ("j2", "taylor", "taylor_hot", "taylor_4340", "taylor_damage", "melt", "cloud", "shield", "shield_oblique", "shield_scaled",
+         "shield_stuffed", "perforation", "spall", "crater", "basalt")  # fmt: skip
 TEXT = """\
 # Validation
 

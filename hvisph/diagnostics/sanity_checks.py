@@ -217,19 +217,24 @@ class SanityChecks:
         place = ", ".join(f"{x:.6g}" for x in seen.position)
         message = (
             f"{what}: particle {seen.number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
-            f"{_likely_cause(seen, self._setup.bears_any_tension[seen.body])}"
+            f"{_likely_cause(seen, self._setup.bears_any_tension[seen.body], criterion)}"
         )
         return Failure(criterion, message, seen.number, body, seen.position, time, step)
 
 
-def _likely_cause(seen: ParticleReport, bears_any_tension: bool) -> str:
+def _likely_cause(seen: ParticleReport, bears_any_tension: bool, criterion: str) -> str:
     density, energy = seen.density, seen.energy
     if not np.isfinite(density) or not np.isfinite(energy):
         return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"
     if density <= 0.0:
         return "its density is not positive: the equation of state has no answer there; try a smaller time.cfl"
+    state = f"its density is {density:.4g} kg/m^3 and its energy {energy:.4g} J/kg; "
+    if criterion == "negative_energy":
+        return state + (
+            "the pairs take more work out of the material than it holds: too few particles across a body (6 and more "
+            "of an elastic ring), or the step is too long; try a smaller spacing, then a smaller time.cfl"
+        )
     return (
-        f"its density is {density:.4g} kg/m^3 and its energy {energy:.4g} J/kg; the step is too long, or the "
-        "material's equation of state is beyond its range there; try a smaller time.cfl"
-        + (TORN if bears_any_tension else "")
+        f"{state}the step is too long, or the material's equation of state is beyond its range there; "
+        "try a smaller time.cfl" + (TORN if bears_any_tension else "")
     )
