@@ -1,14 +1,13 @@
 """Particle update: complete a step, predict the next stage, update the stress, pack the row.
 
-Between two evaluations of the pair forces every particle is visited once. With the rates of the
-last evaluation its state is carried to the end of the step; then the stage of the
-next evaluation is predicted, `materials.stress_update` gives the stress there, and what the neighbours
-need is packed into the particle's row. See `integrators.scheme` for the scheme and its energy.
+Each particle is visited once between two evaluations of the pair forces. The rates of the last evaluation advance its
+state to the end of the step. Then the stage of the next evaluation is predicted, `materials.stress_update` computes the
+stress there, and the data for the neighbours are packed into the particle's row. See `integrators.scheme` for the
+scheme and its energy.
 
-Particles of a chunk that share a material, and are all held or all free, are carried LANES at once. The text is that of
-a single one: arrays stand for many of their rows, numbers are lanes (`compiler.vector.memory_access`,
-`compiler.if_conversion`), each of which
-rounds as a single number does. So the bits do not depend on which particles are carried together.
+Particles of a chunk that have one material, and are all clamped or all free, are advanced LANES at a time. The source
+is that of a single particle: arrays stand for rows, numbers for lanes (`compiler.vector.memory_access`,
+`compiler.if_conversion`). Each lane has the bits of a single particle; the grouping does not matter.
 """
 
 from __future__ import annotations
@@ -124,7 +123,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         waves = squared_speeds(table, models, m, ahead.rho, c, shear, ahead.axes)
     # In plane stress a membrane: its forces and its density are those of its thickness.
     thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
-    # In the plane of a ring the mass of its section.
+    # Axisymmetric particles have the mass of their section.
     ring = ring_radius(ahead.x, ahead.h) if AXISYMMETRIC else 0.0
     planar = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0

@@ -11,16 +11,16 @@ Leapfrog, drift-kick-drift (theta = 1/2, w = 0): velocities a half step ahead of
 second-order scheme that conserves what a mid-point rule conserves. Predictor-corrector
 (theta = 1, w = 1/2): forces at the predicted end of the step, trapezoidal correction.
 
-Staggered (theta = 1/2, w = 0, kappa = 0): Zisis 2013 eq. 18. There density and velocity are kept at the
-half steps, {rho, u}_(k+1/2) = {rho, u}_(k-1/2) + dt f_k, are carried on by dt/2 f_(k-1) for the evaluation at k,
-and x_(k+1) = x_k + dt u_(k+1/2). With n for k - 1/2 and x_n = x_k - dt/2 u_n, the positions at that very
-moment, it is this family: x* is x_k, and x_(n+1) + dt/2 u_(n+1) is x_(k+1). All of the state then stands at one
-time, as output wants it. It differs from leapfrog by dt^2/8 a in the places of the evaluation.
+Staggered (theta = 1/2, w = 0, kappa = 0): Zisis 2013 eq. 18. Density and velocity are stored at half steps, {rho,
+u}_(k+1/2) = {rho, u}_(k-1/2) + dt f_k, are predicted by dt/2 f_(k-1) for the evaluation at k, and x_(k+1) = x_k + dt
+u_(k+1/2). With n = k - 1/2 and x_n = x_k - dt/2 u_n it belongs to this family: x* is x_k, and x_(n+1) + dt/2 u_(n+1) is
+x_(k+1). The whole state then belongs to one time, as output needs. It differs from leapfrog by dt^2/8 a in the
+positions of the evaluation.
 
-Energy. The pair forces do the work f . (mean of old and new velocity), while the energy equation was
-evaluated with the predicted velocity. Each particle's energy therefore receives the difference times
-its own acceleration: over all pairs that is exactly the missing work, so the total of kinetic and
-internal energy is kept to round-off at any time step, as by Owen 2014's compatible differencing.
+Energy. The pair forces do the work f . (mean of old and new velocity), but the energy equation is evaluated with the
+predicted velocity. Each particle's energy receives the difference times its acceleration. Over all pairs this is
+exactly the missing work: the sum of kinetic and internal energy is conserved to round-off for any time step (compare
+the compatible differencing of Owen 2014).
 """
 
 from __future__ import annotations

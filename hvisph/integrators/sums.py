@@ -1,7 +1,7 @@
 """Exact sums over the completed states, independent of the order of particles, threads and processes.
 
-Columns of the sums: energies and momentum; of the last step, not the state, work of plastic flow and what viscosity,
-Riemann fluxes and friction dissipated; power of slip, forces on clamped particles; largest speed and smoothing length.
+Columns: energies and momentum; plastic work, and dissipation by viscosity, Riemann fluxes and friction, of the last
+step; power of slip, forces on clamped particles; largest speed and smoothing length.
 """
 
 from __future__ import annotations

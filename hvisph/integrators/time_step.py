@@ -30,7 +30,7 @@ class Limit:
     dt: float
     criterion: str
     particle: int
-    unrounded: float = 0.0  # smaller for whoever limits more: roots and shares give many the same time
+    unrounded: float = 0.0  # decides between particles with equal rounded limits
 
 
 def _limits_of(lengths, signals, rates, place, viscous, s):
@@ -53,7 +53,7 @@ def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
     whole = 0.0
     for s in range(first, min(first + np.uint64(CHUNK), count)):
         signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
-        by_signal = signal if signal < by_signal else by_signal  # `min` has a rule for what is no number
+        by_signal = signal if signal < by_signal else by_signal  # `min` would not return NaN
         by_acceleration = acceleration if acceleration < by_acceleration else by_acceleration
         whole += health
     least[chunk, 0], least[chunk, 1], least[chunk, 2] = by_signal, by_acceleration, whole

@@ -1,8 +1,7 @@
 """Plane stress: the out-of-plane strain rate that keeps sigma_zz at zero.
 
-In a thin sheet the stress through the thickness vanishes, and the sheet thins or thickens as it must.
-The rate L_zz is found by the secant method on what `response.respond` makes of it, starting from the
-elastic answer; density, stress and plastic strain then follow as for any other material.
+In a thin sheet the stress through the thickness vanishes, and the thickness changes. The rate L_zz is found by the
+secant method on the stress of `response.respond`, starting from the elastic solution.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@
 
     p_rho = P_r alpha/d,  p_e = P_e/d,  d = alpha + A'(p - rho P_r)
 
-Pores do not reopen: alpha is its smallest past value. Below p_e the sound speed is the solid's.
+Pores do not reopen: alpha is at most its smallest past value. Below p_e the sound speed is the solid's.
 alpha = A(p(alpha)) is solved by bisection. P_r and P_e are the slopes of the solid at (alpha rho,
 e), A' that of the crush curve, 0 on unloading. Temperature and melting are those of the solid;
 shear modulus and yield stress are divided by alpha. Herrmann 1969, J. Appl. Phys. 40, 2490; Carroll

@@ -4,10 +4,10 @@
     S  = S* (q - 3 G d eps_p) / q   where  q = sqrt(3/2 S*:S*) > Y
     D = (L + L^T)/2,  W = (L - L^T)/2,  L_ij = du_i/dx_j
 
-R = exp(dt W) is the Jaumann rate dS/dt = 2 G dev D + W.S + S.W^T taken over a finite step: an exact rotation, so that a
-spinning body keeps its stress whatever the step. Half of the increment turns with the body, which makes the update
-second order in the step. The axial vector of W gives R in closed form (Cayley's, with the tangent of half the angle); a
-flow in the plane needs only its z part. G is the modulus at the end of the step.
+R = exp(dt W) integrates the Jaumann rate dS/dt = 2 G dev D + W.S + S.W^T over a finite step. As an exact rotation it
+preserves the stress of a spinning body for any step. Half of the increment is rotated, which makes the update of second
+order. R follows in closed form from the axial vector of W (Cayley's form, with the tangent of half the angle); a plane
+flow needs its z component only. G is the modulus at the end of the step.
 
 Yield returns radially (von Mises with the full deviator: S:S <= 2/3 Y^2). The plastic strain
 increment solves q - 3 G x = Y(eps_p + x) by one secant from the increment without hardening:
@@ -16,8 +16,8 @@ the solution by second-order terms and leaves the stress on the safe side of the
 surface. The strain rate of the models is the equivalent deviatoric one of the step; where `rate_smoothing` N is given,
 its running mean, to which a step adds 1/N.
 
-The energy handed in holds all the work done on the particle, plastic work included: heating by
-plastic work needs no term of its own.
+The energy argument contains all work done on the particle, plastic work included; heating by plastic work needs no
+term of its own.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ from .thermodynamics import circumstances, damaged_pressure, felt_damage, solid_
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
-# A half-angle whose tangent the series gives to rounding.
+# Largest half-angle for which the series of the tangent is exact to rounding.
 _SMALL_ANGLE_SQUARED = 2.5e-3
 # What a particle remembers beside plastic strain and damage: of porous material the distension, of an explosive the
 # time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit; the smoothed strain

@@ -32,7 +32,7 @@ from .slots import (
 )
 from .strength import conditions, homologous_temperature, shear_share, yield_stress
 
-# What stands for a strain rate of nothing in a logarithm [1/s].
+# Least strain rate in a logarithm [1/s].
 _LEAST_RATE = 1e-300
 # To find a density: halvings of a bracket, and how often it may be widened to hold one.
 _HALVINGS, _WIDENINGS = 40, 20

@@ -1,10 +1,11 @@
 """Tensile and shear strength across a plane: limits of the traction between particles.
 
-tension  -p_least + |S|,  p_least the lowest pressure that the material bears at its damage: 0 of a gas and of failed
-         material, a cut-off where there is one, of crushed ceramic what is left of its tensile strength; else no limit
-shear    Y / sqrt(3),  0 of failed material,  without limit where nothing yields
+tension  -p_least + |S|. p_least is the lowest pressure of the material at its damage: 0 for gases and failed material,
+         the pressure cut-off, the residual tensile strength of crushed ceramic; without limit for other material.
+shear    Y / sqrt(3), 0 for failed material; without limit where there is no yield stress.
 
-From the onset of fracture to failure (1 - d) p_0 + |S| and (1 - d) Y_0/sqrt(3): what the weaker side of a pair bears.
+From the onset of fracture to failure the limits are (1 - d) p_0 + |S| and (1 - d) Y_0/sqrt(3), of the weaker side of a
+pair.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
 """Range of validity of a material's models: density, energy, temperature, and unlimited tension.
 
-Density. Of condensed matter from half of rho0, where nothing is left of a solid or liquid, to 3 rho0, where the
-isentrope of the temperature ends; less where the cold sound speed falls to its floor on the way (the model has lost
-its stability), or where the Hugoniot has no bound (Mie-Grueneisen). Linear laws within 10 % of rho0, beyond which
-shocks stiffen. Tables as far as they reach; gases and detonation products everywhere; Tillotson's vapour, e >=
-e_iv, has no least density.
-Energy. Above that of 1 K, where a heat capacity is known: the temperature is held there. Tillotson's above -E0
-eta^2/2, where its w is held; a gas has none below zero; tables as far as they reach.
+Density. Condensed matter: from rho0/2, below which it is no solid or liquid, to 3 rho0, where the isentrope of the
+temperature ends; less where the cold sound speed reaches its floor (loss of stability), or where the Hugoniot diverges
+(Mie-Grueneisen). Linear laws: within 10 % of rho0. Tables: their range. Gases and detonation products: all densities;
+Tillotson's vapour, e >= e_iv, has no lower limit.
+Energy. Above the energy at 1 K where a heat capacity is known, as temperatures are not lower. Tillotson: above -E0
+eta^2/2, where w is limited; gases: above zero; tables: their range.
 Tension. Ductile spall by Grady 1988, J. Mech. Phys. Solids 36, 353: (2 rho c^2 Y eps_c)^(1/2) with eps_c = 0.15 and
-Y at rest, at most K/10; 3 % of K where nothing yields, which is about twice what clean water bears.
+Y at rest, at most K/10; without a yield stress 3 % of K, about twice the strength of clean water.
 """
 
 from __future__ import annotations

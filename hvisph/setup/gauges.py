@@ -1,13 +1,10 @@
 """Gauges: records of particles, points in space and free surfaces.
 
-A gauge is placed once, on the bodies as they start. Those that ride follow a particle by its
-permanent number, so nothing of them changes while a run goes on: a run that is built again from
-its case has the same gauges.
+A gauge is placed once, on the initial bodies. A moving gauge follows a particle by its permanent number, so that a
+resumed run has the same gauges. The gauge of a retired particle records NaN.
 
-A particle that has been retired from the domain no longer is where it was, and its gauge records NaN.
-
-At a point fixed in space the value is f = sum_b V_b W_b f_b / sum_b V_b W_b over the particles
-whose kernels reach it: Shepard's normalisation, exact for a constant up to a free surface.
+At a fixed point the value is f = sum_b V_b W_b f_b / sum_b V_b W_b over the particles whose kernels reach it: Shepard's
+normalisation, exact for a constant up to a free surface.
 """
 
 from __future__ import annotations

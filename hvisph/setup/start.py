@@ -1,13 +1,13 @@
-"""Bodies of another run as they were at one of its snapshots: the state that a run starts from.
+"""Bodies of another run in the state of one of its snapshots, as initial state.
 
-The particles of the same kinematics are taken as they are. A ring (x, r, m) of an axisymmetric run becomes
+Particles of the same kinematics are copied. A particle (x, r, m) of an axisymmetric run becomes
 
     n = max(round(2 pi r/dx), 2) particles of mass m/n at the angles 2 pi (k + g)/n about x,
 
-g of ring i being i (5^(1/2) - 1)/2 modulo 1. With planes of symmetry through x, n is a multiple of 2, of 4 with two,
-and g = 1/2, so that none lies on a plane; those kept are exactly a half or a quarter. Velocity and stress are turned by
-the angle, with the hoop stress. As the n are evenly placed, mass, momentum, angular momentum and energy are those of
-the ring to round-off. A particle of a plane run becomes n = round(width/dx) particles of mass m width/n along z.
+where g of particle i is i (5^(1/2) - 1)/2 modulo 1. With planes of symmetry through x, n is a multiple of 2, or of 4
+for two planes, and g = 1/2, so that no particle lies on a plane, and exactly a half or a quarter is kept. Velocity and
+stress, the hoop stress included, are rotated by the angle. Mass, momentum, angular momentum and energy are conserved to
+round-off. A particle of a plane run becomes n = round(width/dx) particles of mass m width/n along z.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from .materials import material_of
 
 # Times that differ by this share of the later one are the same moment.
 SAME_TIME = 1e-9
-# Shares of a turn between one ring and the next: no two of the following rings have particles in line.
+# Shift of the angle between successive axisymmetric particles, in turns (golden ratio).
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 OF_SUMS = ("density_correction", "torque_residual", "viscosity_factor", "thickness")
 NEAREST = 3  # snapshots that an error lists

@@ -1,6 +1,6 @@
 """Checkpoints of a run: content, restoration and schedule.
 
-A resumed run is built from its case first, so that only what changes is stored.
+A resumed run is built from its case first; a checkpoint stores the changing data only.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from hvisph.simulation.clock import Clock, TimeStep
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-# Names of arrays that have a row a particle, in the order of their numbers, and of what is of the whole.
+# Prefixes of arrays with one row per particle, ordered by number, and of global data.
 CARRIED, HISTORY = "carried/", "history/"
 STATE, TAGS, PEAKS = "state", "tags", "peaks"
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
-# What may differ between the case of a checkpoint and the case that goes on: it touches no step.
+# Keys that may differ between the case of a checkpoint and the resumed case; they do not change steps.
 MAY_CHANGE = (
     "time.end",
     "time.max_steps",

@@ -1,11 +1,10 @@
-"""Time of a run: steps from the criteria alone, the last one cut to land on the end.
+"""Time of a run: steps from the criteria alone; the last one ends at the end time.
 
-Output times cut no step: their states are interpolated, so that the output interval does not change
-the results. Velocity, density, energy, stress and damage are linear in time, as the integrator
-takes them to be, and a stress between two on the yield surface is not beyond it. A straight
-velocity carries less kinetic energy than the straight line between the two energies; the
-difference, s (1 - s) |dv|^2 / 2 at the share s of the step, is internal, so the total is that of
-the steps to round-off.
+Output times do not shorten steps: their states are interpolated, so that the output interval does not change results.
+Velocity, density, energy, stress and damage are interpolated linearly in time, as in the integrator; interpolated
+stresses do not exceed the yield surface. The linear velocity has less kinetic energy than the linear interpolation of
+both energies. The difference s (1 - s) |dv|^2 / 2, at the fraction s of the step, is added to the internal energy;
+total energy is that of the steps to round-off.
 """
 
 from __future__ import annotations
@@ -19,10 +18,10 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 
-# A step may be longer than the one before by this factor: rates change within a few steps at a shock.
+# Largest ratio of a step to the previous one; rates change within a few steps at a shock.
 GROWTH = 1.1
-# A step is lengthened by up to this share rather than that a sliver is left before the end, and what differs by less
-# than it is the same moment: 10 * 0.1 us and 1 us.
+# Share of a step by which the last step may be longer, so that no short remainder is left; also the relative
+# tolerance of times: 10 * 0.1 us equals 1 us.
 SLIVER = 1e-9
 
 

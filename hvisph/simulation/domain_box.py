@@ -1,8 +1,7 @@
-"""Domain box: particles that leave it are retired, and their mass, momentum and energy stay in the balance.
+"""Domain box: particles that leave it are retired; their mass, momentum and energy remain in the balance.
 
-A retired particle stays in the arrays, so that nothing is renumbered: without mass, at rest, parked so
-far outside that it meets no neighbour ever again. It costs what a particle alone in the void costs,
-and snapshots do not show it.
+A retired particle keeps its place in the arrays, without mass, at rest, at a distant position without neighbours.
+Snapshots omit it.
 """
 
 from __future__ import annotations

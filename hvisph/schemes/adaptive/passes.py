@@ -79,7 +79,7 @@ class SpatialPass:
             dim = self.pairs.layout.dim
             shown = np.zeros((own, _selection_layout(dim).used_width))
             shown[:, :dim], shown[:, dim], shown[:, dim + 1] = rows[:own, :dim], bodies, eulerian
-            # a cell is chosen by what is up to two cells away
+            # cells are selected by the content of cells up to two cells away
             rows, _ = self._seen.append(shown, numbers, 3.0 * self._selection.grid.edge)
             bodies, eulerian = rows[:, dim].astype(np.uint32), rows[:, dim + 1].astype(np.uint8)
         near_body, near_eulerian = self._selection.choose(rows, eulerian, bodies)

@@ -1,7 +1,7 @@
 """Penalty contact pass of connected components: forces, contact energy and detection of interpenetration.
 
-A body in pieces is one that meets others, its own failed particles, or with a face one of its own that was far from
-it. Particles near a distant part of their body are searched every few evaluations.
+A body is in contact with other bodies, with its own detached particles, and with distant parts of its own surface;
+particles near such a part are searched every `LOOK_EVERY` evaluations.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 
 # Evaluations between two checks for penetration of bodies, and for particles near another part of their body.
 LOOK_EVERY = 16
-# A particle from within its body is inside another one where that fills more than this share of what is around it;
-# behind a sound contact it is below 0.3, in two lattices that mix 1 and more.
+# An inner particle has penetrated another body where the volume fraction of that exceeds this value; it is below 0.3
+# behind an intact contact, and 1 or more in mixed lattices.
 INSIDE = 0.7
-# So much of the inner particles of a body, and no fewer, means that the bodies pass through each other.
+# Share, and number, of inner particles of a body that have penetrated another one when the run stops.
 SHARE, FEWEST = 0.1, 3
-# Particles are from within whose list at the start holds so much of what the fullest of their body holds.
+# Inner particles have a reference kernel sum above this share of the largest one of their body.
 FULL = 0.9
 
 
@@ -208,7 +208,7 @@ class BodyContact:
         if not self.law.stores:
             packed[:, to["V"]] = own[:, slots["M"]] / own[:, slots["RHO"]]
             return
-        # an energy of the places alone gives back all that it took: with volumes that stay, of rings all round
+        # the contact energy is a potential of the positions: volumes are reference volumes, whole ones if axisymmetric
         packed[:, to["V"]] = self._volume[chosen]
         if self._revolved:
             packed[:, to["V"]] /= 2.0 * np.pi * own[:, slots["RING"]]

@@ -1,12 +1,13 @@
 """Step of the adaptive scheme: Total Lagrangian and Eulerian particles, and contact.
 
-An evaluation runs, each only where it is needed,
-1. `deform` over reference neighbours: F, stress, density of Total Lagrangian particles;
-2. `accumulate` over them: their pair forces;
-3. the standard law, or that of corrected kernels, over current neighbours, for Eulerian particles and those near one;
-4. contact forces, for particles near another body.
-Particles keep the order that they have at the start, sorted by place: reference lists hold their places in it. Each
-process has those of its part of the reference for good, with copies of what its lists need of others.
+An evaluation consists of these passes, of which unneeded ones are skipped:
+1. `deform` over reference neighbours: F, stress and density of Total Lagrangian particles;
+2. `accumulate` over reference neighbours: their pair forces;
+3. the standard law, with corrected kernels where given, over current neighbours: Eulerian particles and their
+   neighbours;
+4. contact forces: particles near another body.
+Particles keep their initial order, sorted by position, as reference lists contain indices. Each process keeps its part
+of the reference configuration throughout the run, with copies of the listed neighbours of other processes.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@
 
 grad W_ab = f_ab x_ab, and all four passes use the kernels at the start of the step: f is found once.
 
-The last one has two forms. The conjugate of the divergence, w = V, is (P_a + P_b)/(rho_a rho_b); eq. 31
-has P_a/rho_a^2 + P_b/rho_b^2, which is the same for equal densities only. What a particle shows
-(`w`, `wp`) and its own factor make the one or the other of the same loop.
+The last sum has two forms. The conjugate of the divergence, w = V, has (P_a + P_b)/(rho_a rho_b); eq. 31 has
+P_a/rho_a^2 + P_b/rho_b^2, which is equal for equal densities only. One loop computes both, from `w` and `wp` of the
+rows and the factor of the particle.
 """
 
 from __future__ import annotations

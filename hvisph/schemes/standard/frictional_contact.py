@@ -1,7 +1,7 @@
-"""Frictional contact of bodies: pressure, sliding and separation, for formulations by kernel sums.
+"""Frictional contact between bodies in formulations by kernel sums: pressure, sliding and separation.
 
-The pairs of different bodies, which its own pair law leaves out, meet as those of `riemann` do (`schemes.riemann.law`,
-SEPARATING): only particles near another body, and their neighbours, are packed and visited.
+The pair law of the formulation excludes pairs of different bodies. They have the Riemann contact of
+`schemes.riemann.law` (SEPARATING), evaluated for particles near another body and their neighbours only.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ class SeparatingContact:
         dim, own = self._pairs.layout.dim, len(rows)
         places = np.zeros((own, _places(dim).used_width))
         places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
-        # a cell is chosen by what is up to two cells away
+        # cells are selected by the content of cells up to two cells away
         places, _ = self._seen.append(places, numbers, 3.0 * reach)
         near, beside = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
         return near[near < own], beside[beside < own]
@@ -172,6 +172,6 @@ def add_contact(k, pushed, place, chosen, of_standard, rates):
         rates[mine, f] += pushed[at, f]
     for f in range(np.uint64(R_SPIN), np.uint64(R_SPIN + ANGULAR_MOMENTUM)):
         rates[mine, f] += pushed[at, f]
-    # what is no number stays seen
+    # NaN must remain NaN
     rates[mine, R_APPROACH] = before if before > closing or before != before else closing
     rates[mine, R_SLIP] = pushed[at, R_SLIP]

@@ -8,8 +8,8 @@ Each particle receives its own stress power and half of the work of what belongs
 pair, so the sum of m_a de_a is exactly minus the power of the pair forces. In the product form
 both denominators are rho_a rho_b (Zisis 2013 eq. 13; Young 2021 eq. 1).
 
-The rate of density is that of the volume, -rho tr L, or in the mass form sum_b m_b u_ab . grad_a W_ab,
-written as what it adds to the rate of ln(rho):
+The density rate is -rho tr L, or in the mass form sum_b m_b u_ab . grad_a W_ab, whose difference in the rate of ln(rho)
+is
 
     chi_a = sum_b (m_b/rho_a - m_b/rho_b) u_ab . grad_a W_ab
 
@@ -18,30 +18,26 @@ Density dissipation (Zisis 2013 eqs. 22-24), as a rate of ln(rho), and its energ
     chi_a += 1/rho_a sum_b q_ab,     q_ab = alpha_rho m_b/rho_b (p_a - p_b)/c_ab dW/dr,
     de_a += 1/(2 rho_a) sum_b q_ab (p_a/rho_a + p_b/rho_b)
 
-Density holds elastic energy, p/rho^2 for each unit of it. Of what the two sides of a pair give and
-take of that, V_a V_b q_ab p_a/rho_a and -V_a V_b q_ab p_b/rho_b, the sum is lost to the elastic
-store, and half of it becomes heat on either side. What remains is an exchange at the mean of
-p/rho, equal and opposite, so that the total energy is kept pair by pair, and between alike
-materials both sides gain entropy. A barotropic material takes no notice of its heat.
+A change of density changes the elastic energy by p/rho^2 per unit. The changes of both sides, V_a V_b q_ab p_a/rho_a
+and -V_a V_b q_ab p_b/rho_b, do not cancel: half of their sum becomes heat on either side. What remains is an exchange
+of energy at the mean p/rho, so that each pair conserves total energy, and the entropy of both sides of one material
+grows. The pressure of a barotropic material does not depend on this heat.
 
 Corrected gradients (Young 2021 eqs. 1, 14 and section 3.2): with g_ab = A_a grad_a W_ab + W_ab B_a, whose A and B the
-pass before this one wrote into each row (`sph.terms.kernel_correction`), a's stress acts on g_ab, b's on -g_ba, and
-what
-belongs to the pair on their mean; L takes g_ab. Forces remain equal and opposite, since each side's correction goes
-with its own stress. A pair takes the plain gradient on both sides where either corrected one is more than C_f times as
-long as the plain one, or has less than 1/C_f of it along the pair; that refuses changed signs too. The printed rule,
-`correction_margin_by_component`, tests each component instead, and so depends on the frame; components along which the
-two stand side by side are not tested there: the plain gradient has none. Fall-backs are counted.
+previous pass has written into each row (`sph.terms.kernel_correction`), the stress of a acts on g_ab, that of b on
+-g_ba, and the terms of the pair on their mean; L has g_ab. Forces remain equal and opposite, as each correction
+multiplies the stress of its own side. Both sides use the plain gradient where a corrected one is more than C_f times
+longer, or its component along the pair less than 1/C_f of it, negative ones included. The published rule,
+`correction_margin_by_component`, tests each component and depends on the frame; components in which both particles
+coincide are not tested, as the plain gradient has none. Fall-backs are counted.
 
-Angular momentum (ANGULAR_MOMENTUM): a particle's stress makes some where it does not share the axes of its
-neighbourhood,
-B = sum_b V_b |dW/dr| r e (x) e. Each counts what its own side of the pairs makes, s_a for each mass, and adds to its
-stress the antisymmetric one, w_a x g, that takes it back in the next step dt: w_a = rho_a s_a/(2 dt). What is left at
-any time is one step's worth. The work of w_a is no strain's: in turn, the turning W of the neighbourhood (by least
-squares) is given to L as it is, L + W (1 - B), and strains nothing.
+Angular momentum (ANGULAR_MOMENTUM): pair forces exert a torque where the principal axes of the stress differ from those
+of B = sum_b V_b |dW/dr| r e (x) e. Each particle accumulates its share s_a per mass, which the antisymmetric stress
+w_a x g with w_a = rho_a s_a/(2 dt) returns in the next step dt. The residual is the torque of one step. w_a does no
+work of deformation: the rotation W of the neighbourhood (least squares) enters L unchanged, L + W (1 - B).
 
-Beside Total Lagrangian particles pairs have shares (`sph.contact.coupling`). Axisymmetric particles
-(AXISYMMETRIC) add what `sph.terms.axisymmetric` says, and their velocity gradient in the plane is renormalised.
+Beside Total Lagrangian particles pairs have weights (`sph.contact.coupling`). Axisymmetric particles (AXISYMMETRIC)
+have the terms of `sph.terms.axisymmetric`, and their velocity gradient in the plane is renormalised.
 """
 
 from __future__ import annotations
@@ -94,8 +90,8 @@ from hvisph.sph.terms.shape_matrix import sound_inverse
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
-# viscosity, corrected gradients, pairs beside Total Lagrangian particles, rings, rings beside Total Lagrangian ones,
-# angular momentum kept; exponent n of f.
+# viscosity, corrected gradients, pairs beside Total Lagrangian particles, axisymmetric particles, these beside Total
+# Lagrangian ones, conservation of angular momentum; exponent n of f.
 PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = AXISYMMETRIC = HYBRID = ANGULAR_MOMENTUM = 0
 EXPONENT = 4
 
@@ -104,7 +100,7 @@ LEVEL = 1e-3
 
 
 def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:
-    """Return what a particle shows its neighbours; T is sigma/rho^2, R the artificial stress."""
+    """Return the row of data that a particle offers its neighbours; T is sigma/rho^2, R the artificial stress."""
     return RowLayout(dim, select_fields(("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho",
     "scalar"),
                                 ("c", "scalar"), ("t", "symmetric"), artificial_stress and ("r", "symmetric"),

@@ -3,23 +3,22 @@
     F_a = 1 + sum_b [(x_b - x_a) - (X_b - X_a)] (x) V0_b g_ab,   J = chi det F,   L = Fdot F^-1,   rho = rho0 / J
     P = J sigma F^-T,      Q = P A,  q = P B        (A, B: the corrections, see `sph.neighbours.reference_neighbours`)
 
-Eulerian particles with Total Lagrangian neighbours have F, too, and carry their own sigma to P (Young 2021
-eq. 13); density and velocity gradient are their own. Row i is written by i alone.
+Eulerian particles with Total Lagrangian neighbours have F, too, and contribute their sigma to P (Young 2021 eq. 13);
+density and velocity gradient are those of their own law. Each particle writes its own row only.
 
-chi is 1 until neighbours leave a list. What is left is fitted by another linear map: chi takes the ratio of both
-determinants, so that volume, density and pressure go on without a jump (P, power and strain follow F as it is).
+chi is 1 until neighbours leave a list. The shorter list defines another F: chi is multiplied by the ratio of both
+determinants, so that volume, density and pressure are continuous (P, power and strain follow F).
 
-Axisymmetric particles (AXISYMMETRIC, `sph.terms.axisymmetric`) have F_tt = r/r0 beside F, and are held round the
-axis:
+Axisymmetric particles (AXISYMMETRIC, `sph.terms.axisymmetric`) have F_tt = r/r0 in addition, and
 
-    J = chi det F F_tt,   P_tt = J sigma_tt / F_tt,   a_r += [F0_rr P_rR - P_tt] / (rho0 r0),   de -= the power of it
+    J = chi det F F_tt,   P_tt = J sigma_tt / F_tt,   a_r += [F0_rr P_rR - P_tt] / (rho0 r0),   de -= its power
 
-where F0_rr is 1 - kappa of the reference kernel; their volumes are areas of the section.
+where F0_rr is 1 - kappa of the reference kernel; volumes are section areas.
 
-With SHEARS a particle takes of alpha only the share that `sph.terms.viscosity` says.
-What is squeezed to less of its spacing than the Courant number C is crossed sooner: the speed of signals takes C |F^-1|
-where that is above 1, |F^-1|^2 = F^-1 : F^-1 - (d - 1): the inverse square of the least stretch where others are 1.
-Hourglass control follows the secant modulus with SECANT: E/(1 + E eps_p/Y) (1 - D), Y the first yield stress.
+With REDUCES_SHEAR_VISCOSITY the factor of alpha is that of `sph.terms.viscosity`.
+In strong compression waves cross a particle sooner: the signal speed is multiplied by C |F^-1| where that exceeds 1, C
+being the Courant number and |F^-1|^2 = F^-1 : F^-1 - (d - 1), the inverse square of the smallest stretch if the others
+are 1. With SECANT hourglass control has the secant modulus E/(1 + E eps_p/Y) (1 - D), Y the initial yield stress.
 """
 
 from __future__ import annotations
@@ -170,7 +169,7 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
             hoop = rows[i, U + 1] / rows[i, RING]
             rates[i, R_HOOP] = hoop
             full, swelling = replace_zz(full, hoop), swelling + hoop
-        # mass over volume; of rings both are those of the section
+        # mass over volume, both of the section if axisymmetric
         rho = rows[i, M] / (volume[i] * section)
         memory = state[i, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
         p, c = remembered_state(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], memory)

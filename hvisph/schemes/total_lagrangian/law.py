@@ -4,20 +4,18 @@
     e_a   : own stress power V0_a P_a : Fdot_a, and half of the work of viscosity and hourglass control
 
 with V0_b g_ab = A_a s (X_a - X_b) + B_a w (s, w: slope and shape of the pair, see
-`sph.neighbours.reference_neighbours`), and
-Q = P A, q = P B from `schemes.total_lagrangian.deformation_gradient`. Pairs of an Eulerian and a Total Lagrangian
-particle count half
-here, pairs of two Eulerian ones not at all: the other half is their spatial force. Row i is written by i alone.
+`sph.neighbours.reference_neighbours`), and Q = P A, q = P B from `schemes.total_lagrangian.deformation_gradient`. Pairs
+of an Eulerian and a Total Lagrangian particle have the weight 1/2, the other half being their spatial force; pairs of
+two Eulerian particles have none. Each particle writes its own row only.
 
 Viscosity: Monaghan's with the plain kernel gradient at current positions (dissipative for every pair),
 or the printed form of Young 2021 eqs. 2 and 9 in reference gradients. Hourglass control after
 Ganzenmueller 2015: f_ab = - alpha V0_a V0_b W0 / (2 R^2) (E_a delta_a + E_b delta_b) x_ab / r with
 delta_a = (F_a X_ab - x_ab) . x_ab / r, in his sign convention x_ab = x_b - x_a.
 
-Axisymmetric particles (AXISYMMETRIC) have the weights of `sph.terms.axisymmetric`: at the radii of the reference
-for what is
-summed in its gradients, at the present ones for the viscosity, which presses over the axis as across a mirror. The work
-of a particle's own stress is summed by pairs, as its force is, so that energy is kept to round-off.
+Axisymmetric particles (AXISYMMETRIC) have the weights of `sph.terms.axisymmetric`: at reference radii for sums over
+reference gradients, at present radii for the viscosity, which acts across the axis as across a mirror. The power of a
+particle's own stress is summed pair by pair, as its force is; energy is conserved to round-off.
 """
 
 from __future__ import annotations
@@ -135,7 +133,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING0], inverse_ring0)
             other = multiply(weight, other)
-            # of an image over the axis: the radial work of the two real rings
+            # image over the axis: the radial work of the two real particles
             apart = axisymmetric_jump(du, radial_part(u), b[U + 1], real)
             if PRINTED:
                 pair = multiply(weight, pair)
@@ -150,7 +148,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
             from_b = subtract(x0, vector(b, X0, DIM))
             predicted = dot_rows(add(own_ef, gradient(b, EF, DIM)), from_b)
             error = dot(subtract(predicted, multiply(own_modulus + b[EM], dx)), dx)
-            # the far row's infinite distance meets a zero in w
+            # the far row has an infinite distance and w = 0
             strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
             if AXISYMMETRIC:
                 strength = strength * weight

@@ -1,9 +1,11 @@
 """Reference configuration: creation, removal of particles, and update to present positions.
 
-leave   the list of a particle is cut. Its chi takes det F(list before)/det F(list after) at the same places, so that
-J = chi det F goes on without a jump. A neighbour whose remaining list spans no volume leaves, too.
-renew   V0 = V0 J, X0 = x, lists and corrections anew, chi = 1: density and stress go on, no energy is made.
-Particles that have left stay alone. The strain up to then is kept as a deformation gradient of the
+remove  the list of a particle is cut. Its chi is multiplied by det F(list before)/det F(list after) at the same
+        positions, so that J = chi det F is continuous. A neighbour whose remaining list spans no volume is removed,
+        too.
+update  V0 = V0 J, X0 = x, new lists and corrections, chi = 1: density, stress and energy are continuous.
+
+Removed particles stay out of the lists. The strain before an update is stored as a deformation gradient of the
 reference, so that conversion by strain counts from the start of the run.
 """
 
@@ -22,7 +24,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
 from hvisph.sph.neighbours.reference_neighbours import Reference
 from hvisph.sph.neighbours.traversal import FAR
 
-# A particle whose volume cut lists would have changed by more than this factor has no list that spans a volume.
+# Largest ratio of det F before and after a list is cut; beyond it the list spans no volume.
 LARGEST_JUMP = 5.0
 # Particles stop so far before a plane of symmetry [h].
 STAND_OFF = 1e-6
@@ -166,7 +168,7 @@ class ReferenceChanges:
         tied[self._tied] = True
         f = self._maps(np.flatnonzero(tied))
         density = self.rows_[:count, self.slots["RHO"]]
-        # of rings the mass of the section
+        # mass of the section if axisymmetric
         self.volume = self.rows_[:count, self.slots["M"]] / density
         self.volume[tied] = self.reference.volume[:count][tied] * np.linalg.det(f) * self.swellings[tied]
         dim = particles.dim

@@ -1,9 +1,9 @@
 """Total Lagrangian SPH and its adaptive conversion to Eulerian kernels, AdapTLE (Young 2021).
 
-Passes, over reference neighbours found once (`schemes.total_lagrangian.law`): deformation and stress, then pair forces.
-Where there are Eulerian particles, a spatial pass of the standard law over them and what is near
-(`schemes.standard.law`, shares in `sph.contact.coupling`); where bodies meet, a pass of contact forces
-(`sph.contact.penalty_contact`). See `schemes.adaptive.stepper` for the order.
+Passes over reference neighbours, which are found once (`schemes.total_lagrangian.law`): deformation and stress, then
+pair forces. Eulerian particles and their neighbours have a spatial pass of the standard law (`schemes.standard.law`,
+weights in `sph.contact.coupling`); bodies in contact have a pass of contact forces (`sph.contact.penalty_contact`). See
+`schemes.adaptive.stepper` for the order.
 """
 
 from __future__ import annotations
@@ -65,10 +65,10 @@ class TotalLagrangian:
     keeps_volume: bool = True
     # equivalent strain since the last renewal at which all take their present places as the reference; None for never
     renew_strain: float | None = None
-    # contact between bodies, and of faces of one body; `Welded` where they meet through the spatial sums
+    # contact between bodies, and self-contact; `Welded` for bodies that spatial sums connect
     contact: Pressing | Contact | Welded = field(default_factory=Pressing)
     conversion: Conversion = field(default_factory=Conversion)  # when Total Lagrangian particles turn Eulerian
-    axisymmetric: bool = False  # whether particles are rings about the axis x
+    axisymmetric: bool = False  # whether particles are axisymmetric about the axis x
     # Courant number of the run: the share of a spacing to which particles may be squeezed before they set the step
     courant: float = 0.3
 
@@ -159,7 +159,7 @@ class TotalLagrangian:
 
 
 def _pack(rows, s, coefficients, one):
-    """Write what the passes read, but for place of reference and kind, which stay; return the speed of signals."""
+    """Pack the row of a particle except its reference position and kind; return its signal speed [m/s]."""
     put(rows, s, 0, one.x)
     put(rows, s, U, one.u)
     rows[s, M] = one.mass

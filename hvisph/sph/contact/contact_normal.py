@@ -1,25 +1,26 @@
-"""Contact normal of two bodies, and detection of contact.
+"""Contact normal between two bodies, and the gate that opens when they touch.
 
-    N_a = sum over other bodies V_b |dW/dr| e          points to where they lie
-    O_a = - sum over the own body V_b |dW/dr| e        points out of it
-    M_a = mean of what looks as N_a does about a       by V_b (1 - (r/reach h)^2) cos^2; others' N_b count as - N_b
-    F_a = N_a . M_a M_a/|M_a|^2                        N, along the mean
-    n   = (F_a - F_b) / |F_a - F_b|                    from a to b
-    phi = |F_a - F_b| / (O_a - O_b) . n                1 where the bodies touch; 0.93, 0.81, 0.55, 0.2 where they are
-                                                       1.1, 1.25, 1.5, 2 spacings apart
+    N_a = sum over other bodies V_b |dW/dr| e          points towards the other body
+    O_a = - sum over the own body V_b |dW/dr| e        points outwards; zero inside a body
+    M_a = weighted mean of N in the neighbourhood      weights V_b (1 - (r/reach h)^2) cos^2; other bodies enter as -N_b
+    F_a = N_a . M_a M_a/|M_a|^2                        projection of N on the mean direction
+    n   = (F_a - F_b) / |F_a - F_b|                    normal, from a to b
+    phi = |F_a - F_b| / (O_a - O_b) . n                closure: 1 for touching faces; 0.93, 0.81, 0.55, 0.2 at
+                                                       distances of 1.1, 1.25, 1.5, 2 spacings
 
-All are antisymmetric in the pair, so that its force is. |dW/dr| weighs the nearest neighbours most, so that N of walls
-that are no even lattice is off by 0.1, and what slides along is dragged by rho c u times the square of that; the mean
-is smooth. What looks another way, round a corner or from the far side of a foil, has no say in it.
+All quantities are antisymmetric in the pair, and so is the contact force. |dW/dr| weights the nearest neighbours most:
+at the face of an irregular lattice the direction of N has errors of 0.1, which would transmit a drag of rho c u times
+the square of the error along the face. The mean removes them. Its weight cos^2 excludes faces of another direction,
+those behind a corner or on the far side of a foil.
 
-A smeared gap carries nothing: the gate opens with phi from 0.93 to 0.94, a gap of 0.1 spacings. Faces of unlike
-lattices touch with phi from 0.92 to 1.05, and all their pairs are to carry; while a gate opens it is a dashpot, so that
-it opens at once. Where the line of centres is no way across the interface, the bodies being mixed up, it is the normal.
+Across a gap no traction acts: the gate opens linearly as phi rises from 0.93 to 0.94, a change of distance of 0.1
+spacings. Touching faces of different lattices have phi from 0.92 to 1.05. A gate that is partly open dissipates, so
+that the range is small. Where the line of centres is nearly parallel to the interface (mixed bodies), it replaces the
+normal.
 
-Faces of one body (SELF_CONTACT) are told by what each particle remembers of the evaluation before, m = O over that
-of the
-outermost layer under a flat face: a and b lie across from one another where m_a . e, - m_b . e or both together are
-above 0.5. Such pairs count as of other bodies, so that O goes on without them, and faces that have met are faces still.
+Self-contact (SELF_CONTACT) recognises faces of one body by the normals of the previous evaluation, m = O over its value
+in the outermost layer of a flat face: a and b face each other where m_a . e, -m_b . e or their sum exceeds 0.5. Such
+pairs are treated as pairs of different bodies.
 """
 
 from __future__ import annotations
@@ -42,15 +43,15 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.vector.api import LANES, neighbours
 from hvisph.sph.terms.limiters import TINY
 
-# Share of the free part of the kernel sum that the other body fills: none, and all of the traction.
+# Closure phi at which the gate begins to open, and at which it is open.
 OPEN, CLOSED = 0.93, 0.94
-# Below this cosine between line of centres and normal the bodies are mixed up.
+# Least cosine between line of centres and normal; below it the line of centres is the normal.
 NORMAL_COSINE_MIN = 0.1
-# Number that particles of rigid bodies show for that of their body; others have none below zero.
+# Body number of rigid bodies in the rows of pairs; numbers of other bodies are not negative.
 RIGID = -1.0
-# Option of `of_other`, off unless bound: faces of one body that look at each other.
+# Option of `is_other_body`, off unless bound: contact between faces of one body.
 SELF_CONTACT = 0
-# Least cosine of what lies in front of a face.
+# Least cosine between the normal of a face and the direction to a particle in front of it.
 FACING_COSINE = 0.5
 
 

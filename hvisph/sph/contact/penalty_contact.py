@@ -1,36 +1,34 @@
-"""Penalty contact of connected components, unloaded at the start: pressure where volumes overlap.
+"""Penalty contact of connected components: a pressure where volumes overlap.
 
-    phi_a = sum over particles b of other bodies V_b W_ab              how far they fill what surrounds a
+    phi_a = sum over particles b of other bodies V_b W_ab              volume fraction of other bodies around a
     p_a   = max(phi_a - phi0_a, 0),    E = sum V_a K_a p_a^2 / 2
     F_ab  = - V_a V_b (K_a p_a + K_b p_b) grad_a W_ab                  force on a, -F_ab on b
 
-phi0 is what bodies have whose lattices face each other a spacing apart, or what a particle had at the start where that
-is more, as long as it has had it: bodies that touch feel nothing. phi is smooth along a face, so that one slides on
-another without friction.
-V are volumes of the reference, so that E is a function of places alone: it gives back what it took, and is an account
-of its own.
+phi0 is the value of two lattices that face each other at a distance of one spacing, or the initial value of a particle
+where that is larger (it decreases with phi): bodies in touch at the start exert no force. phi is smooth along a face,
+so that contact without friction exerts no tangential force. V are reference volumes; E is therefore a potential, and is
+stored as contact energy.
 
-Coulomb's friction (FRICTION) goes with the slip across the normal n of `sph.contact.contact_normal`, and is heat of
-both sides by halves, of the other side alone where one is rigid (RIGID); where slip comes to rest it is a dashpot:
+Coulomb's friction (FRICTION) acts on the slip velocity across the normal n of `sph.contact.contact_normal`. Its heat is
+shared equally; beside a rigid body (RIGID) the other side receives all of it. At rest friction is a dashpot:
 
     T_ab = - min(mu |F_ab . n|, sqrt(k_ab min(m_a, m_b))/2 |u_t|) u_t/|u_t|,    u_t = u_ab - (u_ab . n) n
 
-Particles of one body press on each other, too (SELF_CONTACT), where both are TIED to it by reference kernels and were
-farther apart in the reference than these reach: faces that a fold or a bend brings together. What has left its body's
-lists is a body of its own.
+Self-contact (SELF_CONTACT) acts between particles of one body that have reference neighbours (TIED) and whose distance
+in the reference configuration exceeds the kernel's reach, as in a fold. Particles that have left their reference lists
+form a body of their own.
 
-A bound of the second derivatives of E, row by row, gives the frequency omega^2 and the limit 2/omega of the step:
+A bound of the second derivatives of E, row by row, gives the frequency omega^2 and the limit 2/omega of the time step:
 
     omega^2 = 2 V_a/m_a (K_a g_a^2 + sum_b V_b K_b |W'_ab| g_b + sum_b V_b (K_a p_a + K_b p_b) 3 W(0)/h^2)
 
-with g = sum V_b |W'_ab|, of those that press. Axisymmetric particles (AXISYMMETRIC) meet all round: of the
-volume V
-of a whole ring its section A = V/(2 pi r) fills the plane, and E = sum V_a K_a p_a^2/2 has what radii change in A, too,
+with g = sum V_b |W'_ab| over particles with p > 0. For axisymmetric particles (AXISYMMETRIC) of volume V the section is
+A = V/(2 pi r), and E = sum V_a K_a p_a^2/2 also depends on the radii:
 
     F_ab = - 2 pi A_a A_b (r_a K_a p_a + r_b K_b p_b) grad_a W_ab,    F_a,r += 2 pi A_a/r_a sum A_b r_b K_b p_b W_ab
 
-so that an even pressure between two faces pushes no ring along them. Images over the axis fill space as others do, but
-are no faces of their own body.
+A uniform pressure between two faces then exerts no force along them. Images over the axis contribute to phi, but not to
+self-contact.
 """
 
 from __future__ import annotations
@@ -61,12 +59,11 @@ from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.limiters import TINY
 
-# Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction; rigid bodies.
+# Options of the laws, off unless bound: axisymmetric particles, self-contact, friction, rigid bodies.
 AXISYMMETRIC = SELF_CONTACT = FRICTION = RIGID = 0
-# A contact carries so many times the pressure that is expected: lattices that do not face each other particle by
-# particle carry less than those that do.
+# Largest pressure of a contact over the expected one: shifted lattices transmit less than facing ones.
 RESERVE = 2.5
-# Of sqrt(k m), the critical damping of a pair: the dashpot of friction at rest.
+# Damping of friction at rest over sqrt(k m), half of the critical damping of a pair.
 STICKING = 0.5
 
 
@@ -84,8 +81,8 @@ class Pressing:
     self_contact: bool = True
     rigid: bool = False
 
-    parts = True  # bodies meet through it, and not through kernel sums
-    stores = True  # its energy is in no particle
+    parts = True  # kernel sums do not connect different bodies
+    stores = True  # it has a potential energy
 
     def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
         """Return the stiffness [Pa] of a material from reference density [kg/m^3] and bulk sound speed [m/s].

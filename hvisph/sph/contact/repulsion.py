@@ -3,23 +3,23 @@
     E    = sum over pairs of different bodies of V_a V_b K w^n,    w = W_ab / W(dx)
     F_ab = - V_a V_b K n w^(n-1) / W(dx) grad_a W_ab               force on a, -F_ab on b
 
-Bodies that touch repel each other (n = 4 as published), and half of a pair's work, -F_ab . (u_a - u_b) / 2, is heat of
-each side (Young 2021 eqs. 15-16). What bodies of one's own should have is `sph.contact.penalty_contact`.
+Touching bodies repel each other (n = 4 as published). Half of the work of a pair, -F_ab . (u_a - u_b) / 2, is heat of
+each side (Young 2021 eqs. 15-16). `sph.contact.penalty_contact` has no force between touching bodies.
 
-Kernels are uncorrected, in the current configuration; the force is along the line of centres. K [Pa/m^d] carries
-about 20 K dx^2 of pressure in 2D and 40 K dx^3 in 3D. A pair takes the softer of its two stiffnesses. The stiffness
+Kernels are uncorrected, in the current configuration; the force is along the line of centres. K [Pa/m^d] transmits
+pressures of about 20 K dx^2 in 2D and 40 K dx^3 in 3D. A pair takes the smaller of its two stiffnesses. The stiffness
 of a pair against approach,
 
     k_ab = V_a V_b K n ((n - 1) w^(n-2) (W'/W(dx))^2 + w^(n-1) 3 W(0) / (W(dx) h^2)),
 
-gives the frequency omega^2 = 2 sum_b k_ab / m_a and the limit 2/omega of the step.
+gives the frequency omega^2 = 2 sum_b k_ab / m_a and the limit 2/omega of the time step.
 
-Axisymmetric particles (AXISYMMETRIC) meet all round: V are areas of their sections, and
+For axisymmetric particles (AXISYMMETRIC) V are section areas, and
 
-    E    = 2 pi sum over pairs V_a V_b K w^n (r_a + r_b)/2
+    E    = 2 pi sum over pairs V_a V_b K w^n (r_a + r_b)/2,
 
-of which the radii take a part, too: - 2 pi V_a V_b K w^n/2 inwards. Images over the axis do not take part: who is
-opposite is nearer than they are.
+whose derivative with respect to the radii adds the force -2 pi V_a V_b K w^n/2 in the radial direction. Images over the
+axis are left out.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import mirror_weight
 
-# Option of the law, off unless bound: rings about an axis.
+# Option of the law, off unless bound: axisymmetric particles.
 AXISYMMETRIC = 0
-# Pressure that a plane contact of stiffness K carries, over K dx^d: measured, see Young 2021 sec. 2.4.
+# Largest pressure of a plane contact of stiffness K over K dx^d, measured; see Young 2021 sec. 2.4.
 CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
 
 
@@ -66,7 +66,7 @@ class Contact:
     exponent: int = 4
     absolute: float | None = None
 
-    parts = True  # bodies meet through it, and not through kernel sums
+    parts = True  # kernel sums do not connect different bodies
     stores = self_contact = False  # its work is heat of both sides
     friction = 0.0
 

@@ -1,14 +1,14 @@
-"""Contact of bodies with different spacings and smoothing lengths: distances scaled to each side.
+"""Contact of bodies with unequal spacings and smoothing lengths: distances scaled on each side.
 
-    d_a   how deep a lies under the face of its body, from what it lacks of its kernel's sum, |O_a|
-    k     = (d_a/h_a + d_b/h_b) / (d_a + d_b)           1/h along the normal n, each side's distance over its own length
+    d_a   depth of a below the face of its body, from |O_a| of `sph.contact.contact_normal`
+    k     = (d_a/h_a + d_b/h_b) / (d_a + d_b)           1/h along the normal n
     q^2   = (k s)^2 + (t/h_ab)^2,   s = r . n,  t = |r - s n|,  h_ab = (h_a + h_b)/2
     G     = |w'(q)| norm / (h_a h_b h_ab^(dim - 1)) k s/q               in place of |dW/dr| e . n
 
-Over faces that touch G sums to what the face of the own body lacks, on both sides, whatever the ratio of the spacings:
-with one length for both it does not, so that neither does pressure balance nor a gate know that the faces touch. With
-equal lengths it is |dW/dr| e . n. Velocity gradients and rates of density of a take the pair by k h_a, for its
-distance is s k h_a in the measure of a, and the rate by the number (h_b/h_a)^dim of particles of a in that of b.
+Over touching faces the sum of G equals the missing part of the kernel sum of the own body, on both sides and for any
+ratio of the spacings; with a single length the pressures of both sides would not balance. For equal lengths G = |dW/dr|
+e . n. Velocity gradients and density rates of a weight the pair by k h_a, as the distance is s k h_a in units of a, and
+the number density by (h_b/h_a)^dim.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from hvisph.compiler.vector.api import LANES, neighbours
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.terms.limiters import TINY
 
-# Of the table of depths: its length, and the largest sqrt(-2 ln(w(q)/w(0))) in it.
+# Length of the table of depths, and its largest sqrt(-2 ln(w(q)/w(0))).
 DEPTHS, FAINTEST = 257, 4.0
 ENTRIES = DEPTHS + 1
-# The least depth, in lengths: a particle has some size.
+# Least depth over h.
 LEAST = 0.05
 
 

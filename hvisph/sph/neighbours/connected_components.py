@@ -1,11 +1,11 @@
 """Connected components of a body: particles linked within the kernel support.
 
-Pieces that are farther apart than kernels reach feel nothing of each other, so that to call them bodies of their own
-changes nothing then; when they meet again, they meet as bodies do. Pieces of a few particles, dust, are no bodies:
-they stay of the body that they came from.
+Components that are separated by more than the kernel's reach do not interact. From then on they are separate bodies,
+between which contact acts when they touch again. Components of fewer than `SMALLEST` particles remain part of their
+body.
 
-What lies in a cell, or in cells beside each other along an axis, is connected for certain, for cells are small enough;
-in sound matter that joins all. Only what is left over looks through its whole surroundings.
+Particles of one cell, and of two cells that share a face, are always connected, as cells are small enough. The
+remaining pairs of groups are searched particle by particle.
 """
 
 from __future__ import annotations
@@ -20,26 +20,27 @@ from hvisph.compiler.tensors import dot, own_vector, subtract
 
 from .cells import Grid, adjacent_cell, count_and_place, find_cells, place_of
 
-# Particles of the smallest piece that is a body: three a side, of which one may be inside.
+# Particles of the smallest component that becomes a body: three a side.
 SMALLEST = {1: 3, 2: 9, 3: 27}
 
 
 def label_components(
     position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray, numbers: np.ndarray
 ) -> np.ndarray:
-    """Return the number of the piece that each particle belongs to (n,), with separated parts numbered differently.
+    """Return the component number of each particle (n,).
 
-    Of a piece that has come apart the largest part keeps the number, of equal ones that with the least particle; others
-    of `SMALLEST` particles and more are given the next free numbers, in the order of their least particles.
+    When a component separates, its largest part keeps the number (of equal parts that of the lowest particle number).
+    Other parts of at least `SMALLEST` particles receive the next free numbers, ordered by their lowest particle
+    numbers.
 
     Parameters
     ----------
     position, lengths
         Positions (n, dim) and smoothing lengths (n,) [m].
     reach
-        The kernel's, in smoothing lengths.
+        Reach of the kernel in smoothing lengths.
     bodies, pieces, numbers
-        Body, piece so far and permanent number of each particle (n,).
+        Body, present component and permanent number of each particle (n,).
     """
     free, numbered, fresh = int(pieces.max(initial=0)) + 1, pieces, []
     for body in np.unique(bodies):

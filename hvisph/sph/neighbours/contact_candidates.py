@@ -1,7 +1,7 @@
 """Contact candidates: particles near another body or an Eulerian particle.
 
-Cells of the kernel's reach are marked with the bodies and Eulerian particles that they hold. A particle may be chosen
-in vain, but none that has such a neighbour is missed.
+Cells of the kernel's reach are marked with the bodies and Eulerian particles that they contain. The selection may
+contain particles without such a neighbour, but it omits none that has one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ CHUNK = 1024
 # Rows are asked for so many particles before they are needed.
 AHEAD = 8
 NO_BODY = 0xFFFFFFFF
-# Most cells a particle: a thin plate fills few of those of its box, and where cells wrap round more is to be done.
+# Largest number of cells per particle: a thin plate fills few cells of its box.
 CELLS = 4
 # Cells of space that have a number of their own along each axis: beyond so many, numbers repeat.
 APART = 1 << 21

@@ -1,7 +1,7 @@
 """Ghost rows behind a process's own: mirror images at planes of symmetry, and rows of other processes.
 
-Copies are appended before rows are sorted, and updated after a pass that wrote into rows. Nothing is summed for them:
-their own particle, or the process that has it, does that.
+Copies are appended before rows are sorted, and updated after a pass that wrote into rows. They have no rates: these
+belong to the particle itself, or to the process that owns it.
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
 """Neighbour lists that last for several steps, for schemes of small steps and several passes.
 
-The list is made by the one traversal with a margin beyond the kernel's reach, and serves until the
-particles may have crossed it. Pairs in the margin weigh nothing: the kernel ends before them.
+The list is made by the one traversal with a margin beyond the kernel's reach. It is valid until particles may have
+crossed the margin. The kernel is zero for pairs in the margin.
 
-Entries are numbers of particles as the state holds them, rows of other processes and images at symmetry planes after
-them and, last, the far row that fills lists up to whole vectors. The particles of a chunk share a contiguous
-part of the list.
+Entries are particle numbers, followed by those of rows of other processes and of images at symmetry planes, and last
+the far row, which fills lists up to whole vectors. The lists of a chunk of particles are contiguous.
 """
 
 from __future__ import annotations

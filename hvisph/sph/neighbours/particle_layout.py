@@ -1,13 +1,12 @@
 """Layouts of packed particle rows and of rows of rates.
 
-A pair law declares its row as names with ranks; from these follow the slots that its
-compiled loops use and the signs with which a row is mirrored at a symmetry plane.
+A pair law declares its row as names with ranks. They determine the slots that its compiled loops use, and the signs
+with which a row is mirrored at a symmetry plane.
 
-In order: acceleration (dim), rate of specific internal energy, largest |mu| of its pairs,
-velocity gradient (dim^2); from laws that have them, a rate of ln(rho) beside the gradient's, the rate of its lead over
-the number of particles, and the heat of slip between bodies, which is in the rate of energy; of rings the rate of their
-circumference, of others, where angular momentum is kept, the rate at which their pairs make it (axial, for each mass);
-of the adjoint law the renormalised velocity gradient (dim^2), which the next evaluation compares with its own.
+A row of rates contains: acceleration (dim), rate of specific internal energy, largest |mu| of the pairs, velocity
+gradient (dim^2); then, for laws that have them: rate of ln(rho) in addition to the trace, rate of the density
+correction, heat of slip between bodies (a part of the energy rate); hoop strain rate (axisymmetric) or rate of the
+torque residual per mass (axial); renormalised velocity gradient of the adjoint law (dim^2), for the next evaluation.
 """
 
 from __future__ import annotations

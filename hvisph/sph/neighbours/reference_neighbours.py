@@ -1,13 +1,13 @@
 """Neighbours in the reference configuration, with kernels and kernel corrections there.
 
-Row i of the lists holds the neighbours b of particle i within the kernel's support at the start, same body
-alone, padded to whole vectors with the far row. For each stands
+Row i of the lists contains the neighbours b of particle i within the initial kernel support, of the same body, padded
+to whole vectors with the far row. For each neighbour
 
     slope = V0_b (dW/dR) (X_a - X_b) / R        shape = V0_b W
 
-by a code, the row of a table that holds each of those that are common once: in a lattice there are few, and a list of
-numbers and codes is read from memory twice a step. X_a - X_b counts in parts of 1e-12 h, so that round-off makes no new
-ones, and the slope of b to a is that of a to b reversed to the last bit.
+are stored by a code, the index in a table of distinct values: a lattice has few, and shorter lists are read faster. X_a
+- X_b is rounded to multiples of 1e-12 h, so that round-off creates no new values, and the slope of b to a is exactly
+minus that of a to b.
 
 A gradient is V0_b g_ab = A_a slope + B_a shape, with A and B of particle a:
 
@@ -16,8 +16,8 @@ A gradient is V0_b g_ab = A_a slope + B_a shape, with A and B of particle a:
     mixed     A = K/S,  B = - K grad S / S^2,   S = sum_b V0_b W, the particle itself included,
               K as above of grad W / S - W grad S / S^2
 
-(Young 2021 eqs. 3-5). A particle whose K has no sound inverse keeps the plain gradient.
-F0_a = 1 - sum_b (X_b - X_a) (x) V0_b g_ab is what the gradients leave of a map that is the identity.
+(Young 2021 eqs. 3-5). A particle with a singular matrix has the plain gradient. F0_a = 1 - sum_b (X_b - X_a) (x) V0_b
+g_ab is the error of the gradient of the identity.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ CORRECTIONS = ("none", "gradient", "mixed")
 CHUNK = 256
 # Pairs at the very rim of the support are left out: there round-off would decide, with a kernel of zero.
 RIM = 1.0 - 1e-9
-# What two places are apart by over h counts in such parts: in a lattice of a thousand spacings round-off is less.
+# Unit of distances over h, larger than the round-off in a lattice of a thousand spacings.
 FINEST = 2.0**-40
 # Kernels that occur at least so often among so many particles are tabled, no more than the nearest cache holds, nor of
 # more volumes and steps along an axis than these; every other entry has a row of its own.

@@ -1,14 +1,13 @@
 """Traversal of pairs, in which every pair law is evaluated.
 
-The particles of a cell share their candidates: those of its 3, 9 or 27 cells that are near the box around them are
-copied once, and each particle filters the copy into a list of neighbours, which is filled up to whole vectors with
-a far, massless row. Over that the pair law sums in one branch-free loop. Row i is written by i alone, and a list goes
-through the cells along x, y and z in rising order, also where they wrap round: any number of threads gives the same
-bits.
+The particles of a cell share their candidates: particles of its 3, 9 or 27 adjacent cells near the box around them are
+copied once. Each particle filters the copy into a list of neighbours, which is filled up to whole vectors with a
+distant, massless row. The pair law sums over the list in one loop without branches. Each particle writes its own row
+only, and a list follows the cells along x, y and z in rising order: the bits do not depend on the number of threads.
 
-A pair law is a module of `hvisph.sph.terms`; `law(near, n, rows, i, constants, out)` is
-its loop, bound into the template below by `loop`. It reads its neighbours, a
-vector at a time, with `hvisph.compiler.vector.intrinsics.neighbours`.
+A pair law is a module of `hvisph.schemes` or `hvisph.sph`; `law(near, n, rows, i, constants, out)` is its loop, bound
+into the template below by `loop`. It reads its neighbours, a vector at a time, with
+`hvisph.compiler.vector.intrinsics.neighbours`.
 """
 
 from __future__ import annotations
@@ -38,20 +37,20 @@ from .cells import cell_at, number_of
 
 CHUNK = 256
 FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
-# Pairs beyond this share of the kernel's reach are left out: their weight is nothing, and a lattice at rest whose
-# spacing the reach is a multiple of has up to a quarter of its pairs there.
+# Pairs beyond this share of the kernel's reach are left out. Their weight is negligible, but if the reach is a multiple
+# of the spacing, up to a quarter of the pairs of a lattice lie there.
 RIM = 1.0 - 1e-9
-ROUND_OFF = 1.0 + 1e-9  # of distances to a box: its reach is longer by so much
-# How wrong a squared distance in single precision may be, over the square of a cell's edge: positions are relative
-# to a particle within two edges, each rounded by 2^-24 of that.
+ROUND_OFF = 1.0 + 1e-9  # factor of the reach for distances to a box
+# Error of a squared distance in single precision over the square of a cell's edge: positions relative to a particle
+# within two edges, each rounded by 2^-24.
 SLACK = 4e-6
 
 
-# What a pass does with lists of neighbours that passes of one evaluation have in common.
+# Use of neighbour lists by the passes of one evaluation: made for one pass, kept for the next, taken from the last.
 FORGETS, KEEPS, TAKES = 0, 1, 2
-# Numbers that no pass writes or reads.
+# Placeholder where no lists are kept.
 NO_LISTS = np.zeros((0, 0), np.uint32)
-# A particle with more candidates than this is inside a collapse that no result survives.
+# Number of candidates of a particle that indicates a collapse of the particle distribution.
 MOST_NEIGHBOURS = 200_000
 
 

@@ -1,37 +1,35 @@
 """Axisymmetric terms of pairs and particles in the half-plane (x, r).
 
-A particle is a whole ring of mass m. In the plane it has the mass M = m / (2 pi r) and the area A = M / rho, with which
-the laws of the plane hold, and images over the axis, of which s = -1 (s = 1 of all others). A pair's force takes both
-radii in the mean,
+A particle is a torus of mass m and radius r. In the plane it has the mass M = m / (2 pi r) and the section area A = M /
+rho, for which the plane laws hold. Particles near the axis have images on its other side, with s = -1 (otherwise s =
+1). The force of a pair contains the mean of both radii,
 
-    F_ab = 2 pi M_a M_b (r_a + s r_b)/2 [force of the plane]        a_a = sum_b w [..],     w = (1 + s r_b/r_a)/2
+    F_ab = 2 pi M_a M_b (r_a + s r_b)/2 [plane force]               a_a = sum_b w [..],     w = (1 + s r_b/r_a)/2
 
-and an image over the axis gives its radial part alone: axial forces are conserved over all rings, radial ones need not
-be over the axis. Its work is that of the two real rings, half to either side: F_r (u_ra - u_rb). Then
+and an image exerts its radial part only: the axial momentum of all particles is conserved. The work of an image is that
+of the two real particles, half to either side: F_r (u_ra - u_rb). With the fullness kappa,
 
     kappa_a = - sum_b A_b (r_a - s r_b) dW/dr                        1 within a body, about 1/2 at a face
     a_a,r  += [(1 - kappa_a) sigma_rr - sigma_tt] / (rho_a r_a)
     de_a   -= [(1 - kappa_a) sigma_rr - sigma_tt] u_r / (rho_a r_a)
     L_tt    = u_r/r,     d ln(rho)/dt = - (L_rr + L_xx + L_tt),     d ln(h)/dt = (L_rr + L_xx)/2
 
-A uniform pressure is static at the axis, as its pair sum gives kappa p/(rho r); total energy and axial momentum are
-kept to round-off. Only in the plane is the velocity gradient a sum, without w.
+a uniform pressure is in equilibrium at the axis, where the pair sum is kappa p/(rho r). Total energy and axial momentum
+are conserved to round-off. The velocity gradient in the plane has no weights w.
 
-What dissipates presses over the axis as across a mirror, with 1 - w = (1 + r_b/r_a)/2, against the closing of the two
-sections, u_ra + u_rb, of which either side has half the heat: viscosity, and where Riemann problems are solved a
-dashpot of the shear impedances, which gases have none of. With w it would drive rings into the axis, the first row by
-energy that its own stress has not lost.
+Dissipative terms act across the axis as across a mirror, with 1 - w = (1 + r_b/r_a)/2, on the closing speed of both
+sections, u_ra + u_rb; each side receives half of the heat. They are the viscosity or, with Riemann problems, a dashpot
+of the shear impedance (none for gases). With the weight w they would drive particles into the axis.
 
-In the mass form of density chi_a (`schemes.standard.law`) is its sum in the plane, with M.
+In the mass form of density, chi_a (`schemes.standard.law`) is its plane sum, with M.
 
-At the axis L_rr = L_tt; there each takes of the difference what brings both to their mean, whole at r = 0 and none from
-r = h on, which leaves the rate of density as it is.
+At the axis L_rr = L_tt: both rates are replaced by their mean at r = 0, and by less up to r = h; their sum, the rate of
+density, is unchanged.
 
-A ring alone has nothing to lean on: the pressure of a fluid does no work on its hoop, as kappa says, and it would be
-squeezed without end at the axis. Its hoop's rate and force are taken as far as it has neighbours, in whole from kappa =
-1/4, that of an edge.
+An isolated particle exerts no hoop stress: its fluid pressure does no work on the hoop, and the axis would compress it
+without bound. Hoop rate and hoop force grow linearly with the fullness up to kappa = 1/4, that of an edge.
 
-Compare: the area-weighted form of Owen's Spheral, which conserves nothing; contact SPH of Rublev & Parshikov 2025.
+Compare: the area-weighted form of Owen's Spheral, without conservation; contact SPH of Rublev & Parshikov 2025.
 """
 
 from __future__ import annotations
@@ -43,12 +41,12 @@ from hvisph.compiler.tensors import add_radial, multiply, radial_part, scale_rad
 
 from .limiters import TINY
 
-EDGES = 4.0  # 1 over the fullness of an edge
+EDGES = 4.0  # inverse of the fullness of an edge
 
 
 @inline
 def mirror_weight(ring, inverse_ring):
-    """Return w, and 1 for a ring or 0 for an image over the axis.
+    """Return w, and 1 for a particle or 0 for an image over the axis.
 
     Parameters
     ----------
@@ -62,7 +60,7 @@ def mirror_weight(ring, inverse_ring):
 
 @inline
 def axisymmetric_jump(du, own, its, real):
-    """Return the difference `du` of two velocities; of an image over the axis the radial one of its ring.
+    """Return the velocity difference `du`; for an image over the axis, with the radial velocity of its particle.
 
     `own` and `its` are both radial velocities, that of the image its own.
     """
@@ -118,13 +116,13 @@ def axisymmetric_traction(t, area, e, u, jump, left, zt_a, zt_b, other, weight, 
 
 @inline
 def axis_regularization(radial_rate, hoop_rate, ring, h):
-    """Return what the rate of the radius [1/s] gains, and that of the hoop loses, near the axis."""
+    """Return the rate [1/s] that is added to the radial strain rate and subtracted from the hoop strain rate."""
     return 0.5 * max(1.0 - ring / h, 0.0) * (hoop_rate - radial_rate)
 
 
 @inline
 def hoop_share(fullness):
-    """Return which share of its hoop's rate and force a ring takes: none of a ring alone.
+    """Return the share of hoop strain rate and hoop force that acts; 0 for an isolated particle.
 
     Parameters
     ----------

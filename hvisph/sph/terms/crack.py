@@ -1,10 +1,10 @@
-"""Cracks between particles: pairs of sound particles across softened ones.
+"""Cracks between particles: pairs of intact particles across softened ones.
 
     c_a = sum_b d_b g_ab (sum_b d_b^2 |g_ab|)/(sum_b d_b |g_ab|)^2,   g_ab = V_b |dW/dr| e
     t   <- t (1 - max(min(c_a . e, -c_b . e), 0))                     tension and shear of the pair a, b
 
-c points to what has softened, by its mean damage. Where that lies between the two sides of a pair, the pair spans the
-crack: it bears no more than the crack does (Hillerborg's fictitious crack), and its sides no longer drag each other.
+c points towards softened material; its length is the mean damage there. A pair with softened material between its sides
+spans the crack: its traction is that of the crack (Hillerborg's fictitious crack).
 """
 
 from __future__ import annotations
@@ -41,5 +41,5 @@ def softened_bound(t, soft):
 
 @inline
 def unbroken_share(own, other, e):
-    """Return the share of tension and shear that a pair bears along `e`, from c of both sides."""
+    """Return the factor of tension and shear of a pair along `e`, from c of both sides."""
     return 1.0 - max(min(dot(own, e), -dot(other, e)), 0.0)

@@ -1,8 +1,8 @@
 """Density correction: the exchange of volume in a pair, and its relaxation.
 
 Density follows the rate of the number density sum W and an exchange of volume between both sides of a pair,
-u* - (u_a + u_b)/2. The exchange keeps density even across a front. In strong compression it would separate density from
-the number density for good, so that pairs of one body lose a part of it,
+u* - (u_a + u_b)/2. The exchange keeps density smooth across a front. In strong compression it would separate density
+from the number density permanently; pairs of one body therefore lose a part of it,
 
     s = min((10 t*_n / rho c^2)^2, 1/2),   t*_n < 0        (at most 1 where h follows density)
 

@@ -3,10 +3,9 @@
     B = sum_b V_b |dW/dr| r e (x) e,    K = B^-1,    w = clip((0.95 - det B)/0.2, 0, 1) max(0, 1 - 20 mu/c_l)
     L <- L (1 + w (K - 1)),             div <- (1 - w) div + w tr L
 
-Inside, where B is the identity up to the lattice's own error, the plain sums stay: they keep density to the
-particles' spacing. A material without tensile strength, a gas or a failed solid, separates where it expands: its
-density is that of the
-spacing everywhere. In a shock front, where particles close at mu, a neighbourhood is uneven rather than open.
+Inside a body B is the identity up to the error of the lattice, and the plain sums keep density and number density
+equal. Material without tensile strength (gas, failed solid) has no correction: it separates where it expands. In a
+shock front, where particles close at the speed mu, the neighbourhood is non-uniform, not incomplete.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Number density of the kernel at the own smoothing length, where h follows density.
 
-The rate of n_a = sum W(r, h_a) has the change of h in it, which divides by
+The rate of n_a = sum W(r, h_a) contains the change of h, so that it is divided by
 
     Omega_a = 1 + h_a/(d n_a) sum dW/dh = - 1/(d n_a) sum q w'(q)/h_a^d
 
-With n_a itself, not 1/V_a, Omega lies above 0, and the rate by the own kernel is d times the mean of (u_b - u_a) . e/r,
-weighed by q |w'|. It is zero of a particle without neighbours, whose n is proportional to its density for any h; the
-exchange with neighbours of longer reach is then divided by LEAST.
+With n_a itself, not 1/V_a, Omega is positive, and the rate by the own kernel is d times the mean of (u_b - u_a) . e/r
+with weights q |w'|. Without neighbours Omega is zero, and n is proportional to density for any h; the exchange with
+neighbours of longer reach is then divided by LEAST.
 
 Source: Springel & Hernquist 2002; Springel 2005 has no correction below the same Omega. Verification: `sod`, `blast`,
 `noh`.

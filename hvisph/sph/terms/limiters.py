@@ -1,8 +1,8 @@
 """Slope limiters: means of two slopes that vanish where their signs differ.
 
-Each is given as a share of the first, limit(a, b)/a for a >= 0, so that it serves numbers and vectors alike: a is the
-square of one and b its product with the other. Numerator and denominator come apart, so that several are divided at
-once (`sph.terms.riemann_solver`).
+Each function returns limit(a, b)/a for a >= 0. For vectors a is the square of one slope and b its product with the
+other. Numerator and denominator are returned separately, so that one division serves several
+(`sph.terms.riemann_solver`).
 
     minmod      the smaller
     van_leer    harmonic mean 2 a b / (a + b)                           van Leer 1974
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from hvisph.compiler.jit import CompiledFunction, inline
 
-# Keeps 0/0 from what is nothing.
+# Guard against 0/0.
 TINY = 1e-30
 
 

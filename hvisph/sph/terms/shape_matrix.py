@@ -1,8 +1,8 @@
 """Inverse of the shape matrix sum_b V_b (x_b - x_a) (x) grad W, regularized where it is ill-conditioned.
 
-Inside a body the matrix is near the identity. Where it has less than SINGULAR of a round one's determinant
-(of a particle with one or two neighbours, or of a string of them), or next to no trace, there is no sound inverse,
-and what it would correct stays as it is.
+Inside a body the matrix is near the identity. Where its determinant is below SINGULAR times that of an isotropic matrix
+of the same trace (one or two neighbours, or a chain), or its trace is below SINGULAR, the identity takes the place of
+the inverse.
 """
 
 from __future__ import annotations

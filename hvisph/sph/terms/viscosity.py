@@ -3,19 +3,19 @@
     mu_ab = min(h_ab u_ab . x_ab / (|x_ab|^2 + 0.01 h_ab^2), 0)
     Pi_ab = (-alpha c_ab mu_ab + beta mu_ab^2) / rho_ab
 
-with the means c_ab = (c_a + c_b)/2 and rho_ab = (rho_a + rho_b)/2. Both functions take plain floats or
-eight lanes; the pair laws hand them reciprocals, because they take all of theirs from one division.
+with the means c_ab = (c_a + c_b)/2 and rho_ab = (rho_a + rho_b)/2. Both functions take floats or vectors; reciprocals
+are arguments, because the pair laws compute all of them with one division.
 
-Two schemes give each particle a share s_a of it, and a pair the mean of both shares:
+Two switches give each particle a factor s_a of it, and a pair the mean of both factors:
 
     BAL  s = |div u| / (|div u| + |curl u| + 1e-4 c/h)                                 Balsara 1995
     MON  ds/dt = -(s - s_min)/tau + max(-div u, 0),   tau = h / (C1 c)      Morris & Monaghan 1997
 
-MON's share multiplies both coefficients of SAV1, so that its beta is twice its alpha; it is integrated
-exactly over a step with the rest held.
+The factor of MON multiplies both coefficients of SAV1, so that its beta is twice its alpha; it is integrated exactly
+over a step in which all else is constant.
 
-In plastic flow the linear viscosity would bear as much shear as the metal, and of rings only in the plane, for pairs
-know nothing of hoops. With SHEARS a particle takes of alpha only the share
+In plastic flow the linear viscosity would carry as much shear as the metal; in axisymmetric cases only in the plane, as
+pairs have no hoop strain rate. With REDUCES_SHEAR_VISCOSITY the factor of alpha is
 
     max(0.1, |tr L| / (|tr L| + 0.2 D')),     D' = sqrt(2/3 dev D : dev D)             0.88 in a plane shock
 
