@@ -1,7 +1,5 @@
 """Interface of a case for the checks of its parts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 

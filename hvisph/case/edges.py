@@ -1,7 +1,5 @@
 """Open edges, which let waves out, and pressures on faces."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """Gravity, and the stress of the overburden at the start."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Base class of the models of the case file, and errors with their path."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path as Path_

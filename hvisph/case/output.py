@@ -1,7 +1,5 @@
 """Output: quantities, formats and intervals; regions of space, symmetry planes and gauges."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Simple shapes of a case file: by formula, or from a file."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Start of a run from a snapshot of another run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path as Folder
 from typing import Annotated, Any, Literal

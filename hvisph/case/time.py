@@ -1,7 +1,5 @@
 """Duration, time step and stopping limits of a run, and the witness plane."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo

@@ -4,8 +4,6 @@
 the range, and stores the value in SI (angles in degrees).
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

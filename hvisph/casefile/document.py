@@ -6,8 +6,6 @@ are those of YAML 1.2: `1e9` is one, `1:30`, `010` as octal and `yes` as true ar
 The text is read event by event, so that depth and size can be bounded.
 """
 
-from __future__ import annotations
-
 import os
 import pathlib
 import re

@@ -1,7 +1,5 @@
 """Error messages of validation: path, fault, allowed values and nearest name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache

@@ -3,8 +3,6 @@
 A set of experiments is a folder with `set.yaml`, `shots.csv` and `measured.csv`.
 """
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Texts on the keys of the case file, generated from the models: the manual in Markdown, and `hvisph help`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cache
 from inspect import cleandoc

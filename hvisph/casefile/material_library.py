@@ -5,8 +5,6 @@ start from another one, `base: NAME`, with only what differs. Beside it stand `a
 numbers and, where they are known, points of its Hugoniot or published fits to them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from difflib import get_close_matches

@@ -3,8 +3,6 @@
 Error messages, overrides, the schema and the manual all ask here, so none keeps a list of keys.
 """
 
-from __future__ import annotations
-
 import types
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

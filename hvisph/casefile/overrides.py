@@ -6,8 +6,6 @@ their place. A null that has nothing to take away and stands where no key can is
 validation names it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Folders of cases: bundled ones, in a wheel or the source tree, and those that override a common `base.yaml`."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -4,8 +4,6 @@
 `docs/case-file/` of a source tree up to date; without `--write` it prints the schema.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Search in keys, values, measures, materials, cases and pages for `hvisph help`."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Sequence

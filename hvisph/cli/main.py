@@ -1,7 +1,5 @@
 """The command `hvisph`: its group of commands, with imports at their call."""
 
-from __future__ import annotations
-
 import atexit
 import gc
 import os

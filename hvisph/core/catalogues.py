@@ -1,7 +1,5 @@
 """Catalogues of kinematics, smoothing kernels, shapes and particle arrangements."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """Errors of hvisph and their exit codes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches

@@ -6,8 +6,6 @@ xx, yy, zz, xy, xz, yz, cut to 3 components in 1D, 4 in 2D and 6 in 3D, so that
 the out-of-plane stress is always there.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 SYMMETRIC_COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")

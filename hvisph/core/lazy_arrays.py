@@ -1,7 +1,5 @@
 """Arrays computed on access, so that one at a time is in memory."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Available memory of the system, control groups and process limits; release of large arrays."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import os

@@ -1,7 +1,5 @@
 """Text of values and of foreign strings."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Budgets of energy and momentum, the columns of the history, and histories of particles."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sanity checks that stop a run of unphysical state and report particle, position, time and cause."""
 
-from __future__ import annotations
-
 from math import isfinite
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Warnings on the reliability of a finished run: range of material models, unlimited tension, fracture, vapour."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain

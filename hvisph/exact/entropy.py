@@ -15,8 +15,6 @@ that melt and vaporise follow from the lever at 1 bar (`measures.phases`). Ahren
 214.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

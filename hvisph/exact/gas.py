@@ -6,8 +6,6 @@ Riemann problem: Toro, *Riemann Solvers and Numerical Methods for Fluid Dynamics
 Phys. 72 (1987) 78.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 

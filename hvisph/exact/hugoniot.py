@@ -21,8 +21,6 @@ is measured beside an elastic precursor is the last wave: in the laboratory it r
 Y is that at a strain rate of `SHOCKED` and the plastic strain of the compression. Steady waves: no relaxation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf, log, sqrt

@@ -5,8 +5,6 @@ and only when fronts meet is there anything to solve. Layers touch or stand apar
 closed, in tension too, as between bodies of particles whose kernel sums couple them. Outer ends are free.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise

@@ -6,8 +6,6 @@ is then refined by more points about its start. Particles that would come nearer
 before the surfaces meet stop the bodies there: that costs a fraction of a spacing, and nothing between flat faces.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

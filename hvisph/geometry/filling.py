@@ -6,8 +6,6 @@ jumps with the spacing s: among spacings a few per cent about dx the one is take
 volume. The rest goes into the masses by one factor, so that their sum is the shape's to round-off.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

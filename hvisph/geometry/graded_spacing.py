@@ -6,8 +6,6 @@ that of the whole ring, so its mass follows; its smoothing length follows the ce
 is lost.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

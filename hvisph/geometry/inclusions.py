@@ -4,8 +4,6 @@ Diameters follow N(>D) ~ D^exponent between two limits, as many as fill a share 
 where it would fill more. Each is put wholly inside the body, at random among the places that are free of others.
 """
 
-from __future__ import annotations
-
 from hashlib import sha256
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lattices of particles: simple, triangular, hexagonal close packing, and concentric circles."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

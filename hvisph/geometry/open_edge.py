@@ -3,8 +3,6 @@
 A body that reaches an edge is cut there. Its outermost rows, mirrored at the plane, continue it by an ambient layer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ Where the particles of one come from a file there is no surface. There it is the
 over the particles of both is 1 inside matter, less at a face, and more where there is matter twice.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Particle files: CSV, VTU or another mesh format of meshio, HDF5."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -5,8 +5,6 @@ two touching bodies have their particles dx apart. The row's second body has its
 whatever the gap before it; a body alone in the row has its own first face there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -8,8 +8,6 @@ along which holes could line up. A packing by repulsion as in the generation of 
 Diehl et al. 2015 (weighted Voronoi relaxation), here with equal weights and a wall.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

@@ -9,8 +9,6 @@ mass stays, a quarter of a spacing from the plane, and the other half is in its 
 quarter and an eighth weigh what they are called.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

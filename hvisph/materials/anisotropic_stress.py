@@ -11,8 +11,6 @@ trace; it takes the place of the deviator. Where pressure is cut off, or a parti
 mode is open, pressure below zero is not borne: sigma = T then, and K0 is not subtracted.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from hvisph.compiler.jit import inline

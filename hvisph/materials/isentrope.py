@@ -15,8 +15,6 @@ under pressure. `total_energy` takes all energy as heat, T = T_room + max(e, 0)/
 870 K instead of 490 K behind a shock of 1 km/s in aluminium.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

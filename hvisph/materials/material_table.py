@@ -1,7 +1,5 @@
 """Materials as objects, and their packing into the arrays that compiled loops read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache

@@ -8,8 +8,6 @@ Lindemann's law in the form of Steinberg, Cochran & Guinan 1980, J. Appl. Phys. 
 Glatzel 1929, Z. anorg. Chem. 178, 309. The heat of melting is neglected.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp
 

@@ -4,8 +4,6 @@ In a thin sheet the stress through the thickness vanishes, and the thickness cha
 secant method on the stress of `response.respond`, starting from the elastic solution.
 """
 
-from __future__ import annotations
-
 from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors3d import growth_factor, replace_zz
 

@@ -15,8 +15,6 @@ shear modulus and yield stress are divided by alpha. Herrmann 1969, J. Appl. Phy
 & Holt 1972, J. Appl. Phys. 43, 1626; Jutzi et al. 2008, Icarus 198, 242.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -10,8 +10,6 @@ branches costs numba atomic reference counts at each call, more than all the phy
 drops the numbers that are not used.
 """
 
-from __future__ import annotations
-
 from typing import ClassVar, Protocol
 
 import numpy as np

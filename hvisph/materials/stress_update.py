@@ -20,8 +20,6 @@ The energy argument contains all work done on the particle, plastic work include
 term of its own.
 """
 
-from __future__ import annotations
-
 from math import inf, sqrt, tan
 
 from hvisph.compiler.jit import inline, noinline

@@ -1,7 +1,5 @@
 """State of a material: pressure limited by tensile strength, speeds, temperature, modulus, flow stress."""
 
-from __future__ import annotations
-
 from math import inf, log, nan, sqrt
 
 from hvisph.compiler.jit import inline, noinline

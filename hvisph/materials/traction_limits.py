@@ -8,8 +8,6 @@ From the onset of fracture to failure the limits are (1 - d) p_0 + |S| and (1 - 
 pair.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from hvisph.compiler.jit import inline

@@ -10,8 +10,6 @@ Tension. Ductile spall by Grady 1988, J. Mech. Phys. Solids 36, 353: (2 rho c^2 
 Y at rest, at most K/10; without a yield stress 3 % of K, about twice the strength of clean water.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, sqrt

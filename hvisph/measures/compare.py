@@ -1,7 +1,5 @@
 """Comparison of runs with published values and with one another, from their files alone."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass

@@ -16,8 +16,6 @@ Spheres of any metal on plates of aluminium. Sources:
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from math import cos, inf, pi, sqrt

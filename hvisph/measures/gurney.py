@@ -5,8 +5,6 @@ varies linearly across them (Gurney 1943, BRL report 405; metal on both faces: K
 Gurney velocities (2 E)^(1/2) are those of cylinder tests (Kury et al. 1965; Dobratz & Crawford 1985), recalled.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 from .correlations import Correlation

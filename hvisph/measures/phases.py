@@ -6,8 +6,6 @@ Release is isentropic: the fractions are those at 1 bar once the pressure has go
 contain the five `entropies` of each material, and particles have their `entropy` (`exact.entropy`).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.measures.frame.measurement_frame import Scene

@@ -5,8 +5,6 @@ within 0.3 mm of its centre, and `axis_pressure_min`, the lowest pressure of tho
 the largest and smallest samples.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Measures and fragments over time: as columns, and as CSV files."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os

@@ -1,7 +1,5 @@
 """Measures as rows of text, in units of the field."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ name. A kill at any moment leaves at most a `.partial` file, which the next writ
 Nothing is written through a link, or over one.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

@@ -4,8 +4,6 @@ A file holds plain arrays by name and a header of plain JSON, nothing that could
 kept, under the number of their step: if the newer is damaged the older serves.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from contextlib import suppress

@@ -5,8 +5,6 @@ in VTK's order xx, yy, zz, xy, yz, xz, which is not the order inside hvisph (xx,
 Going there and back returns every number bit for bit.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any

@@ -3,8 +3,6 @@
 Own is what hvisph writes, by its exact name, and no link: nothing else is ever deleted or written over.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -4,8 +4,6 @@ Points are the positions; a coordinate that is 0 throughout is no dimension. Nam
 blanks, dashes and underscores. An array that is none of the quantities in `QUANTITIES` keeps its own name.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

@@ -3,8 +3,6 @@
 The functions work on files alone, in any process, while the run continues or after it was killed.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -4,8 +4,6 @@ An array at a time is made, turned into text and written, numbers bit for bit, s
 time and hvisph's header are field data. A seal (`hvisph.output.sealed_hdf5`) ends the file as an XML comment.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import math

@@ -3,8 +3,6 @@
 Every method is called by all processes together. A single process needs no communication.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import fsum
 from typing import TypeVar

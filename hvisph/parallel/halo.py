@@ -1,7 +1,5 @@
 """Halo exchange: rows of other processes within the interaction distance, sent at every evaluation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

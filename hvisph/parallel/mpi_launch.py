@@ -1,7 +1,5 @@
 """Detection of an MPI launcher from the environment, without loading MPI."""
 
-from __future__ import annotations
-
 import os
 
 # Number of a process and of all, as launchers name them: MPICH and Intel MPI, Open MPI, PMIx (Slurm, PRRTE).

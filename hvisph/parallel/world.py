@@ -3,8 +3,6 @@
 Every method but `rank` and `size` is called by all processes, at the same place of the program.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 import traceback

@@ -1,7 +1,5 @@
 """Selection of snapshots for pictures, their titles, and pictures of final states."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Analysis of the results of a sweep, its finding in a sentence, and further cases of a bisection."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import sqrt
 

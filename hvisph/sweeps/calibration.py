@@ -9,8 +9,6 @@ The covariance is (J^T J / s^2 + 12 I)^-1 with s^2 = max(1, chi^2/(m - n)); 12 i
 known to lie between its bounds only. Intervals are Student's, of 95 %.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase

@@ -3,8 +3,6 @@
 Needs `hvisph[dask]`. The sweep's folder must be on a disk that all machines share.
 """
 
-from __future__ import annotations
-
 import subprocess
 import time
 from collections.abc import Callable, Sequence

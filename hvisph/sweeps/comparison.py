@@ -1,7 +1,5 @@
 """Results of a sweep beside measured values and empirical correlations."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Values of the varied settings: grids, lists and random samples."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -4,8 +4,6 @@ All decisions of the driver follow from the folder: if the driver is killed, wor
 continues.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Values of settings: numbers with units, combinations, cells of tables."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Mapping, Sequence

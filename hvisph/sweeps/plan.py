@@ -1,7 +1,5 @@
 """A sweep from its file: the model, the case that it starts from, and every case that it makes, all checked."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -20,8 +20,6 @@ deviation of each parameter at the coarsest spacing. The combined one is the roo
 is a square over that sum.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -5,8 +5,6 @@ scikit-learn is installed: the one of the least error. The error of a point that
 fit: r_i / (1 - h_i) with the residual r and the hat matrix h of a polynomial, [K^-1 y]_i / [K^-1]_ii of a process.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 No scheduler: any number of workers, on any machines that share the folder. Kill some, start more.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A verification problem: its trials and materials, finished runs, and figures compared with exact values."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Execution, evaluation and pictures of trials."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import tempfile

@@ -5,8 +5,6 @@ by two angles. Each disc is as wide as its particle's share of the lattice; the 
 nothing is covered by what lies behind it.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

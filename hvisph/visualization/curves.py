@@ -1,7 +1,5 @@
 """Pictures of curves: gauges and profiles, panels of a material, measures over time, loads on a witness plane."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

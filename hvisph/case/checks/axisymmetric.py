@@ -1,7 +1,5 @@
 """Axisymmetric cases: conversion from 3D input and consistency checks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from hvisph.case.bodies import Body

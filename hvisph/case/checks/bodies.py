@@ -1,7 +1,5 @@
 """Consistency checks of bodies: shapes, arrangements, sizes, positions, velocities."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Consistency checks of a case. Each error names the path, the fault and the remedy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Protocol

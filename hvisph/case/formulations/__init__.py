@@ -1,7 +1,5 @@
 """Formulations: options, consistency checks and warnings, one file each."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

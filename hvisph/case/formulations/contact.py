@@ -1,7 +1,5 @@
 """Contact between bodies: frictional, bonded, or by a penalty force."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """SPH-projection: options, time step and consistency checks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 

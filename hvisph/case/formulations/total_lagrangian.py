@@ -1,7 +1,5 @@
 """Total Lagrangian SPH, and AdapTLE with conversion to Eulerian particles (Young 2021)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 

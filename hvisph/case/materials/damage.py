@@ -1,7 +1,5 @@
 """Damage and spall models of a material."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator

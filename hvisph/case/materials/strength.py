@@ -1,7 +1,5 @@
 """Strength models of a material."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """`hvisph doctor`: test of the installation."""
 
-from __future__ import annotations
-
 import os
 import platform
 import sys

@@ -1,7 +1,5 @@
 """`hvisph help`: description of a key, or search of a word."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`hvisph run`, `resume` and `watch`: compute a case, continue a run, follow its progress."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Text for people: printable output, numbers with units, and tables."""
 
-from __future__ import annotations
-
 import errno
 import json
 import math

@@ -5,8 +5,6 @@ turned about its axis and has the volume pi int R^2 dx; in the plane it is the s
 region, with the area 2 int R dx.
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 One frozen dataclass a shape. Sizes that are not positive and finite raise `CaseError`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Combined shapes: placed and rotated, union, difference, lattice of copies, honeycomb."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

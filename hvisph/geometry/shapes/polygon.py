@@ -1,7 +1,5 @@
 """Polygons, and solids from plane shapes: prisms and solids of revolution."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -12,8 +12,6 @@ clip(1/2 - d/s, 0, 1). Over a smooth surface the errors of the cells cancel and 
 like s^2, which the last two sizes tell (Richardson's extrapolation).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from abc import ABC, abstractmethod

@@ -1,7 +1,5 @@
 """Damage and spall models."""
 
-from __future__ import annotations
-
 from hvisph.materials.damage.pressure_cutoff import NoDamage
 from hvisph.materials.slots import Model
 

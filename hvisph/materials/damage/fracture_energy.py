@@ -16,8 +16,6 @@ strengths an element would release more elastic energy than the crack takes up: 
 6, 773; G_f = K_IC^2 (1 - nu^2)/E. Rates and heat count until onset.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf, sqrt
 

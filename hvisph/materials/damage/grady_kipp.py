@@ -14,8 +14,6 @@ on the seed. k is per cubic metre (1e6 times a value per cm^3). Grady & Kipp 198
 Mech. Min. Sci. 17, 147; Benz & Asphaug 1994, Icarus 107, 98; 1995, CPC 87, 253.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from hashlib import sha256
 from math import pi

@@ -12,8 +12,6 @@ particle has failed: no deviator and no tension. Beside a rate-dependent spall s
 strain adds no damage above sigma* = 1.5. Molten material fails under any tension.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp, inf, log
 from typing import ClassVar

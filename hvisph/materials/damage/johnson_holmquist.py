@@ -8,8 +8,6 @@ Requires the strength `johnson_holmquist`, whose x and Y these are, and a `polyn
 state, whose A1 is K1. Johnson & Holmquist 1994, AIP Conf. Proc. 309, 981.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 from typing import ClassVar

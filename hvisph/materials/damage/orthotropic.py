@@ -19,8 +19,6 @@ spacing as that of all damage here does. Hashin 1980, J. Appl. Mech. 47, 329; cr
 Nucl. Eng. Des. 7, 334.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -16,8 +16,6 @@ Fracture). As a sum over time it is the criterion of Tuler & Butcher 1968, Int. 
 1e4 1/s to 1e7 1/s (Moshe et al. 1998, J. Appl. Phys. 83, 4004).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

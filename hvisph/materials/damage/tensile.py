@@ -10,8 +10,6 @@ sigma_1 >= sigma_3 are the largest and smallest principal stress, tension positi
 Latham 1968, J. Inst. Metals 96, 33; Grady 1988, J. Mech. Phys. Solids 36, 353 (eps_c 0.15).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import acos, cos, inf, sqrt
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Equations of state, and the compiled selection among them."""
 
-from __future__ import annotations
-
 import sys
 from math import sqrt
 

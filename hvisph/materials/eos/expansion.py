@@ -11,8 +11,6 @@ BRL CR 130). It limits the pressure of dispersed material and is no model of vap
 `tillotson` or `table` for that.
 """
 
-from __future__ import annotations
-
 from hvisph.compiler.jit import inline
 
 MONATOMIC = 2.0 / 3.0  # H, the Grueneisen coefficient of a gas of single atoms [-]

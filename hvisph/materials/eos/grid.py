@@ -6,8 +6,6 @@ p [GPa], e [MJ/kg] and the free energy, each with the density running fastest. C
 `density,temperature,pressure,energy` in SI and a row a point.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -6,8 +6,6 @@ For gas dynamics and for air between bodies. No tension; a negative energy gives
 and the minimum sound speed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -10,8 +10,6 @@ Without points everything is burnt at the start. Lee, Hornig & Kury 1968 (UCRL-5
 Dobratz & Crawford 1985 (UCRL-52997).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp, sqrt
 from typing import ClassVar

@@ -8,8 +8,6 @@ distension, whose share 1/alpha of a section bears the strength. Raducan & Jutzi
 method; there p jumps by K_new/K.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 from typing import ClassVar

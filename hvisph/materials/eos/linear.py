@@ -13,8 +13,6 @@ for bodies that stay nearly elastic (Young 2021, section 3.3). Give the strength
 of the same E and nu, G = E/(2 (1 + nu)).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -12,8 +12,6 @@ rho0 c0^2 eta/(1 - s1 eta)^2. Valid below the compression at which D vanishes; b
 it is 1, as published, and hot dispersed material keeps pressures of gigapascals.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -9,8 +9,6 @@ Gamma = 0, the default, the pressure is independent of energy: for liquids and s
 cold. Murnaghan 1944, Proc. Natl. Acad. Sci. 30, 244.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

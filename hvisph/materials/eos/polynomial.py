@@ -9,8 +9,6 @@ bulk moduli; T1 = A1 unless given. Valid up to the pressure of its fit. f reduce
 expansion (`expansion.py`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -7,8 +7,6 @@ Howell & Ball 2002, Mehra & Chaturvedi 2006. The Grueneisen coefficient is gamma
 of the order of rho c0^2/(gamma0 - 1) c^2 is negative and the minimum sound speed is used.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -8,8 +8,6 @@ The sound speed follows from the slopes of the interpolant. Outside the table: p
 lowest density, linear above the highest and beyond the energies.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from math import exp, log

@@ -6,8 +6,6 @@ five numbers of 16 columns a line, density fastest. `miluphcuda`: rows rho e p T
 n_rho n_T, a line of rho, a line of T, rows e p c s in SI, density fastest.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

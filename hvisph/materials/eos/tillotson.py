@@ -13,8 +13,6 @@ to 70 and e in w to -E0 eta^2/2. Tillotson 1962 (General Atomic GA-3216); Melosh
 Cratering, appendix II.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp
 from typing import ClassVar

@@ -11,8 +11,6 @@ Release follows the same curve, without hysteresis. The last segment extends to 
 `DENOMINATOR_FLOOR`. f: see `expansion.py`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise

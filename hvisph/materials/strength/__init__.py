@@ -1,7 +1,5 @@
 """Strength models, and the compiled selection among them."""
 
-from __future__ import annotations
-
 from math import inf
 
 from hvisph.compiler.jit import inline, noinline

@@ -7,8 +7,6 @@ aluminium 6500, 4; stainless steel 304 100, 10. Cowper & Symonds 1957 (Brown Uni
 Jones 1989, Structural Impact.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

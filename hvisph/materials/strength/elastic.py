@@ -1,7 +1,5 @@
 """Elastic strength, Hooke's law for the deviator without yield; and fluids, which have no deviator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

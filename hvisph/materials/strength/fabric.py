@@ -11,8 +11,6 @@ yarns have sqrt(E_k/rho), 1/sqrt(2) of the fibre's. Cunniff 1992, Text. Res. J. 
 Badel et al. 2009, Composites A 40, 997 (yarns as material lines; recalled); Herrmann 1969 (P-alpha).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -7,8 +7,6 @@ Johnson & Cook 1983. Below the reference rate the rate factor is 1; at T* = 1 th
 T_melt is that at zero pressure unless the material has a melting law.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import log
 from typing import ClassVar

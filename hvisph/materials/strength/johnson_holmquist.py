@@ -10,8 +10,6 @@ modulus is G rho/rho0. Parameters are consistent if K1 mu + K2 mu^2 + K3 mu^3 + 
 = HEL at the pressure P_HEL. Johnson & Holmquist 1994, AIP Conf. Proc. 309, 981.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import log
 from typing import ClassVar

@@ -6,8 +6,6 @@ H is the plastic hardening modulus dY/d eps_p; from the tangent modulus E_t of a
 E_t/(E - E_t).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

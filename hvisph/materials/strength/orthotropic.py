@@ -11,8 +11,6 @@ Waves along n have the squares of speeds of Christoffel's tensor G_ik = C_ijkl n
 Comput. Mech. 15, 201; Hiermaier et al. 1999, ESA CR(P) 4397 (AMMHIS); Auld 1973, Acoustic Fields and Waves in Solids.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product

@@ -12,8 +12,6 @@ G rho/rho0. Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh 
 2004, Meteorit. Planet. Sci. 39, 217.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf, tanh
 from typing import ClassVar

@@ -12,8 +12,6 @@ Steinberg, Cochran & Guinan 1980, J. Appl. Phys. 51, 1498; Steinberg & Lund 1989
 1528.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp, inf, log
 from typing import ClassVar

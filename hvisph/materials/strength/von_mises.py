@@ -1,7 +1,5 @@
 """Perfect plasticity: a constant yield stress Y in the von Mises criterion S:S <= 2 Y^2 / 3."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

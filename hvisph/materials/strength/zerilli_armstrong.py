@@ -8,8 +8,6 @@ Temperature reduces the hardening of fcc metals and the yield stress of bcc meta
 tests, up to about 1e6 1/s. Zerilli & Armstrong 1987, J. Appl. Phys. 61, 1816.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import exp, inf, log
 from typing import ClassVar

@@ -5,8 +5,6 @@ that of layers which is not attached to their rims. Velocities, lengths and angl
 they do not depend on single particles.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -11,8 +11,6 @@ Launch is where and how fast each particle crossed the struck face, on its balli
 an energy m (v^2/2 - G M/r) above zero in the field of a sphere; in a uniform one nothing does.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.core.text import PlainMapping

@@ -10,8 +10,6 @@ r0 and D0 being those of the start and D0 following from volume and length. The 
 present thickness, dx (D0/D)^2, before the foremost particle.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.measures.frame.impact_geometry import PROJECTILE, members

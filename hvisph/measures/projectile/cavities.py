@@ -1,7 +1,5 @@
 """Cavities: voids in the projectile, and inner and outer radius of a hollow body."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ All of them are taken between particle centres: the material's surface lies half
 distance from the shot line takes the place of the side of it, and diameters are twice radii.
 """
 
-from __future__ import annotations
-
 from math import degrees
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Residual projectile: velocity, mass, length and direction of its fragments, momentum transfer."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.measures.frame.impact_geometry import LAYER, PROJECTILE, members

@@ -13,8 +13,6 @@ perforated by a path that was not there.
 - empty: without a new path the projectile passes through an initial opening.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.measures.debris.groups import connected_groups

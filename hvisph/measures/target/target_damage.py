@@ -9,8 +9,6 @@ particles; Young 2021 gives no definition, and no other one fits its numbers. Th
 particles within two projectile widths of the shot line: as many as go around a circle of that width in 3D, ten in 2D.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Measures of every layer of the target: state, times of perforation and exit, impulse and loaded area."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

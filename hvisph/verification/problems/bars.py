@@ -4,8 +4,6 @@ In one dimension the exact answer is 0 and all of the velocity. Stubby bars keep
 vibration: how much, finite elements tell (`tests/striking_bar.py`). Bodies that touch at rest stay at rest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

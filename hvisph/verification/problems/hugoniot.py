@@ -6,8 +6,6 @@ impedance matching of the two Hugoniots. In two dimensions the same on the axis 
 too wide for the release from its edges.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

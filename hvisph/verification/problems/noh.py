@@ -4,8 +4,6 @@ The shocked gas is at rest and uniform; some particles at the wall are too hot a
 finite shock, and are left out of the means. W. F. Noh, J. Comput. Phys. 72 (1987) 78.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

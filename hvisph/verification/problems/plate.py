@@ -5,8 +5,6 @@ but the last stand beside the exact waves of the welded plates, which hold until
 velocities after parting are those of the exact plates at that moment, when each keeps the momentum that it has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 

@@ -4,8 +4,6 @@ Both gases start on one spacing. The tubes are longer than what is looked at, so
 Sod: J. Comput. Phys. 27 (1978) 1. Woodward & Colella: J. Comput. Phys. 54 (1984) 115, the left half.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np

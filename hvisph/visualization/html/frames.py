@@ -3,8 +3,6 @@
 A particle keeps its place in all frames. One that is not there in a frame has the position NOWHERE.
 """
 
-from __future__ import annotations
-
 import base64
 import zlib
 from collections.abc import Sequence

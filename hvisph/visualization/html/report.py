@@ -1,7 +1,5 @@
 """HTML page of runs: its content from the files of their folders, and the file."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Files of a run, and the set-up section of its report: picture, settings, materials, commands and files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path

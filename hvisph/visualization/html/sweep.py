@@ -1,7 +1,5 @@
 """HTML page of a sweep: results, sortable table, pictures of the final states and links to the runs."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os
