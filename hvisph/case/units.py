@@ -72,13 +72,7 @@ def spellings(dimension: Dimension) -> list[str]:
 
 
 def dimension_of(unit: str) -> Dimension:
-    """Return the dimension whose plain numbers are in `unit`.
-
-    Raises
-    ------
-    KeyError
-        If the case file has none.
-    """
+    """Return the dimension whose plain numbers are in `unit`. Raises `KeyError` if the case file has none."""
     return {dimension.unit: dimension for dimension in DIMENSIONS}[unit]
 
 
@@ -94,17 +88,10 @@ _LONGEST = 80
 def parse_quantity(text: str, dimension: Dimension) -> float:
     """Return the SI value of a quantity written as text.
 
-    Parameters
-    ----------
-    text
-        A number, and a unit unless the number is in SI already (degrees for angles).
-    dimension
-        What it has to be.
+    `text`: a number, and a unit unless the number is in SI already (degrees for angles).
+    `dimension`: what it has to be.
 
-    Raises
-    ------
-    ValueError
-        If it is no number, the unit is unknown, or its dimension is another.
+    Raises `ValueError` if it is no number, the unit is unknown, or its dimension is another.
     """
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:

@@ -54,18 +54,11 @@ class Document:
 def parse(text: str, name: str) -> Document:
     """Return the one value that `text` holds.
 
-    Parameters
-    ----------
-    text
-        YAML.
-    name
-        What messages call the text: the file's name, or the override.
+    `text`: YAML.
+    `name`: what messages call the text: the file's name, or the override.
 
-    Raises
-    ------
-    CaseError
-        For what is no YAML, or uses what a case may not: tags, several documents, keys twice,
-        keys that are not text, recursive anchors, excessive depth or size.
+    Raises `CaseError` for what is no YAML, or uses what a case may not: tags, several documents, keys twice, keys that
+    are not text, recursive anchors, excessive depth or size.
     """
     try:
         text.encode("utf-8")
@@ -206,11 +199,8 @@ LARGEST = 1_000_000  # [bytes]; a thousand times a usual case
 def read_yaml(path: pathlib.Path) -> Document:
     """Return the content of the YAML file at `path`.
 
-    Raises
-    ------
-    CaseError
-        If it is missing, not a regular file, unreadable, larger than `LARGEST`, not UTF-8, no
-        YAML, or not a mapping.
+    Raises `CaseError` if it is missing, not a regular file, unreadable, larger than `LARGEST`, not UTF-8, no YAML, or
+    not a mapping.
     """
     name = str(path)
     try:
@@ -250,10 +240,7 @@ _SCALARS = str | int | float | bool | None
 def plain_document(source: Mapping[str, object]) -> Document:
     """Return `source` as a document without lines; models within it stay as they are.
 
-    Raises
-    ------
-    CaseError
-        For keys that are not text, values that a case file could not hold, excessive depth or size.
+    Raises `CaseError` for keys that are not text, values that a case file could not hold, excessive depth or size.
     """
     return Document(_Copy().plain(source, ()), {(): Place("")})
 

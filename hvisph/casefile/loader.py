@@ -122,10 +122,7 @@ def _type_first(value: object) -> object:
 def find_case(source: str | os.PathLike[str]) -> Path:
     """Return the file that `source` means: a path, or the name of a bundled case.
 
-    Raises
-    ------
-    CaseError
-        If there is neither.
+    Raises `CaseError` if there is neither.
     """
     path = Path(source)
     try:
@@ -203,15 +200,9 @@ def _read_base(path: Path) -> Document:
 def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[Sweep, Document, Document, Path]:
     """Return a sweep's model, its text, the case that it starts from, and the folder that its paths are relative to.
 
-    Parameters
-    ----------
-    source
-        Path of the file, or a mapping with its keys, whose paths are relative to the present folder.
+    `source`: path of the file, or a mapping with its keys, whose paths are relative to the present folder.
 
-    Raises
-    ------
-    CaseError
-        For anything wrong with it or with the case that it names.
+    Raises `CaseError` for anything wrong with it or with the case that it names.
     """
     if isinstance(source, Mapping):
         document, folder = plain_document(source), Path()

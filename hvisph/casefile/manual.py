@@ -210,17 +210,11 @@ def _measure_row(measure: Measure) -> str:
 def explain(path: str) -> str:
     """Describe the allowed values at a dotted path of the case file.
 
-    Parameters
-    ----------
-    path
-        Such as ``time.cfl``, ``bodies.target.shape`` or ``bodies.shape`` for that of any body, ``bodies.shape.disc``
-        for one of its types; a body or a list entry may have any name, and ``formulation.viscosity`` is looked up in
-        every alternative that has it.
+    `path`: such as ``time.cfl``, ``bodies.target.shape`` or ``bodies.shape`` for that of any body,
+        ``bodies.shape.disc`` for one of its types; a body or a list entry may have any name, and
+        ``formulation.viscosity`` is looked up in every alternative that has it.
 
-    Raises
-    ------
-    CaseError
-        If nothing can stand there; names the nearest key.
+    Raises `CaseError` if nothing can stand there; names the nearest key.
     """
     keys = _insert_body_name([key for key in path.split(".") if key])
     for depth, key in enumerate(keys):

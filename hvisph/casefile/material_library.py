@@ -105,15 +105,9 @@ class Notes(StrictModel):
 class Library:
     """Materials by name.
 
-    Parameters
-    ----------
-    own
-        Files and folders of the user's; their materials stand before the package's of the same name.
+    `own`: files and folders of the user's; their materials stand before the package's of the same name.
 
-    Raises
-    ------
-    CaseError
-        Where one of them cannot be read.
+    Raises `CaseError` where one of them cannot be read.
     """
 
     def __init__(self, own: Sequence[Path] = ()):
@@ -130,10 +124,7 @@ class Library:
     def name_of(self, name: str) -> str:
         """Return the proper name of a material: `name` itself, or the name whose alias it is.
 
-        Raises
-        ------
-        CaseError
-            If there is none.
+        Raises `CaseError` if there is none.
         """
         names = self.names()
         if name in names:
@@ -192,13 +183,7 @@ class Library:
         return own | {"name": name} | ({"source": source} if source else {})
 
     def load(self, name: str) -> Material:
-        """Return the material called `name`.
-
-        Raises
-        ------
-        CaseError
-            If there is none of that name, or it is no material.
-        """
+        """Return the material called `name`. Raises `CaseError` if there is none of that name, or it is no material."""
         name = self.name_of(name)
         return _valid(Material, self.values(name), self._document(name))
 

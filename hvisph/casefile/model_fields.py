@@ -76,15 +76,10 @@ def tag_of(model: type[BaseModel]) -> str:
 def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None) -> Spot | None:
     """Return the expected content at the path `keys` below `root`, None where nothing is allowed.
 
-    Parameters
-    ----------
-    root
-        Model to start from.
-    keys
-        Keys as a user writes them, without the tags of alternatives.
-    value
-        Input at `root`, whose `type` entries choose among alternatives; without one, the first
-        alternative that has the key.
+    `root`: model to start from.
+    `keys`: keys as a user writes them, without the tags of alternatives.
+    `value`: input at `root`, whose `type` entries choose among alternatives; without one, the first alternative that
+        has the key.
     """
     spot = Spot({"": root})
     for key in keys:

@@ -97,17 +97,10 @@ def override_material(material: Plain, changes: Plain) -> Plain:
 def with_bases(document: Document, values_of: Callable[[str], Plain]) -> Document:
     """Return `document` with every `material: {base: NAME, ...}` of bodies and their inclusions written out.
 
-    Parameters
-    ----------
-    document
-        The case as read.
-    values_of
-        Plain values of the material of a name.
+    `document`: the case as read.
+    `values_of`: plain values of the material of a name.
 
-    Raises
-    ------
-    CaseError
-        If there is none of a name.
+    Raises `CaseError` if there is none of a name.
     """
     bodies = document.value.get("bodies")
     if not isinstance(bodies, dict):
@@ -147,20 +140,12 @@ def _expand_base(material: Plain, values_of: Callable[[str], Plain]) -> Plain:
 def overridden(document: Document, override: str, values_of: Callable[[str], Plain]) -> Document:
     """Return `document` with one setting `path.to.key=value` applied.
 
-    Parameters
-    ----------
-    document
-        The case as read.
-    override
-        Keys joined by dots, numbers for entries of lists, then the value in YAML. A setting may
-        reach into a material that the case names, and into a block that the case leaves to its default.
-    values_of
-        Plain values of the material of a name.
+    `document`: the case as read.
+    `override`: keys joined by dots, numbers for entries of lists, then the value in YAML. A setting may reach into a
+        material that the case names, and into a block that the case leaves to its default.
+    `values_of`: plain values of the material of a name.
 
-    Raises
-    ------
-    CaseError
-        If it is no setting, or something that has no keys stands in its way.
+    Raises `CaseError` if it is no setting, or something that has no keys stands in its way.
     """
     keys, new, name = _parse(override)
     setting = _Setting(dict(document.places), Place(name), document.value, values_of)

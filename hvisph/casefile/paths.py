@@ -56,10 +56,7 @@ def bundled_name(path: Path) -> str | None:
 def run_name(source: str | os.PathLike[str]) -> str:
     """Return the name of the folder that a case runs in unless set otherwise: that of its file, without the ending.
 
-    Raises
-    ------
-    CaseError
-        When the file's name makes no name for a folder, as that of ``...yaml`` does not.
+    Raises `CaseError` when the file's name makes no name for a folder, as that of ``...yaml`` does not.
     """
     name = Path(source).stem
     if name in ("", ".", ".."):

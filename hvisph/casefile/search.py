@@ -88,13 +88,9 @@ class Entry:
 def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     """Search a word, the best result first.
 
-    Parameters
-    ----------
-    word
-        A key, part of a path, a value, a measure, a material, a case, a page, a command, or any word of their texts; or
-        several words, which what is found has all.
-    commands
-        Names and texts of commands.
+    `word`: a key, part of a path, a value, a measure, a material, a case, a page, a command, or any word of their
+        texts; or several words, which what is found has all.
+    `commands`: names and texts of commands.
     """
     asked = word.strip().lower().replace("-", "_")
     subject = SUBJECTS.get(asked)

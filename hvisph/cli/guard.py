@@ -148,10 +148,7 @@ def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> C
 def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> float:
     """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.units`, such as ``TIME``.
 
-    Raises
-    ------
-    CaseError
-        When it is no such quantity; `remedy` is added to the message.
+    Raises `CaseError` when it is no such quantity; `remedy` is added to the message.
     """
     from hvisph.case import units
 

@@ -17,14 +17,9 @@ class HvisphError(Exception):
 class CaseError(HvisphError):
     """Bad input: the case, an override or a command-line value cannot be used.
 
-    Parameters
-    ----------
-    message
-        What is wrong, what is allowed and what is nearest.
-    where
-        Dotted path of the field, such as ``bodies.target.material``.
-    file, line
-        Place in the case file, where known.
+    `message`: what is wrong, what is allowed and what is nearest.
+    `where`: dotted path of the field, such as ``bodies.target.material``.
+    `file`, `line`: place in the case file, where known.
     """
 
     exit_code = 2

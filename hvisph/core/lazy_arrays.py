@@ -8,12 +8,8 @@ import numpy as np
 class Derived(Mapping[str, np.ndarray]):
     """Mapping of arrays, each computed on access.
 
-    Parameters
-    ----------
-    names
-        What there is.
-    make
-        Returns the array of a name.
+    `names`: what there is.
+    `make`: returns the array of a name.
     """
 
     def __init__(self, names: Iterable[str], make: Callable[[str], np.ndarray]):
@@ -43,10 +39,7 @@ def transform_arrays(
 
     They are made now, and where `arrays` are `Derived` whenever they are asked for.
 
-    Raises
-    ------
-    KeyError
-        For a name that is not there.
+    Raises `KeyError` for a name that is not there.
     """
     chosen = list(arrays if names is None else names)
     for name in chosen:

@@ -179,14 +179,9 @@ def main_measures(names: Sequence[str]) -> list[str]:
 def format_of(name: str, unit: str = "", unitless: bool = False) -> NumberFormat:
     """Return the format of a number in tables.
 
-    Parameters
-    ----------
-    name
-        A measure, a drift, or any other number.
-    unit
-        SI unit of a number that is in no catalogue: it is shown in that.
-    unitless
-        Whether the case has no units: all but shares are shown as they are.
+    `name`: a measure, a drift, or any other number.
+    `unit`: SI unit of a number that is in no catalogue: it is shown in that.
+    `unitless`: whether the case has no units: all but shares are shown as they are.
     """
     measure, _, variant = name.partition(".")
     known = next((section[measure] for section in SECTIONS.values() if measure in section), None)

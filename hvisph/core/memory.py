@@ -39,12 +39,8 @@ def peak_memory() -> float:
 def group_memory(mount: Path = MOUNT, membership: Path = MEMBERSHIP) -> float:
     """Return the memory [bytes] that the control groups of this process leave, infinite where none limits it.
 
-    Parameters
-    ----------
-    mount
-        Where the groups are mounted; version 1 has the controller below it, as ``memory``.
-    membership
-        The file that says which groups this process is in.
+    `mount`: where the groups are mounted; version 1 has the controller below it, as ``memory``.
+    `membership`: the file that says which groups this process is in.
     """
     least = math.inf
     for controller, path in _memberships(membership):

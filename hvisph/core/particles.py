@@ -32,25 +32,13 @@ RETIRED = 2
 class Particles:
     """All particles of a run.
 
-    Parameters
-    ----------
-    dim
-        Number of dimensions.
-    count
-        Number of particles.
-    extra
-        Names of the fields that a formulation needs beside `BASE_FIELDS`.
-    kinematics
-        Assumption for the dimensions that are not computed; no strain unless given.
-
-    Attributes
-    ----------
-    data
-        Float array (count, width), a row a particle; fields as laid out in `offsets`.
-    tags
-        Unsigned integers (count, 4): permanent number, body, material, flags.
-    offsets
-        First column of each field.
+    `dim`: number of dimensions.
+    `count`: number of particles.
+    `extra`: names of the fields that a formulation needs beside `BASE_FIELDS`.
+    `kinematics`: assumption for the dimensions that are not computed; no strain unless given.
+    `data`: float array (count, width), a row a particle; fields as laid out in `offsets`.
+    `tags`: unsigned integers (count, 4): permanent number, body, material, flags.
+    `offsets`: first column of each field.
     """
 
     def __init__(self, dim: int, count: int, extra: Sequence[str] = (), kinematics: Kinematics | None = None):
@@ -127,12 +115,8 @@ class Particles:
 def reorder(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = None) -> None:
     """Put rows into a new order, in place: row k becomes the former row order[k].
 
-    Parameters
-    ----------
-    values, order
-        The rows (n, ...), and the former row of each (n,).
-    buffer
-        See `take_rows`.
+    `values`, `order`: the rows (n, ...), and the former row of each (n,).
+    `buffer`: see `take_rows`.
     """
     values[...] = take_rows(values, order, buffer)
 
@@ -140,12 +124,8 @@ def reorder(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = N
 def take_rows(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = None) -> np.ndarray:
     """Return rows in an order: row k is row order[k] of `values` (n, ...).
 
-    Parameters
-    ----------
-    values, order
-        The rows, and which of them are taken (k,).
-    buffer
-        A contiguous array whose content is not needed: if it is large enough the rows stand there, and none is
+    `values`, `order`: the rows, and which of them are taken (k,).
+    `buffer`: a contiguous array whose content is not needed: if it is large enough the rows stand there, and none is
         allocated.
     """
     copy = _in_buffer((len(order), *values.shape[1:]), values.dtype, buffer)

@@ -340,12 +340,8 @@ class Observer:
 def observed_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
     """Return the numbers of the projectile's particles whose pressures the history holds, by column.
 
-    Parameters
-    ----------
-    particles, planes
-        All particles at the start, and the planes of symmetry.
-    spacing
-        dx [m].
+    `particles`, `planes`: all particles at the start, and the planes of symmetry.
+    `spacing`: dx [m].
     """
     projectile = np.flatnonzero(particles.body == 0)
     position, numbers = particles["position"][projectile], particles.id[projectile]

@@ -39,12 +39,8 @@ BELOW_ZERO = 1e-9  # share of the mean energy of the start below which a negativ
 def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
     """Return shares of the mass [-] by name; None where they are unknown.
 
-    Parameters
-    ----------
-    now, start
-        The state, and that at the start.
-    materials
-        Of every body, in their order.
+    `now`, `start`: the state, and that at the start.
+    `materials`: of every body, in their order.
     """
     mass = now.fields["mass"]
     whole = float(mass.sum())

@@ -41,12 +41,8 @@ class _Seen:
 def validity_notes(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[Holds]) -> dict[str, list[str]]:
     """Return warnings on each body from all moments of a run, at most one of each kind.
 
-    Parameters
-    ----------
-    moments
-        In order of time.
-    bodies, holds
-        Names of the bodies, and where their materials hold.
+    `moments`: in order of time.
+    `bodies`, `holds`: names of the bodies, and where their materials hold.
     """
     seen, plain = [_Seen() for _ in bodies], False
     for now in moments:

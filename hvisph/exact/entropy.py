@@ -41,21 +41,12 @@ def entropy(
 ) -> np.ndarray:
     """Return the specific entropy of particles, (n,) [J/(kg K)].
 
-    Parameters
-    ----------
-    material
-        With `entropies`, the first of which is that at rest, and a heat capacity or a table.
-    rho, e
-        Density [kg/m^3] and energy [J/kg], (n,).
-    distension
-        Of porous material, (n,) [-].
-    peak
-        Highest pressure so far [Pa], (n,).
+    `material`: with `entropies`, the first of which is that at rest, and a heat capacity or a table.
+    `rho`, `e`: density [kg/m^3] and energy [J/kg], (n,).
+    `distension`: of porous material, (n,) [-].
+    `peak`: highest pressure so far [Pa], (n,).
 
-    Raises
-    ------
-    CaseError
-        For a table without entropies.
+    Raises `CaseError` for a table without entropies.
     """
     if isinstance(material.eos, Table):
         return _entropy_of_table(material.eos, rho * distension, e)

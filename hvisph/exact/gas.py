@@ -74,13 +74,7 @@ class RiemannSolution:
 
 
 def riemann(left: GasState, right: GasState, gamma: float) -> RiemannSolution:
-    """Solve the Riemann problem of an ideal gas.
-
-    Raises
-    ------
-    RunError
-        If the gases part and leave a vacuum.
-    """
+    """Solve the Riemann problem of an ideal gas. Raises `RunError` if the gases part and leave a vacuum."""
 
     def change(p: float, state: GasState) -> float:
         """Velocity by which a wave to the pressure `p` slows the state's gas."""

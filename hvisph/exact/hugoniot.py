@@ -61,10 +61,7 @@ class Impact:
 def shock(material: Material, particle_velocity: float) -> ShockState:
     """Return the state behind the shock that drives `material` to `particle_velocity` [m/s].
 
-    Raises
-    ------
-    RunError
-        If the equation of state has no such shock.
+    Raises `RunError` if the equation of state has no such shock.
     """
     rho0, u = material.density_at_rest, particle_velocity
     e0 = material.eos.ambient_energy

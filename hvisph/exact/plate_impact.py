@@ -67,19 +67,10 @@ class Front:
 def impact(flyer: Material, target: Material, velocity: float, target_velocity: float = 0.0) -> PlateImpact:
     """Return the plateau and the fronts of a flat impact.
 
-    Parameters
-    ----------
-    flyer, target
-        Materials; the flyer is on the left.
-    velocity, target_velocity
-        Of flyer and target [m/s]; the flyer must be the faster.
+    `flyer`, `target`: materials; the flyer is on the left.
+    `velocity`, `target_velocity`: of flyer and target [m/s]; the flyer must be the faster.
 
-    Raises
-    ------
-    CaseError
-        If a strength model has no exact waves.
-    RunError
-        If no state satisfies the jump conditions.
+    Raises `CaseError` if a strength model has no exact waves; `RunError` if no state satisfies the jump conditions.
     """
     left, right = SolidLaw(flyer).at_rest(velocity), SolidLaw(target).at_rest(target_velocity)
 
@@ -151,10 +142,7 @@ def _layers(plates: Sequence[tuple[Material, float, float, float]], law_of: Call
 def barotropic_law(material: Material) -> LinearLaw:
     """Return the waves of a material whose pressure depends on density alone.
 
-    Raises
-    ------
-    CaseError
-        If its equation of state is not `linear` or `elastic`, or it has strength.
+    Raises `CaseError` if its equation of state is not `linear` or `elastic`, or it has strength.
     """
     if not isinstance(material.eos, Linear | Elastic):
         raise CaseError(

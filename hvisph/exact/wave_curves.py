@@ -114,10 +114,7 @@ class LinearLaw:
 def bracketed_root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the root of a continuous function that has unlike signs at `low` and `high`, to rounding.
 
-    Raises
-    ------
-    RunError
-        If the signs are alike.
+    Raises `RunError` if the signs are alike.
     """
     from scipy.optimize import brentq
 
@@ -138,10 +135,7 @@ class SolidLaw:
     faster (overdriven), one front to the final state. Unloading is an elastic rarefaction through twice the elastic
     range, then a plastic one. The strength is `none`, `elastic` or `von_mises`.
 
-    Raises
-    ------
-    CaseError
-        For any other strength: its shocks depend on the history.
+    Raises `CaseError` for any other strength: its shocks depend on the history.
     """
 
     def __init__(self, material: Material):

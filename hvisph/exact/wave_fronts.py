@@ -133,28 +133,17 @@ def track(
 ) -> Tracked:
     """Follow all waves of an impact up to the time `end`.
 
-    Parameters
-    ----------
-    layers
-        From left to right; faces that coincide touch, others have a gap.
-    end
-        [s].
-    strain_step
-        Change of ln(rho) by which rarefactions are cut into fronts.
-    weakest
-        Waves weaker than this part of the strongest stress are left out. Where more than 50 fronts are
-        alive both limits rise with the square of their number: elastic waves that cross would multiply
-        without end. What they rose to is in the result.
-    alike
-        States of one material that differ by less than this part (in volume, and in the deviator
-        by this part of the strongest stress) become one when waves have crossed.
+    `layers`: from left to right; faces that coincide touch, others have a gap.
+    `end`: [s].
+    `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
+    `weakest`: waves weaker than this part of the strongest stress are left out. Where more than 50 fronts are alive
+        both limits rise with the square of their number: elastic waves that cross would multiply without end. What they
+        rose to is in the result.
+    `alike`: states of one material that differ by less than this part (in volume, and in the deviator by this part of
+        the strongest stress) become one when waves have crossed.
 
-    Raises
-    ------
-    CaseError
-        If layers overlap or are out of order, or have no extent.
-    RunError
-        If more fronts arise than a minute can follow.
+    Raises `CaseError` if layers overlap or are out of order, or have no extent; `RunError` if more fronts arise than a
+    minute can follow.
     """
     bounds = _checked_bounds(layers)
     tracker = _Tracker(strain_step, weakest, alike)

@@ -31,15 +31,9 @@ class Solid:
 def touch(first: Solid, second: Solid) -> tuple[float, float] | None:
     """Return where two bodies touch that approach each other along x, `first` from the left.
 
-    Parameters
-    ----------
-    first, second
-        The bodies, each about its own origin.
+    `first`, `second`: the bodies, each about its own origin.
 
-    Returns
-    -------
-    tuple of float, or None
-        x of the point of contact about either origin [m]; None where they pass each other.
+    Returns x of the point of contact about either origin [m]; None where they pass each other.
     """
     start = max(float(first.positions[:, 0].max()), float(first.shape.bounds()[1][0])) - min(
         float(second.positions[:, 0].min()), float(second.shape.bounds()[0][0])

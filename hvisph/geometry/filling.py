@@ -49,31 +49,16 @@ def fill(
 ) -> Filling:
     """Fill `shape` with particles.
 
-    Parameters
-    ----------
-    shape
-        One of `hvisph.geometry.shapes`.
-    arrangement
-        A name in the catalogue; None for the shape's default (uniform, square or cubic).
-    dx
-        Particle spacing [m].
-    exact
-        Whether spacing and volumes give way so that sizes and mass are the shape's; otherwise
-        every particle has the volume dx^dim, whatever that makes of the body.
-    even
-        Axes in whose middle no layer may lie, because a plane of symmetry does.
+    `shape`: one of `hvisph.geometry.shapes`.
+    `arrangement`: a name in the catalogue; None for the shape's default (uniform, square or cubic).
+    `dx`: particle spacing [m].
+    `exact`: whether spacing and volumes give way so that sizes and mass are the shape's; otherwise every particle has
+        the volume dx^dim, whatever that makes of the body.
+    `even`: axes in whose middle no layer may lie, because a plane of symmetry does.
 
-    Returns
-    -------
-    Filling
-        Positions in the shape's coordinates, volumes, the size they stand for and a note of what
-        had to give way.
-
-    Raises
-    ------
-    CaseError
-        When `dx` is not positive, the arrangement is unknown or has no meaning for the shape, or the
-        shape is too small for it.
+    Returns positions in the shape's coordinates, volumes, the size they stand for and a note of what had to give way.
+    Raises `CaseError` when `dx` is not positive, the arrangement is unknown or has no meaning for the shape, or the
+    shape is too small for it.
     """
     if not (math.isfinite(dx) and dx > 0):
         raise CaseError(f"the particle spacing must be positive and finite, not {dx:g}", where="resolution")
@@ -120,14 +105,9 @@ DEAR = 2.0
 def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Filling]) -> Filling:
     """Fill `shape` by `arrange` so that the volumes of the particles add up to that of the shape.
 
-    Parameters
-    ----------
-    shape
-        Shape that is filled.
-    dx
-        Spacing asked for [m].
-    arrange
-        The arrangement: a function of shape and spacing.
+    `shape`: shape that is filled.
+    `dx`: spacing asked for [m].
+    `arrange`: the arrangement: a function of shape and spacing.
     """
     best, cost = _stretch_to_mass(shape, dx, arrange), 0.0
     if len(shape.flat_axes) < shape.dim:

@@ -33,22 +33,14 @@ class Grading:
 def fill_graded(shape: Shape, dx: float, grading: Grading, even: tuple[int, ...] = ()) -> Filling:
     """Fill a box with layers that grow away from its fine part.
 
-    Parameters
-    ----------
-    shape
-        An `Interval` or a `Box`, or the `Section` of a cylinder, a tube or a ring of a box, whose y is the radius; the
-        volumes of these are areas of the section.
-    dx
-        Spacing in the fine part [m].
-    grading
-        Where it grows, and how far.
-    even
-        Axes in whose middle no layer may lie.
+    `shape`: an `Interval` or a `Box`, or the `Section` of a cylinder, a tube or a ring of a box, whose y is the radius;
+        the volumes of these are areas of the section.
+    `dx`: spacing in the fine part [m].
+    `grading`: where it grows, and how far.
+    `even`: axes in whose middle no layer may lie.
 
-    Raises
-    ------
-    CaseError
-        When the coarsest spacing is not above `dx` or the ratio not between 1 and 1.1, or the shape is no box.
+    Raises `CaseError` when the coarsest spacing is not above `dx` or the ratio not between 1 and 1.1, or the shape is
+    no box.
     """
     if len(shape.flat_axes) < shape.dim:
         raise CaseError(f"a {shape.kind} has even spacing; only what flat faces bound is graded", where="grading")

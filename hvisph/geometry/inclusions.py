@@ -43,10 +43,7 @@ def deal_spheres(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (k, dim) and diameters (k,) [m] of spheres inside a shape, in its own coordinates.
 
-    Raises
-    ------
-    CaseError
-        Where none fits the volume, or there is no free place for one.
+    Raises `CaseError` where none fits the volume, or there is no free place for one.
     """
     words = np.frombuffer(sha256(name.encode()).digest()[:16], np.uint32)
     generator = np.random.Generator(np.random.PCG64([seed, *map(int, words)]))

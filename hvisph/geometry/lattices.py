@@ -39,10 +39,7 @@ class Filling:
 def count_across(length: float, spacing: float, what: str = "body", even: bool = False) -> int:
     """Return how many particles, or how many in pairs, at `spacing` [m] come nearest to `length` [m].
 
-    Raises
-    ------
-    CaseError
-        When not one particle fits.
+    Raises `CaseError` when not one particle fits.
     """
     count = math.floor(length / spacing + 0.5 + ROUND_OFF)
     if count < 1:
@@ -57,10 +54,7 @@ def count_across(length: float, spacing: float, what: str = "body", even: bool =
 def make_filling(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
     """Return the `Filling` of `positions` of volume dx^dim each, noting a size that had to give way.
 
-    Raises
-    ------
-    CaseError
-        When there is no particle.
+    Raises `CaseError` when there is no particle.
     """
     if len(positions) == 0:
         raise CaseError(f"no particle at spacing {dx:g} fits into the body", where="resolution")
@@ -97,17 +91,10 @@ def fill_lattice(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
     particles lie dx / 2 inside the faces: 2 mm at 0.1 mm are 20 layers. Round shapes keep the nodes strictly inside. A
     sphere 12 dx across holds 912 particles.
 
-    Parameters
-    ----------
-    shape, dx
-        The shape and the spacing [m].
-    even
-        Axes along which the number of layers is even, so that none lies in the middle.
+    `shape`, `dx`: the shape and the spacing [m].
+    `even`: axes along which the number of layers is even, so that none lies in the middle.
 
-    Raises
-    ------
-    CaseError
-        When the shape is thinner than half a particle.
+    Raises `CaseError` when the shape is thinner than half a particle.
     """
     low, high = shape.bounds()
     axes = [
@@ -133,10 +120,7 @@ def fill_hexagonal(shape: Shape, dx: float) -> Filling:
     columns of n and n + 1 nodes alternate, each centred on the axis, with n chosen so that their mean comes nearest to
     the height.
 
-    Raises
-    ------
-    CaseError
-        When the shape is thinner than half a column.
+    Raises `CaseError` when the shape is thinner than half a column.
     """
     a = TRIANGULAR * dx
     between = a * math.sqrt(3) / 2
@@ -170,10 +154,7 @@ def fill_hcp(shape: Shape, dx: float) -> Filling:
     (across the axis of a cylinder), a sqrt(2/3) apart, so that the face towards the other body is flat; every second
     layer is shifted into the hollows of the first. Spheres have a node at the centre.
 
-    Raises
-    ------
-    CaseError
-        When the shape is thinner than half a layer or row.
+    Raises `CaseError` when the shape is thinner than half a layer or row.
     """
     a = CLOSE_PACKED * dx
     steps = (a * math.sqrt(2 / 3), a, a * math.sqrt(3) / 2)  # layer, node in a row, row
@@ -211,10 +192,7 @@ def fill_rings(shape: Disc, dx: float) -> Filling:
     al. 2009. The last circle lies on the disc's circumference, so the particles stand for a little more area than the
     disc has (1 + dx / R times).
 
-    Raises
-    ------
-    CaseError
-        When the radius is shorter than half a particle.
+    Raises `CaseError` when the radius is shorter than half a particle.
     """
     last = count_across(shape.diameter / 2, dx, "disc's radius")
     rings = [ring(k * dx, round(2 * math.pi * k)) for k in range(1, last + 1)]
@@ -245,10 +223,7 @@ def fill_lattice_two_rings(shape: Disc, dx: float) -> Filling:
     100 dx across holds 7209 + 307 + 314 = 7830 particles, the count and the remark on rounding of Young et al. 2021,
     sec. 3.2 (after Mehra & Chaturvedi 2006).
 
-    Raises
-    ------
-    CaseError
-        When the radius is shorter than 3 dx: no lattice would be left inside the rings.
+    Raises `CaseError` when the radius is shorter than 3 dx: no lattice would be left inside the rings.
     """
     last = count_across(shape.diameter / 2, dx, "disc's radius")
     if last < 3:

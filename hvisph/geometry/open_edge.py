@@ -45,26 +45,12 @@ def cut_open(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a body cut at open edges and continued beyond those that it reaches.
 
-    Parameters
-    ----------
-    positions, volumes, spacing
-        Particles of the body, (n, dim) [m], (n,) and (n,) [m].
-    edges
-        The edges.
-    depth
-        Depth of the continuation in spacings; 0 for none.
-    axisymmetric
-        Whether particles are axisymmetric about the axis x, whose volumes grow with their radius.
+    `positions`, `volumes`, `spacing`: particles of the body, (n, dim) [m], (n,) and (n,) [m].
+    `depth`: depth of the continuation in spacings; 0 for none.
+    `axisymmetric`: whether particles are axisymmetric about the axis x, whose volumes grow with their radius.
 
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Positions, volumes and spacings.
-
-    Raises
-    ------
-    CaseError
-        When a row lies in the edge, or nothing of the body within it.
+    Returns positions, volumes and spacings. Raises `CaseError` when a row lies in the edge, or nothing of the body
+    within it.
     """
     for edge in edges:
         beyond = edge.distance_beyond(positions)
@@ -102,22 +88,13 @@ def face_areas(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the outermost rows of a body behind its face, and the share of the face of each particle.
 
-    Parameters
-    ----------
-    positions, volumes, spacing
-        Particles of the body (n, dim) [m] and (n,), and their spacing [m].
-    normal
-        Axis across which the face lies, and 1.0 or -1.0 for its direction.
-    shares
-        Shares of the rows from the face inwards (rows,).
-    axisymmetric
-        Whether particles are axisymmetric about the axis x.
+    `positions`, `volumes`, `spacing`: particles of the body (n, dim) [m] and (n,), and their spacing [m].
+    `normal`: axis across which the face lies, and 1.0 or -1.0 for its direction.
+    `shares`: shares of the rows from the face inwards (rows,).
+    `axisymmetric`: whether particles are axisymmetric about the axis x.
 
-    Returns
-    -------
-    tuple
-        Indices (k,), areas (k,) [m^2, m in 2D, 1 in 1D], whose sum is the area of the face, and the depth of the row
-        [m].
+    Returns indices (k,), areas (k,) [m^2, m in 2D, 1 in 1D], whose sum is the area of the face, and the depth of the
+    row [m].
     """
     axis, sign = normal
     along = sign * positions[:, axis]
@@ -141,12 +118,9 @@ def row_shares(layers: np.ndarray, aside: np.ndarray, slope: Callable[[np.ndarra
     Row k lacks the layers farther than k spacings, each with the sum of |dW/dr| n . (x_a - x_b)/r. With these shares a
     uniform stress and the traction of the face cancel at every row.
 
-    Parameters
-    ----------
-    layers, aside
-        Distances of the layers of a lattice, and places within a layer, see `sph.kernels.Kernel.layers` [m].
-    slope
-        |dW/dr| of distances, but for a factor.
+    `layers`, `aside`: distances of the layers of a lattice, and places within a layer, see `sph.kernels.Kernel.layers`
+        [m].
+    `slope`: |dW/dr| of distances, but for a factor.
     """
     r = np.sqrt(layers[1:, None] ** 2 + aside**2)
     lacks = np.cumsum((slope(r) * layers[1:, None] / r).sum(axis=1)[::-1])[::-1]
@@ -186,14 +160,9 @@ def follow(
 
     The weight is (1 - r^2/R^2)^2 at the distance r from the point of the edge before the place, within R = `reach`.
 
-    Parameters
-    ----------
-    layer, matter
-        Positions of the layer (k, dim) and of the matter of the same body (n, dim) [m].
-    edges, planes
-        The edges, and the planes of symmetry as axis and coordinate [m].
-    reach
-        R [m].
+    `layer`, `matter`: positions of the layer (k, dim) and of the matter of the same body (n, dim) [m].
+    `edges`, `planes`: the edges, and the planes of symmetry as axis and coordinate [m].
+    `reach`: R [m].
     """
     from scipy.spatial import cKDTree
 

@@ -15,22 +15,13 @@ ONE_PLACE, MISFIT = 1e-3, 4.0
 def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.0) -> Filling:
     """Return the particles in a file.
 
-    Parameters
-    ----------
-    path
-        ``.csv`` with the columns x, y, z (as many as there are dimensions) and mass; ``.vtu`` and other formats of
+    `path`: ``.csv`` with the columns x, y, z (as many as there are dimensions) and mass; ``.vtu`` and other formats of
         meshio with the point data `mass`; ``.h5`` with the data sets `position` and `mass`.
-    dim
-        Number of dimensions.
-    density
-        Density of their material [kg/m^3], which makes volumes of masses.
-    scale
-        Metres per unit of the file's positions.
+    `dim`: number of dimensions.
+    `density`: density of their material [kg/m^3], which makes volumes of masses.
+    `scale`: metres per unit of the file's positions.
 
-    Raises
-    ------
-    CaseError
-        When the file cannot be read, or positions and masses are missing, not finite or not positive.
+    Raises `CaseError` when the file cannot be read, or positions and masses are missing, not finite or not positive.
     """
     path = Path(path)
     if not path.is_file():
@@ -108,10 +99,7 @@ def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
 def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
     """Return columns of a CSV file by their names, (rows,) each.
 
-    Raises
-    ------
-    CaseError
-        When the file is missing, a column is, or a value is no finite number.
+    Raises `CaseError` when the file is missing, a column is, or a value is no finite number.
     """
     if not Path(path).is_file():
         raise CaseError(f"there is no file '{path}'", where="file")

@@ -25,19 +25,11 @@ ROUND = (Cylinder, Tube, Nosed, Ring)  # about their `axis`
 def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1.0)) -> np.ndarray:
     """Return the matrix (dim, dim) that turns points by `angle` [rad], counter-clockwise.
 
-    Parameters
-    ----------
-    dim
-        2 (about the centre) or 3 (about `axis`, by Rodrigues' formula).
-    angle
-        Angle [rad].
-    axis
-        Direction of the axis, of any length but zero; of no meaning in 2D.
+    `dim`: 2 (about the centre) or 3 (about `axis`, by Rodrigues' formula).
+    `angle`: angle [rad].
+    `axis`: direction of the axis, of any length but zero; of no meaning in 2D.
 
-    Raises
-    ------
-    CaseError
-        In 1D, or for an axis without a direction.
+    Raises `CaseError` in 1D, or for an axis without a direction.
     """
     c, s = math.cos(angle), math.sin(angle)
     if dim == 2:
@@ -86,25 +78,15 @@ def row(
 ) -> np.ndarray:
     """Return the places of bodies standing in a row along x, shape (bodies, dim) [m].
 
-    Parameters
-    ----------
-    fillings
-        The bodies' particles, in the order of the row, already rotated.
-    gaps
-        Distance [m] from each body to the one before it in the row; of no effect for the first.
-    positions
-        Stated place of each body's origin [m], or None for a place in the row. A body with a stated
-        place takes no place in the row.
-    surfaces
-        Their surfaces, turned like the particles; None for particles without a known one.
-    faced
-        Which bodies touch their neighbours at their outermost particles along x, because they are flat there or
+    `fillings`: the bodies' particles, in the order of the row, already rotated.
+    `gaps`: distance [m] from each body to the one before it in the row; of no effect for the first.
+    `positions`: stated place of each body's origin [m], or None for a place in the row. A body with a stated place
+        takes no place in the row.
+    `surfaces`: their surfaces, turned like the particles; None for particles without a known one.
+    `faced`: which bodies touch their neighbours at their outermost particles along x, because they are flat there or
         round about the row. Of two neighbours that are not both so the surfaces touch.
 
-    Raises
-    ------
-    CaseError
-        When a stated position has the wrong number of components.
+    Raises `CaseError` when a stated position has the wrong number of components.
     """
     dim = fillings[0].positions.shape[1] if fillings else 0
     centres = np.zeros((len(fillings), dim))

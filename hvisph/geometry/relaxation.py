@@ -29,17 +29,10 @@ DEPTH = 0.5  # of the outer layer below the surface, in spacings
 def fill_relaxed(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling:
     """Fill the shape with evenly spread particles of volume `dx`^dim [m^dim].
 
-    Parameters
-    ----------
-    shape, dx
-        The shape and the spacing [m].
-    even
-        Axes across whose middle planes the particles are mirror images.
+    `shape`, `dx`: the shape and the spacing [m].
+    `even`: axes across whose middle planes the particles are mirror images.
 
-    Raises
-    ------
-    CaseError
-        When the shape holds no particle.
+    Raises `CaseError` when the shape holds no particle.
     """
     middle = np.add(*shape.bounds()) / 2
     part = _clip_to_octant(shape, middle, even) if even else shape

@@ -49,22 +49,10 @@ def cut(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the part of a body that planes of symmetry keep.
 
-    Parameters
-    ----------
-    positions, volumes, spacing
-        Particles at their place, (n, dim), (n,) and (n,) [m].
-    mirrors
-        The planes.
+    `positions`, `volumes`, `spacing`: particles at their place, (n, dim), (n,) and (n,) [m].
 
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Positions and volumes that are kept, and their numbers among those given.
-
-    Raises
-    ------
-    CaseError
-        When a plane passes through a body that is not symmetric about it.
+    Returns positions and volumes that are kept, and their numbers among those given. Raises `CaseError` when a plane
+    passes through a body that is not symmetric about it.
     """
     kept = np.arange(len(positions))
     for mirror in mirrors:
@@ -104,10 +92,7 @@ ROUND = 1e-6  # [size]: how much the distance to a solid of revolution may chang
 class Section(Measured):
     """The half-plane section (x, r >= 0) of a solid of revolution about x (2D).
 
-    Raises
-    ------
-    CaseError
-        When the solid changes round the x axis.
+    Raises `CaseError` when the solid changes round the x axis.
     """
 
     solid: Shape
@@ -187,24 +172,12 @@ def fill_section(
 ) -> Filling:
     """Fill the half-plane section of a solid of revolution about x with rings.
 
-    Parameters
-    ----------
-    solid
-        A shape in 3D.
-    arrangement, dx, exact, even
-        As for `hvisph.geometry.filling.fill`, in 2D.
-    grading
-        How the spacing grows in a section that flat faces bound; None for an even spacing.
+    `solid`: a shape in 3D.
+    `arrangement`, `dx`, `exact`, `even`: as for `hvisph.geometry.filling.fill`, in 2D.
+    `grading`: how the spacing grows in a section that flat faces bound; None for an even spacing.
 
-    Returns
-    -------
-    Filling
-        Positions (x, r) (n, 2) [m] and volumes of whole rings [m^3].
-
-    Raises
-    ------
-    CaseError
-        When the solid changes round the axis or cannot be filled.
+    Returns positions (x, r) (n, 2) [m] and volumes of whole rings [m^3]. Raises `CaseError` when the solid changes
+    round the axis or cannot be filled.
     """
     section = Section(solid)
     if arrangement not in (None, *SECTION_ARRANGEMENTS):

@@ -80,14 +80,9 @@ def tabulate_isentrope(
 ) -> np.ndarray:
     """Return e_s [J/kg], T_s [K] and ambient/T_s of the isentrope through (rho0, e0, ambient), shape (POINTS, WIDTH).
 
-    Parameters
-    ----------
-    pressure
-        p(rho, e) [Pa].
-    rho0, e0, ambient
-        Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
-    held
-        Whether T_s is that at rest below rho0.
+    `pressure`: p(rho, e) [Pa].
+    `rho0`, `e0`, `ambient`: density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
+    `held`: whether T_s is that at rest below rho0.
     """
     points = np.empty((POINTS, WIDTH))
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
@@ -145,18 +140,11 @@ def heat_table(
 ) -> tuple[float, float, np.ndarray]:
     """Return `HEAT_START` [J/kg], `HEAT_PER` [kg/J] and tau/T_room at `HEAT_POINTS` even steps of h.
 
-    Parameters
-    ----------
-    capacities
-        Points (T [K], c_p [J/(kg K)]) without pressure, joined by lines and held beyond their ends.
-    melting
-        Melting point [K] and heat of melting [J/kg], unless left out.
-    curve
-        What `tabulate_isentrope` returned.
-    pressure
-        p(rho, e) [Pa].
-    at_rest
-        Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
+    `capacities`: points (T [K], c_p [J/(kg K)]) without pressure, joined by lines and held beyond their ends.
+    `melting`: melting point [K] and heat of melting [J/kg], unless left out.
+    `curve`: what `tabulate_isentrope` returned.
+    `pressure`: p(rho, e) [Pa].
+    `at_rest`: density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
     """
     rho0, e0, ambient = at_rest
     given = np.array(capacities, dtype=float)

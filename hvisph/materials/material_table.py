@@ -146,10 +146,7 @@ class Material:
     def at_temperature(self, temperature: float) -> tuple[float, float]:
         """Return density [kg/m^3] and energy [J/kg] of the material at no pressure and `temperature` [K].
 
-        Raises
-        ------
-        CaseError
-            Where it has no heat capacity, or bears no such temperature without pressure.
+        Raises `CaseError` where it has no heat capacity, or bears no such temperature without pressure.
         """
         if not self.whole_row[slots.INVERSE_HEAT_CAPACITY] > 0.0:
             raise CaseError("needs a heat capacity: give the material `temperature: {heat_capacity: ...}`")
@@ -326,10 +323,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
 def late_material(material: Material, bulk_modulus: float, poisson_ratio: float) -> Material:
     """Return a material in a late stage of a bulk modulus [Pa]: its strength with the shear modulus, its damage kept.
 
-    Raises
-    ------
-    CaseError
-        Where the bulk modulus is above that of the material.
+    Raises `CaseError` where the bulk modulus is above that of the material.
     """
     bulk = material.density_at_rest * material.bulk_sound_speed**2
     if bulk_modulus > bulk:

@@ -19,20 +19,12 @@ _TOLERANCE = 1e-10
 def thinning(table, models, m, dt, rho, swelling, e, s, plastic_strain, damage, l):
     """Return L_zz [1/s] for which sigma_zz = 0 after a step of `dt` [s], 0 for no step.
 
-    Parameters
-    ----------
-    table, models, m
-        Packed materials and the row of this one.
-    rho
-        Density at the start of the step [kg/m^3].
-    swelling
-        In-plane rate of volume [1/s].
-    e
-        Specific internal energy at its end [J/kg].
-    s, plastic_strain, damage
-        Deviator [Pa] (six components), plastic strain and damage at its start.
-    l
-        Velocity gradient [1/s] (nine components), of which that through the thickness is not read.
+    `table`, `models`, `m`: packed materials and the row of this one.
+    `rho`: density at the start of the step [kg/m^3].
+    `swelling`: in-plane rate of volume [1/s].
+    `e`: specific internal energy at its end [J/kg].
+    `s`, `plastic_strain`, `damage`: deviator [Pa] (six components), plastic strain and damage at its start.
+    `l`: velocity gradient [1/s] (nine components), of which that through the thickness is not read.
     """
     if dt == 0.0:
         return 0.0

@@ -89,22 +89,13 @@ def outside_range(
 ) -> np.ndarray:
     """Return which states are beyond the range of a material's models.
 
-    Parameters
-    ----------
-    material
-        What the states are of.
-    density, energy
-        [kg/m^3] and [J/kg], each (n,).
-    temperature
-        [K], (n,); not looked at unless given, nor where it is not a number.
-    pressure, damage
-        [Pa] and [-], (n,): what has failed, or is cut off at the least pressure that it bears, has opened, and its mean
-        density may be as low as it will.
+    `material`: what the states are of.
+    `density`, `energy`: [kg/m^3] and [J/kg], each (n,).
+    `temperature`: [K], (n,); not looked at unless given, nor where it is not a number.
+    `pressure`, `damage`: [Pa] and [-], (n,): what has failed, or is cut off at the least pressure that it bears, has
+        opened, and its mean density may be as low as it will.
 
-    Returns
-    -------
-    numpy.ndarray
-        Booleans (n,).
+    Returns booleans (n,).
     """
     holds, eos = range_of(material), material.eos
     thin = (density < holds.least_density) & (energy < holds.vapour_energy)

@@ -239,12 +239,8 @@ LITTLE_STUFFING, LITTLE_COEFFICIENT = (0.10, 0.15), 0.45
 def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
     """Return the residual velocity of a blunt projectile [m/s], 0 below the ballistic limit.
 
-    Parameters
-    ----------
-    speed, limit
-        Of the impact, and the ballistic limit [m/s].
-    mass, plug
-        Of the projectile and of the plug that it pushes out [kg].
+    `speed`, `limit`: of the impact, and the ballistic limit [m/s].
+    `mass`, `plug`: of the projectile and of the plug that it pushes out [kg].
     """
     return mass / (mass + plug) * sqrt(max(speed**2 - limit**2, 0.0))
 

@@ -26,12 +26,8 @@ DRIVEN = "final velocity of "  # and the name of the body
 def plate_velocity(gurney: float, metal: float, behind: float = 0.0) -> float:
     """Return the final velocity of a plate on one face of a slab of explosive [m/s].
 
-    Parameters
-    ----------
-    gurney
-        Gurney velocity of the explosive [m/s].
-    metal, behind
-        Mass of the plate, and of what covers the other face, over that of the explosive [-].
+    `gurney`: Gurney velocity of the explosive [m/s].
+    `metal`, `behind`: mass of the plate, and of what covers the other face, over that of the explosive [-].
     """
     ratio = (1.0 + 2.0 * metal) / (1.0 + 2.0 * behind)
     products = (1.0 + ratio**3) / (3.0 * (1.0 + ratio))
@@ -41,14 +37,9 @@ def plate_velocity(gurney: float, metal: float, behind: float = 0.0) -> float:
 def shell_velocity(gurney: float, metal: float, products: float = 0.5) -> float:
     """Return the final velocity of a shell about an explosive [m/s].
 
-    Parameters
-    ----------
-    gurney
-        Gurney velocity of the explosive [m/s].
-    metal
-        Mass of the shell over that of the explosive [-].
-    products
-        Share of the products' mass that moves with the shell: 1/2 in a tube, 3/5 in a sphere [-].
+    `gurney`: Gurney velocity of the explosive [m/s].
+    `metal`: mass of the shell over that of the explosive [-].
+    `products`: share of the products' mass that moves with the shell: 1/2 in a tube, 3/5 in a sphere [-].
     """
     return gurney / sqrt(metal + products)
 

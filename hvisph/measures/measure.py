@@ -36,36 +36,20 @@ ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component
 class Measures:
     """The measures at one moment.
 
-    Parameters
-    ----------
-    source
-        The file or folder that was measured.
-    title
-        The case's title.
-    time, step
-        The moment [s] and the number of steps done.
-    results
-        By name; values in SI.
-    dimensions
-        1, 2 or 3.
-    unitless
-        Whether the case has no units.
-    bodies
-        Of every body: ``mass`` [kg], ``velocity`` (mass mean, list) [m/s] and ``kinetic_energy`` [J].
-    fragments
-        Of every body, in the order of bodies: its connected groups with masses and velocities.
-    layers
-        The damage of every layer, in the order along the shot line.
-    whole
-        How the whole model, which is what is measured, follows from what was computed.
-    projectile
-        What is left of the projectile, by name.
-    cloud
-        The debris behind the perforated layers.
-    profile
-        Outline of a bar: ``distance`` from its foot and ``diameter`` [m]; empty where there is none.
-    series
-        All moments in the order of time, where all were measured. This one is the last.
+    `source`: the file or folder that was measured.
+    `title`: the case's title.
+    `time`, `step`: the moment [s] and the number of steps done.
+    `results`: by name; values in SI.
+    `dimensions`: 1, 2 or 3.
+    `unitless`: whether the case has no units.
+    `bodies`: of every body: ``mass`` [kg], ``velocity`` (mass mean, list) [m/s] and ``kinetic_energy`` [J].
+    `fragments`: of every body, in the order of bodies: its connected groups with masses and velocities.
+    `layers`: the damage of every layer, in the order along the shot line.
+    `whole`: how the whole model, which is what is measured, follows from what was computed.
+    `projectile`: what is left of the projectile, by name.
+    `cloud`: the debris behind the perforated layers.
+    `profile`: outline of a bar: ``distance`` from its foot and ``diameter`` [m]; empty where there is none.
+    `series`: all moments in the order of time, where all were measured. This one is the last.
     """
 
     source: str

@@ -16,12 +16,8 @@ from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures
 def phase_fractions(entropy: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mass fractions of melt and of vapour, (n,) each.
 
-    Parameters
-    ----------
-    entropy
-        Specific entropy, (n,) [J/(kg K)].
-    levels
-        At rest, and of incipient and complete melting and vaporisation at 1 bar, (n, 5) [J/(kg K)].
+    `entropy`: specific entropy, (n,) [J/(kg K)].
+    `levels`: at rest, and of incipient and complete melting and vaporisation at 1 bar, (n, 5) [J/(kg K)].
     """
     _, solid, liquid, boiling, gas = levels.T
     melt = np.clip((entropy - solid) / (liquid - solid), 0.0, 1.0)

@@ -32,30 +32,18 @@ class UndefinedMeasureError(Exception):
 class Result:
     """A measured number in SI, or the reason why there is none.
 
-    Parameters
-    ----------
-    value
-        The number in `unit`; None where the measure is undefined, and then `reason` says why.
-    unit
-        SI unit; empty for plain numbers.
-    scatter
-        Half-width by the sample that the number was taken from; None where that is not known.
-    time
-        Time of a peak [s]; None for what belongs to a snapshot's own time.
-    reason
-        Why `value` is None.
-    spacing, support
-        Resolution of a length: dx [m], by which two edges together are uncertain, and the kernel's reach [m].
-    discretization
-        Estimated error of the particle spacing of other numbers.
-    swing
-        Half of the range of the number over the last tenth of the run; None where that is not known.
-    note
-        What qualifies the number.
-    final
-        Whether the state that it describes has come to rest.
-    variants
-        The same quantity by further definitions, the first being this one.
+    `value`: the number in `unit`; None where the measure is undefined, and then `reason` says why.
+    `unit`: SI unit; empty for plain numbers.
+    `scatter`: half-width by the sample that the number was taken from; None where that is not known.
+    `time`: time of a peak [s]; None for what belongs to a snapshot's own time.
+    `reason`: why `value` is None.
+    `spacing`, `support`: resolution of a length: dx [m], by which two edges together are uncertain, and the kernel's
+        reach [m].
+    `discretization`: estimated error of the particle spacing of other numbers.
+    `swing`: half of the range of the number over the last tenth of the run; None where that is not known.
+    `note`: what qualifies the number.
+    `final`: whether the state that it describes has come to rest.
+    `variants`: the same quantity by further definitions, the first being this one.
     """
 
     value: float | None
@@ -193,14 +181,9 @@ def evaluate(
 ) -> dict[str, Result]:
     """Return the measures of a section in the order of the catalogue.
 
-    Parameters
-    ----------
-    section, scene, subject
-        The section, and what its functions take.
-    names
-        The measures to compute; all unless given.
-    reason
-        Why all of them are undefined, where they are.
+    `section`, `scene`, `subject`: the section, and what its functions take.
+    `names`: the measures to compute; all unless given.
+    `reason`: why all of them are undefined, where they are.
     """
     dim, rows = scene.now.dimensions, SECTIONS[section]
     chosen = names or reported_measures(dim, section)

@@ -40,16 +40,10 @@ def rows(
 ) -> list[Row]:
     """Return the table's rows in the order of `results`.
 
-    Parameters
-    ----------
-    results
-        Results by name, plain numbers among them.
-    expected
-        What `hvisph.measures.compare.compare_expected` returned.
-    unitless
-        True for cases without units: numbers are shown as they are.
-    variants
-        Whether further variants of a measure have rows below its own.
+    `results`: results by name, plain numbers among them.
+    `expected`: what `hvisph.measures.compare.compare_expected` returned.
+    `unitless`: True for cases without units: numbers are shown as they are.
+    `variants`: whether further variants of a measure have rows below its own.
     """
     by_name = {entry["name"]: entry for entry in expected}
     table = []

@@ -25,10 +25,7 @@ NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 def replacing(path: str | Path) -> Iterator[BinaryIO]:
     """Give a binary file, open for writing and reading, that becomes `path` when the block ends well.
 
-    Raises
-    ------
-    OutputError
-        When anything of it fails: disk full, folder read-only or gone. `path` is then as before.
+    Raises `OutputError` when anything of it fails: disk full, folder read-only or gone. `path` is then as before.
     """
     target = Path(path)
     partial = target.with_name(target.name + PARTIAL)

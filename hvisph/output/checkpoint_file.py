@@ -67,10 +67,7 @@ class Ordered:
 def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
     """Write a checkpoint, whole or not at all, then delete earlier ones but the one before; return its path.
 
-    Raises
-    ------
-    OutputError
-        When it cannot be written; those before it are untouched.
+    Raises `OutputError` when it cannot be written; those before it are untouched.
     """
     path = Path(folder) / f"{checkpoint.step:012d}.h5"
     form = {"format_version": FORMAT_VERSION, "code_version": __version__, "step": checkpoint.step}
@@ -103,19 +100,10 @@ def list_checkpoints(folder: str | Path) -> list[Path]:
 def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
     """Read a checkpoint after checking that it is whole.
 
-    Parameters
-    ----------
-    path
-        Its file.
-    lazily
-        Whether arrays are read whenever they are asked for, and not kept: the file must stay as it is.
+    `lazily`: whether arrays are read whenever they are asked for, and not kept: the file must stay as it is.
 
-    Raises
-    ------
-    OutputError
-        When it is missing, truncated, damaged or of another kind.
-    CaseError
-        When another version of hvisph wrote it.
+    Raises `OutputError` when it is missing, truncated, damaged or of another kind; `CaseError` when another version of
+    hvisph wrote it.
     """
     with reading(path, "a checkpoint") as h5:
         header = json.loads(h5[_HEADER][...].tobytes())
@@ -146,21 +134,11 @@ def _array(path: str | Path, name: str) -> np.ndarray:
 def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: bool = False) -> Checkpoint | None:
     """Return the newest checkpoint that is whole; None where there is none at all.
 
-    Parameters
-    ----------
-    folder
-        Where they are.
-    tell
-        Called with the reason for each that is skipped.
-    lazily
-        As for `read_checkpoint`.
+    `folder`: where they are.
+    `tell`: called with the reason for each that is skipped.
+    `lazily`: as for `read_checkpoint`.
 
-    Raises
-    ------
-    OutputError
-        When there are some and none is whole.
-    CaseError
-        When another version of hvisph wrote it.
+    Raises `OutputError` when there are some and none is whole; `CaseError` when another version of hvisph wrote it.
     """
     files = list_checkpoints(folder)
     for number, path in enumerate(files):

@@ -24,10 +24,7 @@ MOST = 20_000_000  # numbers of a dataset
 def read_eos_table(path: Path) -> dict[str, np.ndarray]:
     """Return the four arrays of a table by name.
 
-    Raises
-    ------
-    CaseError
-        If there is no such file, it is no HDF5, or its datasets do not fit each other.
+    Raises `CaseError` if there is no such file, it is no HDF5, or its datasets do not fit each other.
     """
     import h5py
 

@@ -82,10 +82,8 @@ def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
 def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
     """Return the snapshot with this header and these arrays, named and laid out as in the file.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        When something is missing, or is not of the kind that hvisph writes.
+    Raises `KeyError`, `TypeError` or `ValueError` when something is missing, or is not of the kind that hvisph
+    writes.
     """
     for key, kind in _HEADER.items():
         if not isinstance(header[key], kind) or isinstance(header[key], bool):

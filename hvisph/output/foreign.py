@@ -94,24 +94,14 @@ def snapshot_of_another_code(
 ) -> Snapshot:
     """Return a snapshot of another code's points and arrays.
 
-    Parameters
-    ----------
-    points
-        Positions, shape (n, 2) or (n, 3).
-    point_data
-        Arrays with one row a point, by name.
-    field_data
-        Arrays of the file, by name; `TimeValue` or `Time` among them is the time.
-    convention
-        Names and units of the file.
-    step
-        Number of steps done; 0 where the file does not tell.
+    `points`: positions, shape (n, 2) or (n, 3).
+    `point_data`: arrays with one row a point, by name.
+    `field_data`: arrays of the file, by name; `TimeValue` or `Time` among them is the time.
+    `convention`: names and units of the file.
+    `step`: number of steps done; 0 where the file does not tell.
 
-    Raises
-    ------
-    OutputError
-        When there are no points, no array has a name that was given, positions are not finite, masses or densities not
-        above zero, or densities cannot be in SI.
+    Raises `OutputError` when there are no points, no array has a name that was given, positions are not finite, masses
+    or densities not above zero, or densities cannot be in SI.
     """
     n = len(points)
     if n == 0:
@@ -235,10 +225,7 @@ def _reading(path: str | Path, kind: str) -> Iterator[None]:
 def read_vtk(path: str | Path, convention: Convention = SI, ending: str = ".vtk") -> Snapshot:
     """Read another code's points from a legacy VTK file, or a VTP file with ``ending=".vtp"``.
 
-    Raises
-    ------
-    OutputError
-        When pyvista is missing, or the file is missing, truncated, damaged or holds no points.
+    Raises `OutputError` when pyvista is missing, or the file is missing, truncated, damaged or holds no points.
     """
     with _reading(path, "a VTK file"):
         try:
@@ -260,10 +247,7 @@ def read_lammps(path: str | Path, convention: Convention = SI) -> Snapshot:
     Scaled (xs), unwrapped (xu) and scaled unwrapped (xsu) coordinates are understood; ``c_``, ``v_`` and ``f_`` before
     the name of a compute, variable or fix are left out. Format: https://docs.lammps.org/dump.html
 
-    Raises
-    ------
-    OutputError
-        When the file is missing, truncated, damaged, or its particles have no positions.
+    Raises `OutputError` when the file is missing, truncated, damaged, or its particles have no positions.
     """
     with _reading(path, "a text dump of LAMMPS"):
         _, _, moment = Path(path).read_text("ascii").rpartition("ITEM: TIMESTEP\n")

@@ -53,17 +53,10 @@ PLAIN = Form()
 def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None:
     """Write `snapshot` to `path`, complete or not at all.
 
-    Parameters
-    ----------
-    path, snapshot
-        The file, and what goes into it.
-    form
-        How it is stored.
+    `path`, `snapshot`: the file, and what goes into it.
+    `form`: how it is stored.
 
-    Raises
-    ------
-    OutputError
-        When it cannot be written; an earlier file of that name is then untouched.
+    Raises `OutputError` when it cannot be written; an earlier file of that name is then untouched.
     """
     with writing(path) as h5:
         more: Plain = {"constants_in": form.constants_in} if form.constants_in else {}
@@ -74,18 +67,10 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None
 def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     """Read a snapshot that `write_hdf5` wrote, after checking that it is whole.
 
-    Parameters
-    ----------
-    path
-        The file.
-    lazily
-        Whether fields of a large one are read whenever they are asked for, and not kept, but for the numbers of
+    `lazily`: whether fields of a large one are read whenever they are asked for, and not kept, but for the numbers of
         bodies, materials and particles and what stands in another file: the file must stay as it is.
 
-    Raises
-    ------
-    OutputError
-        When the file is missing, truncated, damaged, of another format version or not a snapshot.
+    Raises `OutputError` when the file is missing, truncated, damaged, of another format version or not a snapshot.
     """
     with reading(path, "a snapshot", verified=not (lazily and _has_sums(path))) as h5:
         header = _header(h5)
@@ -130,10 +115,7 @@ def _has_sums(path: str | Path) -> bool:
 def time_in(path: str | Path) -> float:
     """Return the time [s] of a snapshot, without a look at its fields.
 
-    Raises
-    ------
-    OutputError
-        When the file is missing, truncated or not a snapshot.
+    Raises `OutputError` when the file is missing, truncated or not a snapshot.
     """
     with reading(path, "a snapshot", verified=False) as h5:
         return float(_header(h5)["time"])

@@ -40,19 +40,11 @@ class HistoryWriter:
     Floats are written with the fewest digits that give them back exactly. Records are kept in memory as numbers
     and written together, as whole lines in one write, when `flush_seconds` have passed.
 
-    Parameters
-    ----------
-    path
-        The file; an earlier one is replaced.
-    columns
-        Names of the columns.
-    flush_seconds
-        Wall-clock time [s] after which records are written out.
+    `path`: the file; an earlier one is replaced.
+    `columns`: names of the columns.
+    `flush_seconds`: wall-clock time [s] after which records are written out.
 
-    Raises
-    ------
-    OutputError
-        Here and in every method, when the file cannot be written; it then ends with a whole line.
+    Raises `OutputError` here and in every method, when the file cannot be written; it then ends with a whole line.
     """
 
     def __init__(self, path: str | Path, columns: Sequence[str], flush_seconds: float = 1.0):
@@ -63,10 +55,7 @@ class HistoryWriter:
     def resume(cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0) -> HistoryWriter:
         """Go on with a file, without its records after `step`, by the column ``step``.
 
-        Raises
-        ------
-        OutputError
-            When the file cannot be read, has other columns or damaged records.
+        Raises `OutputError` when the file cannot be read, has other columns or damaged records.
         """
         try:
             content = Path(path).read_bytes()

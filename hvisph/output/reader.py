@@ -115,19 +115,11 @@ LARGEST_SUMMARY = 10_000_000  # [bytes]; a thousand times a usual one
 def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool = False) -> Snapshot:
     """Read a snapshot by what the file holds, whatever its name: HDF5 or VTU, or points of another code.
 
-    Parameters
-    ----------
-    path
-        HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
-    convention
-        Names and units of another code's file.
-    lazily
-        Whether fields of an HDF5 file are read whenever they are asked for, and not kept: it must stay as it is.
+    `path`: HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
+    `convention`: names and units of another code's file.
+    `lazily`: whether fields of an HDF5 file are read whenever they are asked for, and not kept: it must stay as it is.
 
-    Raises
-    ------
-    OutputError
-        When it is missing, truncated, damaged or of no known kind.
+    Raises `OutputError` when it is missing, truncated, damaged or of no known kind.
     """
     start = _bytes(Path(path), 64)
     if start.startswith(SIGNATURE):
@@ -149,10 +141,7 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
 def read_time(path: str | Path, convention: Convention = SI) -> float:
     """Return the time [s] of a snapshot, of an HDF5 file without a look at its fields.
 
-    Raises
-    ------
-    OutputError
-        As of `read_snapshot`.
+    Raises `OutputError` as of `read_snapshot`.
     """
     return time_in(path) if _bytes(Path(path), 64).startswith(SIGNATURE) else read_snapshot(path, convention).time
 
@@ -163,10 +152,7 @@ def list_snapshots(run: str | Path) -> list[Path]:
     A folder without the sub-folders of a run is searched itself, so that the files of another code
     can be read. Order of time is the order of the numbers in the names.
 
-    Raises
-    ------
-    OutputError
-        When there is no such folder.
+    Raises `OutputError` when there is no such folder.
     """
     folder = Path(run)
     if not folder.is_dir():
@@ -190,10 +176,7 @@ def list_snapshots(run: str | Path) -> list[Path]:
 def snapshots_in(run: str | Path) -> list[Path]:
     """Return what `list_snapshots` finds.
 
-    Raises
-    ------
-    CaseError
-        When that is nothing: it says what is there, and what to give instead.
+    Raises `CaseError` when that is nothing: it says what is there, and what to give instead.
     """
     files = list_snapshots(run)
     if files:
@@ -215,12 +198,7 @@ def snapshots_in(run: str | Path) -> list[Path]:
 def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snapshot]:
     """Yield the snapshots of a run nearest to some times [s], the last one (None) or ``all``; or a file's.
 
-    Raises
-    ------
-    CaseError
-        When there is none.
-    OutputError
-        When one is damaged.
+    Raises `CaseError` when there is none; `OutputError` when one is damaged.
     """
     files = [path] if path.is_file() else snapshots_in(path)
     if at is None or at == "all":
@@ -236,10 +214,7 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
 
     A last line without its end, left by a kill, is not read.
 
-    Raises
-    ------
-    OutputError
-        When the file is missing or not a history, or time or a gauge is not a number.
+    Raises `OutputError` when the file is missing or not a history, or time or a gauge is not a number.
     """
     path = Path(run) / file_names.HISTORY
     content = _bytes(path)
@@ -263,10 +238,7 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
 def read_summary(run: str | Path) -> Plain:
     """Return a run's `summary.json`.
 
-    Raises
-    ------
-    OutputError
-        When the file is missing (the run did not end), damaged, or lacks what a summary has.
+    Raises `OutputError` when the file is missing (the run did not end), damaged, or lacks what a summary has.
     """
     path = Path(run) / file_names.SUMMARY
     try:

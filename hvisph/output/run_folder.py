@@ -32,10 +32,7 @@ class RunLog:
     def write(self, text: str) -> None:
         """Append `text`; each of its lines becomes a line of the log.
 
-        Raises
-        ------
-        OutputError
-            When the file cannot be written.
+        Raises `OutputError` when the file cannot be written.
         """
         stamp = datetime.now().astimezone().isoformat(sep=" ", timespec="milliseconds")
         block = "".join(f"{stamp}  {sanitize(line)}\n" for line in text.splitlines() or [""])
@@ -63,12 +60,8 @@ _NO_LOCKS = {errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS}
 class FileLock:
     """Holds `path` (made if missing) locked until `release` or the end of the process.
 
-    Raises
-    ------
-    BlockingIOError
-        When another process, or this one, holds it.
-    OSError
-        When the file cannot be opened, or is a link.
+    Raises `BlockingIOError` when another process, or this one, holds it; `OSError` when the file cannot be opened, or
+    is a link.
     """
 
     def __init__(self, path: str | Path):
@@ -114,20 +107,11 @@ class RunFolder:
     def create(cls, path: str | Path, force: bool = False) -> RunFolder:
         """Make the folder and its sub-folders and lock it.
 
-        Parameters
-        ----------
-        path
-            The folder; one that exists must be empty, or a run's with `force`.
-        force
-            Delete what an earlier run wrote there. Files that hvisph does not write stay.
+        `path`: the folder; one that exists must be empty, or a run's with `force`.
+        `force`: delete what an earlier run wrote there. Files that hvisph does not write stay.
 
-        Raises
-        ------
-        CaseError
-            When the folder is in use for something: an earlier run without `force`, a link where hvisph
-            writes, or anything else.
-        OutputError
-            When another run is writing it or it cannot be written.
+        Raises `CaseError` when the folder is in use for something: an earlier run without `force`, a link where hvisph
+        writes, or anything else; `OutputError` when another run is writing it or it cannot be written.
         """
         folder = Path(path)
         if folder.exists() and not folder.is_dir():
@@ -158,12 +142,8 @@ class RunFolder:
     def open(cls, path: str | Path) -> RunFolder:
         """Lock the folder of an earlier run, to go on with it.
 
-        Raises
-        ------
-        CaseError
-            When there is no such folder, it is not a run's, or a link stands where hvisph writes.
-        OutputError
-            When another run is writing it.
+        Raises `CaseError` when there is no such folder, it is not a run's, or a link stands where hvisph writes;
+        `OutputError` when another run is writing it.
         """
         folder = Path(path)
         if not folder.is_dir() or not looks_like_a_run(folder):

@@ -52,10 +52,7 @@ def has_seal(file: BinaryIO) -> bool:
 def verify_seal(file: BinaryIO) -> None:
     """Check the seal of `file`, open for reading, and go back to its start.
 
-    Raises
-    ------
-    OutputError
-        When there is no seal or the bytes do not fit it.
+    Raises `OutputError` when there is no seal or the bytes do not fit it.
     """
     if not has_seal(file):
         raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
@@ -92,10 +89,7 @@ LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 def writing(path: str | Path) -> Iterator[h5py.File]:
     """Give an open `h5py.File` that becomes `path`, sealed, when the block ends well.
 
-    Raises
-    ------
-    OutputError
-        When it cannot be written; an earlier file of that name is then untouched.
+    Raises `OutputError` when it cannot be written; an earlier file of that name is then untouched.
     """
     import h5py
 
@@ -116,19 +110,11 @@ def writing(path: str | Path) -> Iterator[h5py.File]:
 def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h5py.File]:
     """Give an open `h5py.File` of a sealed file; errors of the block that come of its content are named.
 
-    Parameters
-    ----------
-    path
-        The file.
-    what
-        What it should be, such as ``a snapshot``.
-    verified
-        Whether its seal is held against all of its content, once as long as it stays as it is; else it may be damaged.
+    `what`: what it should be, such as ``a snapshot``.
+    `verified`: whether its seal is held against all of its content, once as long as it stays as it is; else it may be
+        damaged.
 
-    Raises
-    ------
-    OutputError
-        When it is missing, truncated, damaged or of another kind.
+    Raises `OutputError` when it is missing, truncated, damaged or of another kind.
     """
     import h5py
 

@@ -15,22 +15,15 @@ from hvisph.core.text import Plain
 class Snapshot:
     """All particles at one time, ordered by `id`.
 
-    Parameters
-    ----------
-    time, step
-        Time since the start of the run [s] and number of steps done.
-    dimensions
-        1, 2 or 3.
-    fields
-        Arrays by the names of `hvisph.core.fields.CATALOGUE`: shape (n,) for scalars,
-        (n, components) for others, with the components of the run's dimensions. SI units. Those of a running
-        simulation, and of large files that are read `lazily`, are made anew whenever they are asked for.
-    body, material, id
-        Integer arrays of shape (n,): index into `bodies`, index into `materials`, permanent number.
-    bodies, materials
-        Names, in the order of the indices. The first body is the projectile, the second the target.
-    metadata
-        What measures need beside the particles, as plain numbers and text: ``spacing`` (dx [m]),
+    `time`, `step`: time since the start of the run [s] and number of steps done.
+    `dimensions`: 1, 2 or 3.
+    `fields`: arrays by the names of `hvisph.core.fields.CATALOGUE`: shape (n,) for scalars, (n, components) for others,
+        with the components of the run's dimensions. SI units. Those of a running simulation, and of large files that
+        are read `lazily`, are made anew whenever they are asked for.
+    `body`, `material`, `id`: integer arrays of shape (n,): index into `bodies`, index into `materials`, permanent
+        number.
+    `bodies`, `materials`: names, in the order of the indices. The first body is the projectile, the second the target.
+    `metadata`: what measures need beside the particles, as plain numbers and text: ``spacing`` (dx [m]),
         ``kinematics``, ``title``, ``units``, ``code_version``, ``case`` (the effective case, YAML text).
     """
 

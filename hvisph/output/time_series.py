@@ -43,10 +43,7 @@ def write_time_series(folder: str | os.PathLike[str]) -> None:
 
     A snapshot that cannot be read is left out. Without any there is no series, and one that is there is removed.
 
-    Raises
-    ------
-    OutputError
-        When the file cannot be written.
+    Raises `OutputError` when the file cannot be written.
     """
     import h5py
 

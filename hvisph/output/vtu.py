@@ -34,10 +34,7 @@ _PIECE = 8_192  # particles
 def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
     """Write `snapshot` to `path`, complete or not at all.
 
-    Raises
-    ------
-    OutputError
-        When it cannot be written; an earlier file of that name is then untouched.
+    Raises `OutputError` when it cannot be written; an earlier file of that name is then untouched.
     """
     dim, n = snapshot.dimensions, snapshot.count
     with replacing(path) as file:
@@ -69,10 +66,7 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
 
     See `hvisph.output.foreign` for how the arrays of other codes are understood.
 
-    Raises
-    ------
-    OutputError
-        When the file is missing, truncated, damaged or not a VTU file of points.
+    Raises `OutputError` when the file is missing, truncated, damaged or not a VTU file of points.
     """
     import meshio
 
@@ -101,17 +95,10 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
 def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
     """Write the series of VTU files that ParaView opens as one, beside and renamed.
 
-    Parameters
-    ----------
-    path
-        The `.pvd` file.
-    entries
-        Time [s] and file of each snapshot, the file relative to the folder of `path`.
+    `path`: the `.pvd` file.
+    `entries`: time [s] and file of each snapshot, the file relative to the folder of `path`.
 
-    Raises
-    ------
-    OutputError
-        When it cannot be written.
+    Raises `OutputError` when it cannot be written.
     """
     lines = []
     for time, file in entries:

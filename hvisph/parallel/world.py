@@ -243,10 +243,8 @@ def _pieces(rows: np.ndarray) -> Iterator[np.ndarray]:
 def detect_processes() -> SingleProcess:
     """Return the processes started by the MPI launcher, checked for equal installations.
 
-    Raises
-    ------
-    CaseError
-        When mpi4py is missing, or is that of another MPI than the launcher's, or the processes are not alike.
+    Raises `CaseError` when mpi4py is missing, or is that of another MPI than the launcher's, or the processes are not
+    alike.
     """
     _, size = launched_rank()
     if size == 1:

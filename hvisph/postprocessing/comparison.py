@@ -31,21 +31,12 @@ def complete(
 ) -> Outcome | None:
     """Run the case of an entry, or go on with it where it was interrupted; None where it has been run.
 
-    Parameters
-    ----------
-    entry
-        An entry of `hvisph.postprocessing.comparison.entries`.
-    threads, listener
-        As of `hvisph.simulation.run.run`.
-    force
-        Run again what has been run.
+    `entry`: an entry of `hvisph.postprocessing.comparison.entries`.
+    `threads`, `listener`: as of `hvisph.simulation.run.run`.
+    `force`: run again what has been run.
 
-    Raises
-    ------
-    CaseError
-        When the case cannot be run.
-    OutputError
-        When a file cannot be written, or another process is running the case.
+    Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process is
+    running the case.
     """
     if entry.case is None or (is_run(entry) and not force):
         return None
@@ -83,19 +74,11 @@ def entries(
 ) -> list[Entry]:
     """Return what `sources` name, every case of it loaded, so that bad input shows before anything runs.
 
-    Parameters
-    ----------
-    sources
-        Case files, names of bundled cases, folders of cases, folders of runs, snapshots.
-    runs
-        Below which cases run: a bundled case under its name, another under its folder's and its file's.
-    overrides, resolution
-        For every case, as of `hvisph.casefile.loader.load_case`.
+    `sources`: case files, names of bundled cases, folders of cases, folders of runs, snapshots.
+    `runs`: below which cases run: a bundled case under its name, another under its folder's and its file's.
+    `overrides`, `resolution`: for every case, as of `hvisph.casefile.loader.load_case`.
 
-    Raises
-    ------
-    CaseError
-        For anything wrong with any of them.
+    Raises `CaseError` for anything wrong with any of them.
     """
     made: list[Entry] = []
     changed = bool(overrides) or resolution is not None

@@ -96,13 +96,8 @@ def exact_solution(case: Case) -> ExactSolution:
 
     Gauges see what the particle sees that they ride with. Those fixed in space are left out.
 
-    Raises
-    ------
-    CaseError
-        Where there is no exact solution: more dimensions than one, planes of symmetry, clamps, damage,
-        a strength whose shocks depend on the history.
-    RunError
-        Where the waves lead out of the materials' laws.
+    Raises `CaseError` where there is no exact solution: more dimensions than one, planes of symmetry, clamps, damage, a
+    strength whose shocks depend on the history; `RunError` where the waves lead out of the materials' laws.
     """
     _refuse_unsolvable(case)
     placed = placed_bodies(case)
@@ -167,10 +162,7 @@ def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list
     lines between its points are the exact history; ``profile_N.csv`` likewise two for every region, at
     the moments of the case's output.
 
-    Raises
-    ------
-    OutputError
-        When something cannot be written.
+    Raises `OutputError` when something cannot be written.
     """
     folder = Path(folder)
     try:
@@ -239,12 +231,7 @@ class Overlay:
 def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:
     """Return the gauges of runs by their names, beside the exact solutions if `exact`.
 
-    Raises
-    ------
-    CaseError
-        Where a folder holds no case, or a run has no gauges.
-    OutputError
-        Where a run has no history.
+    Raises `CaseError` where a folder holds no case, or a run has no gauges; `OutputError` where a run has no history.
     """
     made = Overlay()
     for name, folder in folders.items():

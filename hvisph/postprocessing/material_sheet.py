@@ -134,14 +134,8 @@ def worst_bin(beside: Sequence[tuple[float, float, float]]) -> tuple[float, floa
 def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes: Notes | None = None) -> Path:
     """Draw Hugoniot, release, strength against strain, rate, temperature and pressure of materials, and store it.
 
-    Parameters
-    ----------
-    models
-        Materials of cases.
-    path
-        The picture.
-    notes
-        What the library says of the first: measured points and published fits to them are drawn.
+    `models`: materials of cases.
+    `notes`: what the library says of the first: measured points and published fits to them are drawn.
     """
     up = "particle velocity [km/s]"
     speeds, pressures = Panel(up, "shock speed [km/s]"), Panel(up, "pressure [GPa]")

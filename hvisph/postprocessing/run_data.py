@@ -103,15 +103,9 @@ class Value(Result):
 class OpenRun:
     """A run's folder: ``run[-1]`` is its last state; ``run.history`` and ``run.summary`` are its records.
 
-    Parameters
-    ----------
-    path
-        The folder of a run, ended or not, or of another code's snapshots.
+    `path`: the folder of a run, ended or not, or of another code's snapshots.
 
-    Raises
-    ------
-    CaseError
-        When there is no such folder.
+    Raises `CaseError` when there is no such folder.
     """
 
     def __init__(self, path: Path):
@@ -209,22 +203,13 @@ COLUMNS = ("kinetic_energy", "internal_energy", "centre_pressure", "dt", "energy
 class RunProgress:
     """State of a run.
 
-    Parameters
-    ----------
-    status
-        ``running`` or how it ended.
-    progress
-        Time, steps and step in words.
-    histories
-        Columns of the history by name.
-    measures
-        Plain measures of the newest snapshot, or of the summary.
-    answer
-        Verdict on the layers.
-    ended
-        Whether there is a summary.
-    snapshots
-        How many there are.
+    `status`: ``running`` or how it ended.
+    `progress`: time, steps and step in words.
+    `histories`: columns of the history by name.
+    `measures`: plain measures of the newest snapshot, or of the summary.
+    `answer`: verdict on the layers.
+    `ended`: whether there is a summary.
+    `snapshots`: how many there are.
     """
 
     status: str

@@ -18,23 +18,13 @@ def shown_moments(
 ) -> list[Moment]:
     """Return moments of a run, or a snapshot's file, with time, spacing and formulation as their titles.
 
-    Parameters
-    ----------
-    path
-        Folder of a run, or a snapshot.
-    at
-        Times [s], ``all``, or None for the last.
-    named
-        Whether titles begin with the run's name.
-    bodies
-        Names of those to show; None for all.
+    `path`: folder of a run, or a snapshot.
+    `at`: times [s], ``all``, or None for the last.
+    `named`: whether titles begin with the run's name.
+    `bodies`: names of those to show; None for all.
 
-    Raises
-    ------
-    CaseError
-        When there is no such run or body, or the run holds no snapshot.
-    OutputError
-        When one is damaged.
+    Raises `CaseError` when there is no such run or body, or the run holds no snapshot; `OutputError` when one is
+    damaged.
     """
     if not path.exists():
         raise CaseError(f"there is no run at {path}")

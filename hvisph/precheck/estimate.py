@@ -99,17 +99,10 @@ class Estimate:
 def estimate(case: Case, threads: int | None = None) -> Estimate:
     """Estimate the cost of running `case`.
 
-    Parameters
-    ----------
-    case
-        The case.
-    threads
-        Number of threads asked for; those that a run would use unless given.
+    `threads`: number of threads asked for; those that a run would use unless given.
 
-    Raises
-    ------
-    CaseError
-        When the case cannot be built: overlapping bodies, a shape that cannot be filled, too little memory.
+    Raises `CaseError` when the case cannot be built: overlapping bodies, a shape that cannot be filled, too little
+    memory.
     """
     refuse_impossible(case)
     counted = rough_count(case) <= MOST_FILLED
@@ -143,21 +136,11 @@ def refuse_impossible(
 
     Overlapping bodies are refused where they are placed (`hvisph.setup.bodies`).
 
-    Parameters
-    ----------
-    case
-        The case.
-    free
-        Memory that may be used [bytes]; that of the system unless given.
-    processes, beside
-        All processes, and those of this machine, each of which has its part.
-    begins
-        Whether one of them begins with the state of the whole, of which it gives the others theirs.
+    `free`: memory that may be used [bytes]; that of the system unless given.
+    `processes`, `beside`: all processes, and those of this machine, each of which has its part.
+    `begins`: whether one of them begins with the state of the whole, of which it gives the others theirs.
 
-    Raises
-    ------
-    CaseError
-        With the memory needed, the memory available, and a resolution that fits.
+    Raises `CaseError` with the memory needed, the memory available, and a resolution that fits.
     """
     count = rough_count(case)
     each, interpreter = memory_each(case) * beside / processes, beside * INTERPRETER

@@ -19,11 +19,8 @@ APART = 0.3  # of the estimate: a difference that is worth a remark
 def plane_shock(case: Case) -> tuple[Impact | None, str]:
     """Return the result of impedance matching of the impact pair.
 
-    Returns
-    -------
-    tuple
-        The `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `impact_pair`, and an empty text;
-        or None and the reason why there is none.
+    Returns the `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `impact_pair`, and an empty text; or
+    None and the reason why there is none.
     """
     if case.start is not None:
         return None, "bodies start from another run"
@@ -100,12 +97,7 @@ def _holds(notes: Notes, speed: float) -> bool:
 def compare_peak_pressure(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:
     """Return the highest pressure of a run and the estimate [Pa], and a remark where they are far apart.
 
-    Parameters
-    ----------
-    case
-        The case.
-    highest
-        Highest pressure of any particle up to the end [Pa].
+    `highest`: highest pressure of any particle up to the end [Pa].
     """
     shock, _ = plane_shock(case)
     estimate = None if shock is None else float(shock.pressure)

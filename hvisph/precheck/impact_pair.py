@@ -196,15 +196,9 @@ def first_contact(bodies: list[PlacedBody]) -> tuple[float, str, str] | None:
     Each pair is followed along its relative velocity, the mean of each body's, without what happens before it meets;
     bodies from a file of particles have no surface and are left out.
 
-    Parameters
-    ----------
-    bodies
-        The bodies where they start.
+    `bodies`: the bodies where they start.
 
-    Returns
-    -------
-    tuple or None
-        Time [s] and two names; None where no two bodies meet.
+    Returns time [s] and two names; None where no two bodies meet.
     """
     contacts: list[tuple[float, str, str]] = []
     for count, (one, other) in enumerate(combinations(bodies, 2)):

@@ -247,14 +247,9 @@ def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Pla
 def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequence[str] | None = None) -> str:
     """Return the results of a sweep in words, the main measure first; empty without any.
 
-    Parameters
-    ----------
-    results
-        Content of ``results.json``.
-    rows
-        Cases that are done.
-    record
-        The measures of interest; all unless given.
+    `results`: content of ``results.json``.
+    `rows`: cases that are done.
+    `record`: the measures of interest; all unless given.
     """
     if results.get("fit"):
         fit = results["fit"]

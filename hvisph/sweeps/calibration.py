@@ -149,14 +149,9 @@ class _MissingRunsError(Exception):
 class Calibration:
     """A fit, the data it is held against and the runs that are done.
 
-    Parameters
-    ----------
-    fit
-        With its data, see `with_data`.
-    base
-        The case as read.
-    rows
-        Cases that are done.
+    `fit`: with its data, see `with_data`.
+    `base`: the case as read.
+    `rows`: cases that are done.
     """
 
     def __init__(self, fit: Fit, base: PlainMapping, rows: Sequence[PlainMapping] = ()):

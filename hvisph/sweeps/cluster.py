@@ -26,18 +26,11 @@ KINDS = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "sge": "SGECluster"}
 class DaskCrew:
     """Workers of a sweep, each a task of a Dask cluster that starts the command of a worker.
 
-    Parameters
-    ----------
-    folder
-        The sweep's.
-    client
-        A client of `distributed`.
-    threads
-        Threads of each worker.
-    options
-        Further options of the command.
-    tell
-        Takes what a user has to know while the sweep waits: that no worker is there, and that there are some again.
+    `folder`: the sweep's.
+    `client`: a client of `distributed`.
+    `threads`: threads of each worker.
+    `options`: further options of the command.
+    `tell`: takes what a user has to know while the sweep waits: that no worker is there, and that there are some again.
     """
 
     waits_for_first = True  # machines may share a disk without locks
@@ -65,10 +58,7 @@ class DaskCrew:
     def keep(self, wanted: int) -> int:
         """Submit workers until as many are under way as wanted; say so where the cluster has none.
 
-        Raises
-        ------
-        OutputError
-            When the scheduler has gone, or workers end with an error again and again.
+        Raises `OutputError` when the scheduler has gone, or workers end with an error again and again.
         """
         for task in self.tasks:
             if task.done():

@@ -72,12 +72,7 @@ def beside_limit(plan: Plan, limit: PlainMapping) -> Plain:
     Nothing where a velocity is not what varies, or where a correlation does not hold: those of plates are for spheres
     on aluminium, Recht and Ipson's for a cylinder that pushes a plug of its own diameter out of one plate.
 
-    Parameters
-    ----------
-    plan
-        The sweep.
-    limit
-        One of its limits, as in ``results.json``.
+    `limit`: one of its limits, as in ``results.json``.
     """
     if limit["limit"] is None or "velocity" not in limit["path"] or limit["unit"] not in FACTORS:
         return {}

@@ -54,12 +54,8 @@ class Failures:
     def add(self, code: int, output: str = "") -> None:
         """Record the end of a worker; raises `OutputError` after too many failures.
 
-        Parameters
-        ----------
-        code
-            Its exit code; negative for one that was killed, whose case tells for itself how often that was.
-        output
-            The end of its standard error.
+        `code`: its exit code; negative for one that was killed, whose case tells for itself how often that was.
+        `output`: the end of its standard error.
         """
         if code <= 0 or code == INTERRUPTED:
             self.count = 0 if code == 0 else self.count
@@ -73,14 +69,9 @@ class Failures:
 class LocalCrew:
     """Worker processes on this machine, each with its threads.
 
-    Parameters
-    ----------
-    folder
-        The sweep's.
-    threads
-        Threads of each worker.
-    options
-        Further options of the command, such as a selection.
+    `folder`: the sweep's.
+    `threads`: threads of each worker.
+    `options`: further options of the command, such as a selection.
     """
 
     waits_for_first = False  # workers wait for loops that others compile
@@ -126,16 +117,9 @@ def worker_command(folder: SweepFolder, threads: int, options: Sequence[str] = (
 class Driver:
     """Execution of a sweep.
 
-    Parameters
-    ----------
-    folder
-        The sweep's, begun.
-    crew
-        Its workers.
-    workers
-        How many of them.
-    selection
-        Which cases are to be computed.
+    `folder`: the sweep's, begun.
+    `workers`: how many of them.
+    `selection`: which cases are to be computed.
     """
 
     def __init__(self, folder: SweepFolder, crew: Crew, workers: int, selection: Selection | None = None):

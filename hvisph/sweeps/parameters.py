@@ -22,19 +22,10 @@ Values = Plain
 class Scale:
     """Numbers of one setting in one unit: the one that they are all written in, else SI.
 
-    Parameters
-    ----------
-    path
-        The setting.
-    values
-        Numbers, or text with units.
-    base
-        The case as read, which says what may stand at the path.
+    `values`: numbers, or text with units.
+    `base`: the case as read, which says what may stand at the path.
 
-    Raises
-    ------
-    CaseError
-        When one of them is no number, or of another dimension.
+    Raises `CaseError` when one of them is no number, or of another dimension.
     """
 
     def __init__(self, path: str, values: Sequence[object], base: Mapping[str, object]):

@@ -44,16 +44,10 @@ class Member:
 class Plan:
     """A sweep and the case that it starts from.
 
-    Parameters
-    ----------
-    sweep
-        The sweep's model.
-    base
-        The case before settings, as read.
-    places
-        Lines of the sweep's file, for messages.
-    folder
-        Where files that the sweep names are looked for.
+    `sweep`: the sweep's model.
+    `base`: the case before settings, as read.
+    `places`: lines of the sweep's file, for messages.
+    `folder`: where files that the sweep names are looked for.
     """
 
     def __init__(self, sweep: Sweep, base: Document, places: Mapping[Any, Place], folder: Path):

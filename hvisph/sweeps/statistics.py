@@ -77,12 +77,8 @@ def convergence(
 ) -> Convergence:
     """Return the convergence of results at several resolutions, by the three finest.
 
-    Parameters
-    ----------
-    results, spacings
-        Values and what they were computed at, in any order.
-    uncertainties
-        What each value is uncertain by itself; None where that is not known.
+    `results`, `spacings`: values and what they were computed at, in any order.
+    `uncertainties`: what each value is uncertain by itself; None where that is not known.
     """
     known = uncertainties or [None] * len(results)
     points = sorted(zip(spacings, results, known, strict=True), key=lambda one: one[0])
@@ -255,16 +251,10 @@ def combine_uncertainties(
 ) -> Plain | None:
     """Return half-width and shares; None where a perturbed value is missing.
 
-    Parameters
-    ----------
-    spacings, values
-        Values at spacings.
-    time
-        Half-width by time at the finest.
-    perturbed
-        Values at the coarsest spacing with one parameter raised each.
-    correlation
-        Of the parameters.
+    `spacings`, `values`: values at spacings.
+    `time`: Half-width by time at the finest.
+    `perturbed`: values at the coarsest spacing with one parameter raised each.
+    `correlation`: of the parameters.
     """
     if any(value is None for value in perturbed) or not values:
         return None

@@ -19,14 +19,9 @@ Predict = Callable[[np.ndarray], np.ndarray]
 class Surrogate:
     """Response surface of one computed number.
 
-    Parameters
-    ----------
-    x
-        Points, (n, d); of about 0..1 for a process.
-    y
-        Numbers at the points, (n,).
-    polynomial
-        Whether polynomials alone are tried.
+    `x`: points, (n, d); of about 0..1 for a process.
+    `y`: numbers at the points, (n,).
+    `polynomial`: whether polynomials alone are tried.
     """
 
     def __init__(self, x: np.ndarray, y: np.ndarray, *, polynomial: bool = False):

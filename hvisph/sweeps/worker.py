@@ -46,16 +46,10 @@ class _Limited(Listener):
 class Worker:
     """Computes cases until none is left.
 
-    Parameters
-    ----------
-    folder
-        The sweep's.
-    threads
-        Threads of each run.
-    selection
-        Which cases to take.
-    wanted
-        A file as long as which is there to work; None to work until nothing is left.
+    `folder`: the sweep's.
+    `threads`: threads of each run.
+    `selection`: which cases to take.
+    `wanted`: a file as long as which is there to work; None to work until nothing is left.
     """
 
     def __init__(

@@ -121,18 +121,11 @@ def verdicts(
 ) -> Iterator[Verdict]:
     """Run a problem by each of `formulations` that can, and yield how they did, trial by trial.
 
-    Parameters
-    ----------
-    problem, formulations, options
-        What, by which, and how finely.
-    settings
-        Settings ``path.to.key=value`` laid over every case.
-    only
-        Text that the names of trials must hold.
-    keep
-        Folder in which the runs stay; they are deleted unless given.
-    threads
-        Number of threads.
+    `problem`, `formulations`, `options`: what, by which, and how finely.
+    `settings`: settings ``path.to.key=value`` laid over every case.
+    `only`: text that the names of trials must hold.
+    `keep`: folder in which the runs stay; they are deleted unless given.
+    `threads`: number of threads.
     """
     able = [name for name in formulations if name in problem.formulations]
     for trial in problem.trials(options):

@@ -42,12 +42,8 @@ def facing_the_struck_side(
 ) -> tuple[float, float] | None:
     """Return the yaw and pitch [degrees] from which an oblique plate shows its struck face, None for all else.
 
-    Parameters
-    ----------
-    position, velocity
-        Shape (n, 3); `mass` (n,).
-    planes
-        Axes of the mirrors.
+    `position`, `velocity`: shape (n, 3); `mass` (n,).
+    `planes`: axes of the mirrors.
     """
     kept = [axis for axis in range(3) if axis not in planes]
     shot = np.zeros(3)
@@ -71,12 +67,8 @@ def facing_the_struck_side(
 def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """Return positions with their images at coordinate planes, and the particle that each is of.
 
-    Parameters
-    ----------
-    position
-        Shape (n, dim).
-    planes
-        Axes of the mirrors.
+    `position`: shape (n, dim).
+    `planes`: axes of the mirrors.
     """
     parts = []
     for signs in itertools.product((1.0, -1.0), repeat=len(planes)):
@@ -89,14 +81,9 @@ def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.
 def revolve(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple[np.ndarray, np.ndarray]:
     """Revolve axisymmetric particles (x, r) into particles of the solid, with the index of each origin.
 
-    Parameters
-    ----------
-    position
-        Shape (n, 2): x and radius [m].
-    spacing
-        Distance of neighbours on a ring [m].
-    angle
-        Of the turn [degrees]; less than 360 shows the inside.
+    `position`: shape (n, 2): x and radius [m].
+    `spacing`: distance of neighbours on a ring [m].
+    `angle`: of the turn [degrees]; less than 360 shows the inside.
     """
     radius = np.abs(position[:, 1])
     number = np.maximum((np.radians(angle) * radius / spacing).astype(int), 1)
@@ -111,16 +98,10 @@ def revolve(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple
 def visible_discs(place: np.ndarray, radius: float, extent: tuple[float, float, float, float], width: int) -> Picture:
     """Return the visible discs.
 
-    Parameters
-    ----------
-    place
-        Right, up, towards the eye, shape (n, 3) [m].
-    radius
-        Of a disc [m].
-    extent
-        Left, right, bottom, top of the picture [m].
-    width
-        Pixels across.
+    `place`: right, up, towards the eye, shape (n, 3) [m].
+    `radius`: of a disc [m].
+    `extent`: left, right, bottom, top of the picture [m].
+    `width`: pixels across.
     """
     left, right, bottom, top = extent
     scale = width / (right - left)

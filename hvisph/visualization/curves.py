@@ -54,27 +54,15 @@ def curves_picture(
 ) -> Path:
     """Draw panels below one another and store them.
 
-    Parameters
-    ----------
-    panels
-        Curves by the name of their column, such as ``velocity_x``.
-    path
-        File to write; its ending tells the format.
-    title
-        Above the picture.
-    across
-        ``time`` or ``x``: what runs along the axis.
-    unitless
-        Whether the case is non-dimensional.
-    units
-        SI units of panels that are not named after a field.
-    legends
-        One below the picture, for panels of the same curves, or one beside each panel.
+    `panels`: curves by the name of their column, such as ``velocity_x``.
+    `path`: file to write; its ending tells the format.
+    `title`: above the picture.
+    `across`: ``time`` or ``x``: what runs along the axis.
+    `unitless`: whether the case is non-dimensional.
+    `units`: SI units of panels that are not named after a field.
+    `legends`: one below the picture, for panels of the same curves, or one beside each panel.
 
-    Raises
-    ------
-    CaseError
-        Where there is nothing to draw.
+    Raises `CaseError` where there is nothing to draw.
     """
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
@@ -125,21 +113,11 @@ def gauge_panels(
 ) -> dict[str, list[Curve]]:
     """Return the panels of a run's gauges: one a field, one curve a gauge.
 
-    Parameters
-    ----------
-    run
-        Folder of the run.
-    exact
-        Times [s] and values of exact gauges, by their column.
-    prefix
-        Before the gauges' names in the legend.
+    `run`: folder of the run.
+    `exact`: times [s] and values of exact gauges, by their column.
+    `prefix`: before the gauges' names in the legend.
 
-    Raises
-    ------
-    CaseError
-        Where the history holds no gauge.
-    OutputError
-        Where there is no history.
+    Raises `CaseError` where the history holds no gauge; `OutputError` where there is no history.
     """
     history = read_history(Path(run))
     panels: dict[str, list[Curve]] = {}
@@ -171,10 +149,7 @@ def label_and_scale(
     `given` is its unit in SI, where it is not named after a field; `shown` what is drawn, by which lengths and times
     have the unit that suits them.
 
-    Raises
-    ------
-    ValueError
-        For a column without a unit: metres are no plain number.
+    Raises `ValueError` for a column without a unit: metres are no plain number.
     """
     unit = AXES.get(column) if given is None else given
     if unit is None:
@@ -207,13 +182,7 @@ class Panel:
 
 
 def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title: str = "") -> Path:
-    """Draw panels beside and below one another and store them.
-
-    Raises
-    ------
-    CaseError
-        Where there is nothing to draw.
-    """
+    """Draw panels beside and below one another and store them. Raises `CaseError` where there is nothing to draw."""
     from matplotlib.figure import Figure
 
     shown = [panel for panel in panels if panel.curves]
@@ -258,10 +227,7 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
 
     Of the fragments it shows how many there are, the largest one's share of the mass, and its axial velocity.
 
-    Raises
-    ------
-    CaseError
-        Where there is one moment only.
+    Raises `CaseError` where there is one moment only.
     """
     shown = moments(measured)
     if len(shown) < 2:
@@ -315,10 +281,7 @@ WIDE = 0.99  # share of the mass that the map shows
 def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "") -> Path:
     """Draw the loads on the witness plane of a cloud and store the picture.
 
-    Raises
-    ------
-    CaseError
-        Without a plane, or where nothing arrives there.
+    Raises `CaseError` without a plane, or where nothing arrives there.
     """
     from matplotlib.figure import Figure
 

@@ -77,10 +77,8 @@ def view_picture(moments: Sequence[Moment], path: str | os.PathLike[str], look: 
 
     In 1D a picture shows the field over x.
 
-    Raises
-    ------
-    CaseError
-        When a snapshot has no such field, their dimensions differ, there are too many, or the file's ending is unknown.
+    Raises `CaseError` when a snapshot has no such field, their dimensions differ, there are too many, or the file's
+    ending is unknown.
     """
     return store(draw(moments, look), path)
 
@@ -260,21 +258,12 @@ FORMATS = (".gif", ".mp4")
 def animate(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look, seconds: float = 6.0) -> Path:
     """Draw every moment on one scale and store them as one moving picture.
 
-    Parameters
-    ----------
-    moments
-        In order of time.
-    path
-        File to write: ``.gif`` or ``.mp4``.
-    look
-        How particles are shown.
-    seconds
-        How long it lasts.
+    `moments`: in order of time.
+    `path`: file to write: ``.gif`` or ``.mp4``.
+    `look`: how particles are shown.
+    `seconds`: how long it lasts.
 
-    Raises
-    ------
-    CaseError
-        When the ending is unknown, or ffmpeg is not there for an MP4.
+    Raises `CaseError` when the ending is unknown, or ffmpeg is not there for an MP4.
     """
     target = Path(path)
     if target.suffix.lower() not in FORMATS:

@@ -79,12 +79,8 @@ class Setup:
 def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
     """Draw a set-up and store it: of solids a section along the shot line and a view, else the particles.
 
-    Parameters
-    ----------
-    setup
-        Set-up.
-    path
-        File to write; its ending tells the format.
+    `setup`: Set-up.
+    `path`: file to write; its ending tells the format.
     """
     return store(setup_figure(setup), path)
 

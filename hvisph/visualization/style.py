@@ -75,10 +75,7 @@ def appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
 def field_of(snapshot: Snapshot, field: str) -> np.ndarray:
     """Return a field (of vectors the magnitude), a component of one, or the speed, in SI, shape (n,).
 
-    Raises
-    ------
-    CaseError
-        When the snapshot has no such field.
+    Raises `CaseError` when the snapshot has no such field.
     """
     name = "velocity" if field == "speed" else field
     if name in snapshot.fields:

@@ -34,23 +34,13 @@ def sweep_picture(
 ) -> Path:
     """Draw the results of a sweep and store the picture.
 
-    Parameters
-    ----------
-    results
-        Content of the sweep's ``results.json``.
-    rows
-        Its cases, for a sweep without a verdict: measures over the first value that varies.
-    path
-        File to write; its ending tells the format.
-    title
-        Above the picture.
-    record
-        Measures to draw; the first of all unless given.
+    `results`: content of the sweep's ``results.json``.
+    `rows`: its cases, for a sweep without a verdict: measures over the first value that varies.
+    `path`: file to write; its ending tells the format.
+    `title`: above the picture.
+    `record`: measures to draw; the first of all unless given.
 
-    Raises
-    ------
-    CaseError
-        When there is nothing to draw.
+    Raises `CaseError` when there is nothing to draw.
     """
     figure = sweep_figure(results, rows, record)
     figure.suptitle(title)

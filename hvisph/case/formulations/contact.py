@@ -88,14 +88,9 @@ def unavailable(contact: Any, formulation: str) -> Iterator[Problem]:
 def separate_bodies_problems(case: Surroundings, smoothing_length: str, what: str) -> Iterator[Problem]:
     """Yield the options that are not available with a contact algorithm or with Total Lagrangian bodies.
 
-    Parameters
-    ----------
-    case
-        The rest of the case.
-    smoothing_length
-        The type of the formulation's smoothing length.
-    what
-        What requires a fixed one, with its verb.
+    `case`: the rest of the case.
+    `smoothing_length`: the type of the formulation's smoothing length.
+    `what`: what requires a fixed one, with its verb.
     """
     if smoothing_length == "variable":
         reason = f"{what} of a fixed smoothing length; leave it out"

@@ -24,14 +24,8 @@ MISSED = " *"  # behind a value that is further from the published one than its 
 def comparison_tables(rows: Sequence[Row], unitless: bool = False, every: bool = False) -> str:
     """Return the tables of measures and of costs, with notes on omitted measures, brackets and marks.
 
-    Parameters
-    ----------
-    rows
-        The runs.
-    unitless
-        True for cases without units.
-    every
-        Show all measures, in as many tables as that takes; without, those that matter most.
+    `unitless`: True for cases without units.
+    `every`: show all measures, in as many tables as that takes; without, those that matter most.
     """
     parts = [_measures(rows, unitless, every)]
     if any(row.conservation or row.cost for row in rows):

@@ -46,10 +46,7 @@ class Silence(Listener):
 class Lines(Silence):
     """A line when something happens, at every tenth of the simulated time, and at least every minute.
 
-    Parameters
-    ----------
-    case
-        The case, for its title and unit of time.
+    `case`: the case, for its title and unit of time.
     """
 
     def __init__(self, case: Case):
@@ -125,12 +122,8 @@ class _Terminal(Console):
 class Live(Lines):
     """Simulated and wall time, the step and its limit, pace, energy drift, time left.
 
-    Parameters
-    ----------
-    case
-        The case, for its title and unit of time.
-    console
-        Where to draw; standard output unless given.
+    `case`: the case, for its title and unit of time.
+    `console`: where to draw; standard output unless given.
     """
 
     def __init__(self, case: Case, console: Console | None = None):

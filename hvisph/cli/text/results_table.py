@@ -34,18 +34,11 @@ def results_table(
 ) -> str:
     """Return the measures of a summary as aligned text.
 
-    Parameters
-    ----------
-    measures
-        As in ``summary.json``.
-    expected
-        Its list of expectations.
-    unitless
-        True for a case without units.
-    further
-        Other figures by name, such as drifts.
-    variants
-        Whether to show all variants of a measure.
+    `measures`: as in ``summary.json``.
+    `expected`: its list of expectations.
+    `unitless`: True for a case without units.
+    `further`: other figures by name, such as drifts.
+    `variants`: whether to show all variants of a measure.
     """
     from hvisph.measures.table import rows
 
@@ -65,14 +58,9 @@ def results_table(
 def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool = False) -> str:
     """Return the measures of layers, projectile and cloud as aligned text: a column a layer; empty without any.
 
-    Parameters
-    ----------
-    plain
-        A summary, or the plain form of measures.
-    unitless
-        True for a case without units.
-    variants
-        Whether to show all variants of a measure.
+    `plain`: a summary, or the plain form of measures.
+    `unitless`: True for a case without units.
+    `variants`: whether to show all variants of a measure.
     """
     from hvisph.measures.table import rows
 
@@ -139,12 +127,8 @@ MASSES = {"kg": ("g", 1e3), "kg/m": ("kg/m", 1.0), "kg/m^2": ("kg/m^2", 1.0)}
 def fragments_text(moment: Measures, fewest: int) -> str:
     """Return the fragments of the bodies at one moment.
 
-    Parameters
-    ----------
-    moment
-        The moment, with its fragments.
-    fewest
-        Particles of a fragment that is listed; smaller ones are summed up in one line.
+    `moment`: the moment, with its fragments.
+    `fewest`: particles of a fragment that is listed; smaller ones are summed up in one line.
     """
     return "\n\n".join(_body(part, moment, fewest) for part in moment.fragments)
 

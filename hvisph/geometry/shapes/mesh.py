@@ -227,17 +227,11 @@ def _side(a: np.ndarray, b: np.ndarray, p: np.ndarray) -> np.ndarray:
 def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     """Return the solid within the surface in a file.
 
-    Parameters
-    ----------
-    path
-        An STL, OBJ, PLY or OFF file.
-    scale
-        Metres per unit of the file.
+    `path`: an STL, OBJ, PLY or OFF file.
+    `scale`: metres per unit of the file.
 
-    Raises
-    ------
-    CaseError
-        When there is no such file, it cannot be read, or the surface is open or within itself: where it is.
+    Raises `CaseError` when there is no such file, it cannot be read, or the surface is open or within itself: where it
+    is.
     """
     if not Path(path).is_file():
         raise CaseError(f"there is no file '{path}'", where="file")

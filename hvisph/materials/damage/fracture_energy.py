@@ -107,12 +107,8 @@ def fracture_work(
 ) -> np.ndarray:
     """Return the work of fracture of particles (n,) [J]: V/l G_f (1 - (1 - d)^2) of those past onset.
 
-    Parameters
-    ----------
-    mass, density
-        m [kg] and density at rest [kg/m^3].
-    d, tension, width, energy
-        d, p_0 [Pa], l [m], and G_f of the material [J/m^2], 0 where failure takes none.
+    `mass`, `density`: m [kg] and density at rest [kg/m^3].
+    `d`, `tension`, `width`, `energy`: d, p_0 [Pa], l [m], and G_f of the material [J/m^2], 0 where failure takes none.
     """
     past = tension > 0.0
     area = mass[past] / density[past] / width[past]

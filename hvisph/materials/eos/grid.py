@@ -96,17 +96,9 @@ def monotone(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, 
 def read_sesame(path: Path, material: int | None = None) -> Grid:
     """Return the 301 table of a file in SESAME's text layout.
 
-    Parameters
-    ----------
-    path
-        The file.
-    material
-        Number of the material; the first of the file unless given.
+    `material`: number of the material; the first of the file unless given.
 
-    Raises
-    ------
-    CaseError
-        If there is no such table in it, or it is cut short.
+    Raises `CaseError` if there is no such table in it, or it is cut short.
     """
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     for number, line in enumerate(lines):

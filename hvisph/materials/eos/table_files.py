@@ -22,10 +22,7 @@ MODULI = 1e8, 1e12  # bulk moduli of condensed matter lie between [Pa]; diamond 
 def read_table(path: Path, form: str | None = None, number: int | None = None) -> Grid:
     """Return the table of a file in the layout `form`, which is detected unless given.
 
-    Raises
-    ------
-    CaseError
-        If the file is none, holds the input of a program instead of a table, or does not fit its layout.
+    Raises `CaseError` if the file is none, holds the input of a program instead of a table, or does not fit its layout.
     """
     if path.name.upper().startswith("ANEOS.INPUT") or path.suffix.lower() == ".aneos":
         raise CaseError(

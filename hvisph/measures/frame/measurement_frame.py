@@ -166,10 +166,7 @@ class Scene:
     def position(self) -> np.ndarray:
         """Positions now, shape (n, dim) [m].
 
-        Raises
-        ------
-        OutputError
-            When a position is not finite: no length has a meaning then.
+        Raises `OutputError` when a position is not finite: no length has a meaning then.
         """
         position = self.now.fields["position"]
         if not np.isfinite(position).all():

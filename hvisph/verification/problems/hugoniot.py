@@ -87,16 +87,10 @@ def flat_impact(
 ) -> Trial:
     """Return the flat impact of two materials without strength.
 
-    Parameters
-    ----------
-    name
-        What meets what; speed and dimensions are added.
-    projectile, target
-        Materials as in a case file.
-    speed, dx
-        Impact velocity [m/s]; particle spacing [m].
-    along, across
-        Particles along each plate, and across half of a strip; 0 for one dimension.
+    `name`: what meets what; speed and dimensions are added.
+    `projectile`, `target`: materials as in a case file.
+    `speed`, `dx`: impact velocity [m/s]; particle spacing [m].
+    `along`, `across`: particles along each plate, and across half of a strip; 0 for one dimension.
     """
     shape: Plain = {"type": "interval", "length": along * dx}
     rest = [0.0]

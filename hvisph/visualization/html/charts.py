@@ -33,20 +33,12 @@ def chart(
 ) -> dict[str, str]:
     """Return a chart of lines over time: its SVG and its caption.
 
-    Parameters
-    ----------
-    time
-        Shape (n,) [s].
-    lines
-        Values by label, each (n,), in `unit`.
-    unit
-        Of the values, for the axis.
-    caption
-        What it shows.
-    unitless
-        Whether the case has no units.
-    bands
-        What lines are uncertain by, each (n,), by their labels: drawn as bands, and the values as marks.
+    `time`: shape (n,) [s].
+    `lines`: values by label, each (n,), in `unit`.
+    `unit`: of the values, for the axis.
+    `caption`: what it shows.
+    `unitless`: whether the case has no units.
+    `bands`: what lines are uncertain by, each (n,), by their labels: drawn as bands, and the values as marks.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure

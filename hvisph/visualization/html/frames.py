@@ -41,12 +41,8 @@ class Frames:
 def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
     """Return the moments of a run, thinned to the capacity of a page.
 
-    Parameters
-    ----------
-    paths
-        Its snapshots in order of time.
-    planes
-        Axes whose coordinate plane is a mirror of the model.
+    `paths`: its snapshots in order of time.
+    `planes`: axes whose coordinate plane is a mirror of the model.
     """
     chosen = _spread(paths)
     first, last = read_snapshot(chosen[0]), read_snapshot(chosen[-1])

@@ -26,12 +26,7 @@ PICTURE_DPI = 75
 class RunFiles:
     """The folder of a run, ended or not, and the content of its files.
 
-    Raises
-    ------
-    CaseError
-        When there is no such folder, or it holds no snapshots.
-    OutputError
-        When they are damaged.
+    Raises `CaseError` when there is no such folder, or it holds no snapshots; `OutputError` when they are damaged.
     """
 
     def __init__(self, folder: Path):

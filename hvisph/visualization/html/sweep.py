@@ -68,10 +68,7 @@ def sweep_report(
 ) -> Path:
     """Write the page of a sweep: ``report.html`` in its folder unless `path` is given; with `each`, every run's first.
 
-    Raises
-    ------
-    OutputError
-        When its table or its results cannot be read, or the page cannot be written.
+    Raises `OutputError` when its table or its results cannot be read, or the page cannot be written.
     """
     home = Path(folder)
     results, heads, rows = _results(home), *_table(home)
