@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_runs import METAL, assert_same_results, final
 
-from hvisph.case.output import moving_clamps
+from hvisph.case.conditions import condition_words
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.prescribed_motion import Motion
@@ -87,8 +87,8 @@ def test_bad_input(change, words):
 
 
 def test_check_and_its_picture_name_the_moving_clamp():
-    assert moving_clamps(bar(0.0, 500.0)) == ["clamped.0: 500 m/s"]
-    assert moving_clamps(bar(0.0, 0.0)) == []
+    assert condition_words(bar(0.0, 500.0)) == [("moving clamp", "clamped.0: 500 m/s")]
+    assert condition_words(bar(0.0, 0.0)) == []
 
 
 TABLE = [[0.0, 0.0], [0.05e-6, 400.0], [0.1e-6, 400.0], [0.1e-6, 250.0]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_runs import METAL, assert_same_results, final
 
-from hvisph.case.edges import plane_words
+from hvisph.case.conditions import condition_words
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.simulation.run import resume, run
@@ -61,4 +61,4 @@ def test_bad_input(change, words):
 
 
 def test_check_names_the_moving_plane():
-    assert plane_words(bar(0.0, WALL)) == ["x = 0 m: 300 m/s"]
+    assert condition_words(bar(0.0, WALL)) == [("moving plane", "x = 0 m: 300 m/s")]

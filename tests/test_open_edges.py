@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_runs import METAL, SPRING, assert_same_results, final
 
-from hvisph.case.edges import edge_words, load_words
+from hvisph.case.conditions import condition_words
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.geometry.open_edge import Edge, cut_open, face_areas, follow, row_shares
@@ -198,5 +198,6 @@ def test_a_projectile_in_an_edge_is_refused():
 
 
 def test_check_names_edges_and_loads():
-    assert edge_words(block())[0] == "x = 0.003 m, matter below it"
-    assert load_words(block()) == ["0: up to 2e+09 Pa on faces -x"]
+    words = condition_words(block())
+    assert words[0] == ("open edge", "x = 0.003 m, matter below it")
+    assert ("load", "0: up to 2e+09 Pa on faces -x") in words

@@ -3,7 +3,7 @@
 import pytest
 from typer.testing import CliRunner
 
-from hvisph.casefile.loader import load_case, load_set, load_sweep
+from hvisph.casefile.loader import load_case, load_sweep
 from hvisph.casefile.spellings import spellings
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
@@ -106,6 +106,8 @@ def test_renamed_keys_of_sweeps_and_experiments(tmp_path):
     for path in ("limit", "vary.between", "vary.until", "vary.for", "vary.event.above"):
         block, _, key = path.rpartition(".")
         assert f"{path}: is now `{KEYS[block.rpartition('.')[2], key]}`" in text
+    from hvisph_validation.experiment_set import load_set
+
     (tmp_path / "set.yaml").write_text("limits: {shot: {between: [1, 2], until: 1}}\n", encoding="utf-8")
     with pytest.raises(CaseError) as caught:
         load_set(tmp_path)

@@ -8,12 +8,12 @@ import pytest
 from hvisph_validation.comparison import Compared, verdicts
 from hvisph_validation.evaluators import judge_of
 from hvisph_validation.evaluators.shield import ratio
+from hvisph_validation.experiment_set import Asked
 from hvisph_validation.experiments import Experiments, Measured, experiment_names
 from hvisph_validation.report import write_page
 from hvisph_validation.results import SetResult, store, stored
 from typer.testing import CliRunner
 
-from hvisph.case.expectations import Asked
 from hvisph.casefile.loader import load_case
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError

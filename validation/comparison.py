@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import isfinite, sqrt
 from typing import Any
 
-from hvisph.case.expectations import Asked
+from hvisph_validation.experiment_set import Asked
 
 from .experiments import UNITS, Measured
 from .quantity import Key, Value

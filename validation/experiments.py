@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
-from hvisph.case.expectations import ExperimentSet
-from hvisph.casefile.loader import bundled_sets, case_document, load_set, read_table
+from hvisph_validation.experiment_set import ExperimentSet, bundled_sets, load_set
+
+from hvisph.casefile.loader import case_document, read_table
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.sweeps.parameters import EXPERIMENT, Values, plain, split
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from hvisph.case.expectations import Asked
+from hvisph_validation.experiment_set import Asked
 
 from .comparison import Compared, Verdict
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
 from hvisph.case.materials.material import NamedMaterial
 from hvisph.core.catalogues import ARRANGEMENTS
 
-from .model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
+from .model import SCALAR_AS_LIST, AnyCase, DataFile, Shorthand, StrictModel, expand_switch
 from .shapes import OptionalRotation, Position, Rotation, Shape
 from .simple_shapes import UNIT_VECTORS, Axis, Direction
 from .units import (
@@ -181,21 +181,13 @@ def direction_name(axis: tuple[float, ...]) -> str:
     return letters[0] if letters else ", ".join(f"{one:g}" for one in axis)
 
 
-def _expand_rigid(value: object, info: ValidationInfo) -> object:
-    if value is False:
-        return None
-    return {} if value is True else {"move": value} if isinstance(value, str) else value
-
-
-OptionalRigid = Annotated[Rigid | None, Shorthand(_expand_rigid, ("boolean", "string"))]
-
-
-class HasResolution(Protocol):
-    """A case, as far as the spacing of its bodies goes."""
-
-    @property
-    def resolution(self) -> float:
-        """Spacing dx [m]."""
+OptionalRigid = Annotated[
+    Rigid | None,
+    Shorthand(
+        lambda value, info: {"move": value} if isinstance(value, str) else expand_switch(value, info),
+        ("boolean", "string"),
+    ),
+]
 
 
 class Grading(StrictModel):
@@ -331,6 +323,6 @@ class Body(StrictModel):
         description="Initial temperature, at the density that has no pressure then [K]; that at rest unless given",
     )
 
-    def spacing(self, case: HasResolution) -> float:
+    def spacing(self, case: AnyCase) -> float:
         """Return the particle spacing of the body [m]: its own, or that of the case."""
-        return self.resolution or case.resolution
+        return self.resolution or float(case.resolution)

@@ -16,13 +16,11 @@ from hvisph.core.measure_catalogue import measures_of
 from hvisph.core.text import Plain
 
 from .bodies import Body
-from .edges import OpenEdge, PressureLoad
+from .conditions import Gravity, OpenEdge, OptionalOverburden, PressureLoad, Start
 from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
-from .gravity import Gravity, OptionalOverburden
 from .model import StrictModel, refuse
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
-from .start import Start
 from .time import LateStages, RunLimits, Time, Witness, default_courant
 from .units import PositiveLength, PositiveVelocity
 

@@ -12,6 +12,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 PROBLEMS = "problems"
 
 Path = tuple[str | int, ...]  # keys and places in lists, from the outermost in
+AnyCase = Any  # a case in the checks of its parts, which its class imports
 
 
 class StrictModel(BaseModel):
@@ -52,11 +53,17 @@ class Shorthand:
         return {"anyOf": [handler(schema), *({"type": form} for form in self.forms), *self.schemas]}
 
 
-def _as_list(value: object, info: ValidationInfo) -> object:
-    return [value] if isinstance(value, int | float | str) and not isinstance(value, bool) else value
+def is_scalar(value: object) -> bool:
+    """Whether a raw value is a number or text."""
+    return isinstance(value, int | float | str) and not isinstance(value, bool)
 
 
-SCALAR_AS_LIST = Shorthand(_as_list)
+SCALAR_AS_LIST = Shorthand(lambda value, _: [value] if is_scalar(value) else value)
+
+
+def expand_switch(value: object, info: ValidationInfo) -> object:
+    """Return an empty block for true, None for false, anything else unchanged."""
+    return {} if value is True else None if value is False else value
 
 
 def _resolve_path(value: object, info: ValidationInfo) -> object:

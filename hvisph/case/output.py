@@ -3,22 +3,16 @@
 from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, model_validator
 
 from hvisph.core.errors import suggest_nearest
 from hvisph.core.fields import WRITTEN, component_names, recordable
 
 from .bodies import Axis, Position, VelocityVector
-from .model import SCALAR_AS_LIST, Path, Problem, Shorthand, StrictModel
+from .model import SCALAR_AS_LIST, Path, Problem, Shorthand, StrictModel, is_scalar
 from .units import Length, NonNegativeTime, PositiveTime, Pressure, Velocity
 
 Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
-
-
-def _expand_speed(value: object, info: ValidationInfo) -> object:
-    """Return a single velocity as the only row of a table."""
-    plain = isinstance(value, int | float | str) and not isinstance(value, bool)
-    return [[0.0, value]] if plain else value
 
 
 class SymmetryPlane(StrictModel):
@@ -30,7 +24,9 @@ class SymmetryPlane(StrictModel):
         default="above", description="Side that is computed: coordinates above or below `at`"
     )
     velocity: Annotated[
-        tuple[tuple[NonNegativeTime, Velocity], ...], Shorthand(_expand_speed), Field(max_length=10_000)
+        tuple[tuple[NonNegativeTime, Velocity], ...],
+        Shorthand(lambda value, _: [[0.0, value]] if is_scalar(value) else value),
+        Field(max_length=10_000),
     ] = Field(
         default=(),
         description="Velocity along the axis, as that of a rigid wall that moves: a number [m/s], or rows of time [s] "
@@ -105,21 +101,6 @@ class EulerianRegion(Region):
     """Particles that are Eulerian from the start of the run."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are Eulerian")
-
-
-def moving_clamps(case: Any) -> list[str]:
-    """Return the clamps of a case that move, with their velocities, in words."""
-    unit = " m/s" if case.units == "si" else ""
-    return [
-        f"clamped.{number}: "
-        + (
-            f"{len(clamp.velocity_table)} velocities over time along {clamp.along}"
-            if clamp.velocity_table
-            else f"{', '.join(f'{one:g}' for one in clamp.velocity)}{unit}"
-        )
-        for number, clamp in enumerate(case.clamped)
-        if clamp.moves
-    ]
 
 
 def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str]) -> Iterator[Problem]:

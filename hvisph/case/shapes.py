@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo
+from pydantic import Field
 
 from hvisph.core.catalogues import SHAPES
 
@@ -51,11 +51,9 @@ class Rotation(StrictModel):
         return math.radians(self.angle)
 
 
-def _angle_alone(value: object, info: ValidationInfo) -> object:
-    return {"angle": value} if isinstance(value, int | float | str) else value
-
-
-OptionalRotation = Annotated[Rotation | None, Shorthand(_angle_alone)]
+OptionalRotation = Annotated[
+    Rotation | None, Shorthand(lambda value, _: {"angle": value} if isinstance(value, int | float | str) else value)
+]
 
 
 class PrismShape(ShapeOptions):

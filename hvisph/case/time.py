@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo
+from pydantic import Field
 
 from hvisph.core.text import Plain
 
@@ -75,12 +75,13 @@ class LateStage(StrictModel):
     )
 
 
-def _as_stages(value: object, info: ValidationInfo) -> object:
-    return [value] if isinstance(value, dict) else value
-
-
 LateStages = Annotated[
-    tuple[LateStage, ...], Shorthand(_as_stages, (), ({"type": "object", "required": ["at", "bulk_modulus"]},))
+    tuple[LateStage, ...],
+    Shorthand(
+        lambda value, _: [value] if isinstance(value, dict) else value,
+        (),
+        ({"type": "object", "required": ["at", "bulk_modulus"]},),
+    ),
 ]
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -17,6 +17,7 @@ from .document import Place
 from .model_fields import Spot, keys_of, places, walk
 from .spellings import present_name, renamed_key, renamed_value, spellings
 
+M = TypeVar("M", bound=BaseModel)
 MOST_SHOWN = 20
 # How like an allowed key a key is that is a slip of it, and in how many places one may stand that is reported.
 SLIP, MOST_PLACES = 0.75, 3
@@ -57,6 +58,15 @@ def translate(
                 message = present_name("fields", value_at(data, where)) or message
             errors.setdefault((where, message), locate_error(where, message, places))
     return list(errors.values())
+
+
+def validated(model: type[M], value: object, places: Mapping[Path, Place], context: Any = None) -> M:
+    """Validate plain data against a model; raises all errors, each with its file and line."""
+    try:
+        return model.model_validate(value, context=context)
+    except ValidationError as error:
+        raise_all(translate(error, model, value, places))
+        raise
 
 
 def locate_error(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:

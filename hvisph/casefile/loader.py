@@ -1,7 +1,4 @@
-"""Loading of cases from files, bundled names and mappings, of sweeps, and of sets of experiments.
-
-A set of experiments is a folder with `set.yaml`, `shots.csv` and `measured.csv`.
-"""
+"""Loading of cases from files, bundled names and mappings, and of sweeps."""
 
 import csv
 import hashlib
@@ -11,17 +8,14 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from hvisph.case.case import Case
-from hvisph.case.expectations import ExperimentSet
 from hvisph.case.model import Path as Keys
 from hvisph.case.sweep import Sweep
 from hvisph.casefile.document import Document, Place, dump, plain_document, read_yaml
-from hvisph.casefile.errors import locate_error, raise_all, translate
+from hvisph.casefile.errors import locate_error, validated
 from hvisph.casefile.material_library import Library, library, library_of, load_material, material_names
 from hvisph.casefile.overrides import merge, overridden, with_bases
-from hvisph.casefile.paths import SET, bundled_cases, data_folder
+from hvisph.casefile.paths import bundled_cases
 from hvisph.casefile.spellings import renamed_key
 from hvisph.core.errors import CaseError, suggest_nearest
 
@@ -68,11 +62,7 @@ def validate(document: Document) -> Case:
     document = with_bases(document, known.values)
     folders = dict.fromkeys(str(Path(place.file).parent) for place in document.places.values() if place.file)
     context = {"units": units, "library": known.load, "folders": tuple(folders)}
-    try:
-        return Case.model_validate(document.value, context=context)
-    except ValidationError as error:
-        raise_all(translate(error, Case, document.value, document.places))
-        raise
+    return validated(Case, document.value, document.places, context)
 
 
 def materials_of(document: Document) -> Library:
@@ -208,11 +198,7 @@ def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[S
         document, folder = plain_document(source), Path()
     else:
         document, folder = read_yaml(Path(source)), Path(source).parent
-    try:
-        sweep = Sweep.model_validate(document.value)
-    except ValidationError as error:
-        raise_all(translate(error, Sweep, document.value, document.places))
-        raise
+    sweep = validated(Sweep, document.value, document.places)
     near = folder / sweep.case
     try:
         base = case_document(near if near.is_file() else sweep.case)
@@ -220,21 +206,6 @@ def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[S
     except CaseError as error:
         raise locate_error(("case",), str(error), document.places) from None
     return sweep, document, base, folder
-
-
-def bundled_sets() -> dict[str, Path]:
-    """Return the folders of the bundled sets of experiments by name."""
-    return {path.parent.name: path.parent for path in sorted((data_folder("cases") / "validation").glob(f"*/{SET}"))}
-
-
-def load_set(folder: Path) -> ExperimentSet:
-    """Load a set of experiments; raises `CaseError` for invalid input."""
-    document = read_yaml(folder / SET)
-    try:
-        return ExperimentSet.model_validate(document.value)
-    except ValidationError as error:
-        raise_all(translate(error, ExperimentSet, document.value, document.places))
-        raise
 
 
 def read_table(path: Path) -> list[dict[str, str]]:

@@ -11,9 +11,9 @@ from difflib import get_close_matches
 from functools import lru_cache
 from math import exp
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from hvisph.case.materials.material import Material
 from hvisph.case.model import StrictModel
@@ -22,7 +22,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain
 
 from .document import Document, read_yaml
-from .errors import raise_all, translate
+from .errors import validated
 from .overrides import override_material
 
 _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
@@ -114,7 +114,9 @@ class Library:
         self.documents: dict[str, Document] = {}
         self.files = {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
         for path in own:
-            for file in _files(path):
+            files = path.iterdir() if path.is_dir() else ()
+            own_files = [file for file in files if file.suffix in _ENDINGS and not file.name.startswith(".")]
+            for file in sorted(own_files) if path.is_dir() else [path]:
                 self.documents |= _materials_of(file)
 
     def names(self) -> list[str]:
@@ -163,7 +165,7 @@ class Library:
         """Return aliases, sources and points of the material `name`, its proper name."""
         document = self._document(name)
         given = {key: value for key, value in document.value.items() if key in Notes.model_fields}
-        return _valid(Notes, given, document)
+        return validated(Notes, given, document.places)
 
     def values(self, name: str) -> Plain:
         """Return the material called `name` as plain values, those of its base included."""
@@ -185,19 +187,13 @@ class Library:
     def load(self, name: str) -> Material:
         """Return the material called `name`. Raises `CaseError` if there is none of that name, or it is no material."""
         name = self.name_of(name)
-        return _valid(Material, self.values(name), self._document(name))
+        return validated(Material, self.values(name), self._document(name).places)
 
 
 def _letters(name: str) -> str:
     """Return letters and digits of a name, so that AL 6061-T6, AA6061-T6 and aluminum-6061-t6 are one."""
     plain = re.sub(r"[^a-z0-9]", "", name.lower()).replace("aluminum", "aluminium")
     return re.sub(r"^(al|aa)(?=\d)", "aluminium", plain)
-
-
-def _files(path: Path) -> list[Path]:
-    if not path.is_dir():
-        return [path]
-    return sorted(file for file in path.iterdir() if file.suffix in _ENDINGS and not file.name.startswith("."))
 
 
 def _materials_of(file: Path) -> dict[str, Document]:
@@ -212,14 +208,6 @@ def _materials_of(file: Path) -> dict[str, Document]:
         places = {path[1:]: place for path, place in document.places.items() if path[:1] == (name,)}
         documents[name] = Document(value, places)
     return documents
-
-
-def _valid(model: Any, values: Plain, document: Document) -> Any:
-    try:
-        return model.model_validate(values)
-    except ValidationError as error:
-        raise_all(translate(error, model, values, document.places))
-        raise
 
 
 @lru_cache(maxsize=8)

@@ -8,6 +8,6 @@ from hvisph_validation.quantity import Judge
 
 
 def judge_of(name: str) -> Judge:
-    """Return the judge of a set; `hvisph.case.expectations.JudgeName` has the names."""
+    """Return the judge of a set; `hvisph_validation.experiment_set.JudgeName` has the names."""
     judge: Judge = import_module(f"hvisph_validation.evaluators.{name}").JUDGE
     return judge

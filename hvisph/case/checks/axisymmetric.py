@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 
 from hvisph.case.bodies import Body
-from hvisph.case.context import Surroundings
 from hvisph.case.formulations.riemann import is_gas
-from hvisph.case.model import Problem
+from hvisph.case.model import AnyCase, Problem
 from hvisph.case.output import SymmetryPlane
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.text import Plain, recommend
@@ -87,7 +86,7 @@ def _through_axis(plane: object) -> bool:
     return isinstance(plane, dict) and plane.get("axis") in ("y", "z") and plane.get("at", 0) == 0
 
 
-def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
+def axisymmetric_problems(case: AnyCase) -> Iterator[Problem]:
     """Yield the settings of an axisymmetric `case` that are undefined or not available about the axis."""
     if not KINEMATICS[case.kinematics].axisymmetric:
         return
@@ -137,7 +136,7 @@ def _body(name: str, body: Body) -> Iterator[Problem]:
             yield Problem(("bodies", name, "initial_velocity", number), "no ring turns about another axis than x")
 
 
-def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
+def axisymmetric_warnings(case: AnyCase) -> Iterator[str]:
     """Yield warnings about an axisymmetric `case`."""
     if not KINEMATICS[case.kinematics].axisymmetric:
         return

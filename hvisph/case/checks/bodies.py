@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from hvisph.case.bodies import Body, LinearField, UniformField, direction_name
-from hvisph.case.context import Surroundings
-from hvisph.case.model import Path, Problem
+from hvisph.case.model import AnyCase, Path, Problem
 from hvisph.case.shapes import HoneycombShape, RingShape, Shape, shape_problems
 from hvisph.case.simple_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
@@ -23,7 +22,7 @@ UNLIKE, MOST_UNEQUAL = 1.1, 3.0
 FEWEST_LAYERS = 3
 
 
-def body_problems(case: Surroundings) -> Iterator[Problem]:
+def body_problems(case: AnyCase) -> Iterator[Problem]:
     """Yield the errors of the bodies of `case`."""
     for index, (name, body) in enumerate(case.bodies.items()):
         path: Path = ("bodies", name)
@@ -40,7 +39,7 @@ def body_problems(case: Surroundings) -> Iterator[Problem]:
     yield from _rigid(case)
 
 
-def _rigid(case: Surroundings) -> Iterator[Problem]:
+def _rigid(case: AnyCase) -> Iterator[Problem]:
     """Yield the errors of rigid bodies."""
     rigid = {name: body for name, body in case.bodies.items() if body.rigid is not None}
     for number, (name, body) in enumerate(rigid.items()):
@@ -61,7 +60,7 @@ def _rigid(case: Surroundings) -> Iterator[Problem]:
             yield Problem(("formulation", "contact"), "bodies meet a rigid one in `frictional` contact alone")
         if case.time.integrator == "predictor_corrector":
             yield Problem(path, "needs one force a step; use `time.integrator: leapfrog` or `staggered`")
-        if getattr(case, "gravity", None) is not None:
+        if case.gravity is not None:
             yield Problem(path, "the balance has no work of gravity on a rigid body; leave one of them out")
 
 
@@ -70,7 +69,7 @@ def _is_still(body: Body) -> bool:
     return body.rigid is not None and body.rigid.move.fixed and not body.rigid.velocity
 
 
-def _rigid_motion(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+def _rigid_motion(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     """Yield the errors of the motion of a rigid body."""
     assert body.rigid is not None
     rigid, move, axisymmetric = body.rigid, body.rigid.move, case.kinematics == "axisymmetric"
@@ -108,7 +107,7 @@ def _rigid_motion(case: Surroundings, body: Body, path: Path) -> Iterator[Proble
         yield Problem(path, f"its velocity has a component along {lost[-1]}, which it cannot keep")
 
 
-def _rigid_mass(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+def _rigid_mass(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     """Yield the errors of mass and inertia of a rigid body."""
     assert body.rigid is not None
     moments, needed = body.rigid.inertia, {1: 0, 2: 1, 3: 3}[1 if case.kinematics == "axisymmetric" else case.dim]
@@ -119,7 +118,7 @@ def _rigid_mass(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]
         yield Problem((*path, "inertia"), f"{what}; correct the largest, {max(moments):g}")
 
 
-def spacing_warnings(case: Surroundings) -> Iterator[str]:
+def spacing_warnings(case: AnyCase) -> Iterator[str]:
     """Yield warnings about thin rigid bodies, and adjacent ones with different spacings or particle masses."""
     bodies = list(case.bodies.items())
     for name, body in bodies:
@@ -151,7 +150,7 @@ def spacing_warnings(case: Surroundings) -> Iterator[str]:
             )
 
 
-def _inclusions(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+def _inclusions(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     """Yield the errors of spheres in a body."""
     own = body.inclusions
     if own is None:
@@ -176,7 +175,7 @@ def _inclusions(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]
         yield Problem(path, "spheres need plane 2D or 3D: about an axis they would be tori")
     if case.symmetry:
         yield Problem(path, "are random, and not symmetric about a plane; leave out `symmetry`")
-    if body.shape.type == "particles" or getattr(case, "start", None) is not None:
+    if body.shape.type == "particles" or case.start is not None:
         yield Problem(path, "need a shape; leave them out for particles of a file or of another run")
     if body.rigid is not None:
         yield Problem(path, "have no meaning in a rigid body; leave them out")
@@ -191,7 +190,7 @@ def _length(path: Path, dim: int, given: int, what: str) -> Problem:
     return Problem(path, f"has {given} {what}, needs {dim} in {dim}D: [{axes}]")
 
 
-def _arrangement(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+def _arrangement(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     allowed = arrangements_of(case.dim, body.shape.type)
     if case.drawing_dimensions != case.dim:
         allowed = SECTION_ARRANGEMENTS
@@ -203,7 +202,7 @@ def _arrangement(case: Surroundings, body: Body, path: Path) -> Iterator[Problem
         )
 
 
-def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+def _thickness(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     formulation = case.formulation
     h = formulation.h_over_dx * body.spacing(case)
     support = formulation.support_over_h * h
@@ -223,7 +222,7 @@ def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
         )
 
 
-def _walls(case: Surroundings, body: Body, shape: HoneycombShape, path: Path) -> Iterator[Problem]:
+def _walls(case: AnyCase, body: Body, shape: HoneycombShape, path: Path) -> Iterator[Problem]:
     """Yield the errors of foil: walls of less than two particles, pores that do not keep the mass."""
     dx, unit = body.spacing(case), _metre(case)
     if shape.thickness() < 2.0 * dx * (1.0 - 1e-9):
@@ -248,11 +247,11 @@ def _walls(case: Surroundings, body: Body, shape: HoneycombShape, path: Path) ->
         )
 
 
-def _spacing(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+def _spacing(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     contact = getattr(case.formulation, "contact", None)
     penalty = contact is not None and contact.type == "penalty"
     for key in ("resolution", "grading"):
-        if getattr(body, key) is not None and (getattr(case.formulation, "type", "") not in UNLIKE_SPACINGS or penalty):
+        if getattr(body, key) is not None and (case.formulation.type not in UNLIKE_SPACINGS or penalty):
             yield Problem(
                 (*path, key),
                 f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with contact "
@@ -284,7 +283,7 @@ def _is_washer(shape: Shape) -> bool:
     return isinstance(shape, CylinderShape | TubeShape) and shape.axis == "x"
 
 
-def _velocity(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+def _velocity(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     if len(body.velocity) != case.dim:
         yield _length((*path, "velocity"), case.dim, len(body.velocity), "components")
     elif case.units == "si" and math.hypot(*body.velocity) > FASTEST:
@@ -303,7 +302,7 @@ def _velocity(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
             yield Problem(place, "nothing spins in 1D; leave it out")
 
 
-def _place(case: Surroundings, body: Body, path: Path, first: bool) -> Iterator[Problem]:
+def _place(case: AnyCase, body: Body, path: Path, first: bool) -> Iterator[Problem]:
     if body.position is not None:
         if len(body.position) != case.dim:
             yield _length((*path, "position"), case.dim, len(body.position), "components")
@@ -321,7 +320,7 @@ def _place(case: Surroundings, body: Body, path: Path, first: bool) -> Iterator[
         yield Problem((*path, "rotation", "axis"), "must not be all zero")
 
 
-def _count(case: Surroundings) -> Iterator[Problem]:
+def _count(case: AnyCase) -> Iterator[Problem]:
     spacings = [
         math.prod(size / b.spacing(case) for size in b.shape.extent()[: case.dim])
         for b in case.bodies.values()
@@ -335,5 +334,5 @@ def _count(case: Surroundings) -> Iterator[Problem]:
         )
 
 
-def _metre(case: Surroundings) -> str:
+def _metre(case: AnyCase) -> str:
     return " m" if case.units == "si" else ""

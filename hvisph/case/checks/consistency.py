@@ -1,19 +1,12 @@
 """Consistency checks of a case. Each error names the path, the fault and the remedy."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Protocol
 
 from hvisph.case.bodies import Body
-from hvisph.case.context import Surroundings
-from hvisph.case.edges import edge_problems, table_problems
-from hvisph.case.expectations import Expectations
-from hvisph.case.formulations.options import KernelOptions
-from hvisph.case.gravity import gravity_problems
-from hvisph.case.model import Path, Problem
-from hvisph.case.output import Clamp, Gauge, Output, SymmetryPlane, box_problems, gauge_problems, region_problems
-from hvisph.case.start import start_problems
-from hvisph.case.time import LateStage
+from hvisph.case.conditions import edge_problems, gravity_problems, start_problems, table_problems
+from hvisph.case.model import AnyCase, Path, Problem
+from hvisph.case.output import Clamp, SymmetryPlane, box_problems, gauge_problems, region_problems
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
 from hvisph.core.text import format_value, recommend
 
@@ -26,47 +19,7 @@ MOST_SNAPSHOTS = 1_000_000
 AXES = ("x", "y", "z")
 
 
-class Case(Surroundings, Protocol):
-    """Complete case, as the checks use it."""
-
-    @property
-    def late(self) -> Sequence[LateStage]:
-        """Late stages in the order of time."""
-
-    @property
-    def begins(self) -> float:
-        """Time at the start [s]."""
-
-    @property
-    def smoothing_length(self) -> float:
-        """Initial smoothing length h [m]."""
-
-    @property
-    def clamped(self) -> Sequence[Clamp]:
-        """Clamped regions."""
-
-    @property
-    def formulation(self) -> KernelOptions:
-        """Scheme that computes the run."""
-
-    @property
-    def gauges(self) -> Mapping[str, Gauge]:
-        """Gauges by name."""
-
-    @property
-    def output(self) -> Output:
-        """Output options."""
-
-    @property
-    def measures(self) -> Sequence[str] | None:
-        """Names of the requested measures."""
-
-    @property
-    def expected(self) -> Expectations:
-        """Expected values."""
-
-
-def problems_of(case: Case) -> list[Problem]:
+def problems_of(case: AnyCase) -> list[Problem]:
     """Return the errors of `case` beyond its single fields."""
     return [
         *body_problems(case),
@@ -84,17 +37,17 @@ def problems_of(case: Case) -> list[Problem]:
     ]
 
 
-def _late(case: Case) -> Iterator[Problem]:
+def _late(case: AnyCase) -> Iterator[Problem]:
     """Yield the errors of late stages."""
     if not case.late:
         return
-    kind = getattr(case.formulation, "type", "")
+    kind = case.formulation.type
     if kind not in ("riemann", "eulerian") or case.kinematics == "plane_stress":
         yield Problem(
             ("late",),
             "needs `formulation` riemann or eulerian, and no plane_stress: only these show pairs the new sound speed",
         )
-    if getattr(case, "edges", ()):
+    if case.edges:
         yield Problem(("edges",), "have the impedance of the start, which a late stage changes; leave one of them out")
     for number, stage in enumerate(case.late):
         if not case.begins < stage.at < case.time.end:
@@ -117,7 +70,7 @@ def _late(case: Case) -> Iterator[Problem]:
             )
 
 
-def warnings_of(case: Case) -> list[str]:
+def warnings_of(case: AnyCase) -> list[str]:
     """Return the warnings about a valid `case`."""
     warnings = [
         *spacing_warnings(case),
@@ -128,9 +81,9 @@ def warnings_of(case: Case) -> list[str]:
     return [*warnings, *axisymmetric_warnings(case), *implausible(case)]
 
 
-def _unused_settings(case: Case) -> Iterator[str]:
+def _unused_settings(case: AnyCase) -> Iterator[str]:
     """Yield warnings about settings without effect."""
-    projection = getattr(case.formulation, "type", "") == "projection"
+    projection = case.formulation.type == "projection"
     for name, body in case.bodies.items():
         eos = body.material.eos.type
         if body.internal_energy != 0.0 and (projection or eos in BAROTROPIC):
@@ -141,7 +94,7 @@ def _unused_settings(case: Case) -> Iterator[str]:
         yield f"time.cfl: {case.time.cfl:g} is not used, because time.step = {case.time.step:g} fixes the step"
 
 
-def _mirror_conflicts(case: Case) -> Iterator[str]:
+def _mirror_conflicts(case: AnyCase) -> Iterator[str]:
     """Yield warnings about bodies at a symmetry plane that move normal to it.
 
     Beside the plane a body meets its image as it would a rigid wall, which is what such a plane is given for.
@@ -167,7 +120,7 @@ def _is_on_one_side(body: Body, axis: int, at: float) -> bool:
     return abs(body.position[axis] - at) >= 0.5 * size[axis] * (1.0 - 1e-9)
 
 
-def _symmetry(case: Case) -> Iterator[Problem]:
+def _symmetry(case: AnyCase) -> Iterator[Problem]:
     seen: dict[str, SymmetryPlane] = {}
     for index, plane in enumerate(case.symmetry):
         path = ("symmetry", index)
@@ -195,13 +148,13 @@ def _symmetry(case: Case) -> Iterator[Problem]:
             yield Problem((*path, "axis"), f"a third plane across {plane.axis}; two are allowed")
 
 
-def _regions(case: Case) -> Iterator[Problem]:
+def _regions(case: AnyCase) -> Iterator[Problem]:
     for index, clamp in enumerate(case.clamped):
         yield from region_problems(clamp, ("clamped", index), case.dim, case.bodies)
         yield from _moving_clamp(case, clamp, ("clamped", index, "velocity"))
     for index, load in enumerate(case.initial_loads):
         yield from region_problems(load, ("initial_loads", index), case.dim, case.bodies)
-    for index, pressed in enumerate(getattr(case, "loads", ())):
+    for index, pressed in enumerate(case.loads):
         yield from region_problems(pressed, ("loads", index), case.dim, case.bodies)
     for name, region in case.output.regions.items():
         yield from region_problems(region, ("output", "regions", name), case.dim, case.bodies)
@@ -209,7 +162,7 @@ def _regions(case: Case) -> Iterator[Problem]:
         yield from box_problems(case.domain, ("domain",), case.dim)
 
 
-def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
+def _moving_clamp(case: AnyCase, clamp: Clamp, path: Path) -> Iterator[Problem]:
     """Yield the errors of the prescribed velocity of a clamp."""
     yield from table_problems([time for time, _ in clamp.velocity_table], (*path[:-1], "velocity_table"))
     if clamp.velocity and clamp.velocity_table:
@@ -218,7 +171,7 @@ def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
         yield Problem((*path[:-1], "along"), f"there is no axis {clamp.along} in {case.dim}D")
     if not clamp.moves:
         return
-    kind = getattr(case.formulation, "type", "")
+    kind = case.formulation.type
     if clamp.velocity and len(clamp.velocity) != case.dim:
         yield Problem(path, f"has {len(clamp.velocity)} components, needs {case.dim} in {case.dim}D")
     elif case.kinematics == "axisymmetric" and (any(clamp.velocity[1:]) or clamp.along != "x"):
@@ -227,11 +180,11 @@ def _moving_clamp(case: Case, clamp: Clamp, path: Path) -> Iterator[Problem]:
         yield Problem(path, f"{kind} has no moving clamps; use another formulation, or leave the velocity out")
     if case.time.integrator == "predictor_corrector":
         yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
-    if getattr(case, "gravity", None) is not None:
+    if case.gravity is not None:
         yield Problem(path, "the balance has no work of a moving clamp against gravity; leave one of them out")
 
 
-def _schedule(case: Case) -> Iterator[Problem]:
+def _schedule(case: AnyCase) -> Iterator[Problem]:
     end, unit = case.duration, " s" if case.units == "si" else ""
     if case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
         yield Problem(
@@ -245,13 +198,9 @@ def _schedule(case: Case) -> Iterator[Problem]:
         yield Problem(("output", "formats"), "names a format twice")
 
 
-def _measures(case: Case) -> Iterator[Problem]:
+def _measures(case: AnyCase) -> Iterator[Problem]:
     wanted: list[tuple[Path, str]] = [(("measures", i), name) for i, name in enumerate(case.measures or ())]
     wanted += [(("expected", name), name) for name, _ in case.expected.items()]
     for path, name in wanted:
         if case.dim not in CATALOGUE[name].dims:
             yield Problem(path, f"has no meaning in {case.dim}D; allowed: {', '.join(measures_of(case.dim))}")
-
-
-def _metre(case: Case) -> str:
-    return " m" if case.units == "si" else ""

@@ -4,16 +4,13 @@ Each warning gives the number, the usual range, and the value that was probably 
 the library; they are about solids and liquids under impact, and gases have none.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from hvisph.case.context import Surroundings
-    from hvisph.case.materials.material import Material
+from hvisph.case.materials.material import Material
+from hvisph.case.model import AnyCase
 
 
 @dataclass(frozen=True)
@@ -48,7 +45,7 @@ _PRESSURES = (("TPa", 1e12), ("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.
 _SLIPS = (1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9, 1e-1, 1e1)
 
 
-def implausible(case: Surroundings) -> list[str]:
+def implausible(case: AnyCase) -> list[str]:
     """Return warnings about implausible numbers of `case`; none for a case without units."""
     if case.units != "si":
         return []
@@ -182,7 +179,7 @@ def _pressure_text(value: float) -> str:
     return f"{value / size:.4g} {unit}"
 
 
-def _end(case: Surroundings) -> Iterator[str]:
+def _end(case: AnyCase) -> Iterator[str]:
     crossings = []
     for body in case.bodies.values():
         speed = bulk_speed(body.material)
@@ -209,7 +206,7 @@ def _end(case: Surroundings) -> Iterator[str]:
     )
 
 
-def _output(case: Surroundings) -> Iterator[str]:
+def _output(case: AnyCase) -> Iterator[str]:
     every = case.output.every
     if every is not None and every > case.duration:
         yield (
@@ -218,7 +215,7 @@ def _output(case: Surroundings) -> Iterator[str]:
         )
 
 
-def _pressure(case: Surroundings) -> Iterator[str]:
+def _pressure(case: AnyCase) -> Iterator[str]:
     """Yield a warning where the first impact exceeds the range of an equation of state."""
     bodies = list(case.bodies.values())[:2]
     if len(bodies) < 2:

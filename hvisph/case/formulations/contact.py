@@ -5,8 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hvisph.case.context import Surroundings
-from hvisph.case.model import Problem, StrictModel
+from hvisph.case.model import AnyCase, Problem, StrictModel
 from hvisph.case.units import NUMBER, PositiveNumber, Quantity
 
 
@@ -85,7 +84,7 @@ def unavailable(contact: Any, formulation: str) -> Iterator[Problem]:
     yield Problem(("formulation", "contact", "type"), f"'{contact.type}' is not available with '{formulation}'")
 
 
-def separate_bodies_problems(case: Surroundings, smoothing_length: str, what: str) -> Iterator[Problem]:
+def separate_bodies_problems(case: AnyCase, smoothing_length: str, what: str) -> Iterator[Problem]:
     """Yield the options that are not available with a contact algorithm or with Total Lagrangian bodies.
 
     `case`: the rest of the case.

@@ -7,8 +7,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.context import Surroundings
-from hvisph.case.model import Problem, refuse
+from hvisph.case.model import AnyCase, Problem, refuse
 
 from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, separate_bodies_problems
 from .options import (
@@ -89,7 +88,7 @@ class EulerianFormulation(KernelOptions):
         """Whether a contact algorithm instead of the kernel sums acts between bodies."""
         return isinstance(self.contact, PenaltyContact)
 
-    def problems(self, case: Surroundings) -> Iterator[Problem]:
+    def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from frictional_problems(self.contact, self.type)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field
 
-from hvisph.case.context import Surroundings
-from hvisph.case.model import Problem, StrictModel
+from hvisph.case.model import AnyCase, Problem, StrictModel
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 from hvisph.core.catalogues import REACH
 
@@ -69,7 +68,7 @@ class KernelOptions(StrictModel):
     mixes_kernels: ClassVar[bool] = False
     retires: ClassVar[bool] = False
 
-    def problems(self, case: Surroundings) -> Iterator[Problem]:
+    def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         kind = getattr(self, "type")  # noqa: B009 - every formulation has one, of a literal of its own
         if not self.mixes_kernels:
@@ -81,12 +80,12 @@ class KernelOptions(StrictModel):
                 "leave it out, or use eulerian or riemann",
             )
 
-    def warnings(self, case: Surroundings) -> Iterator[str]:
+    def warnings(self, case: AnyCase) -> Iterator[str]:
         """Yield warnings about this formulation in a valid `case`."""
         yield from ()
 
 
-def _kernels_of_another_kind(kind: str, case: Surroundings) -> Iterator[Problem]:
+def _kernels_of_another_kind(kind: str, case: AnyCase) -> Iterator[Problem]:
     for number, _ in enumerate(case.initial_loads):
         yield Problem(
             ("initial_loads", number),

@@ -5,8 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from hvisph.case.context import Surroundings
-from hvisph.case.model import SCALAR_AS_LIST, Path, Problem
+from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Path, Problem
 from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, parse_quantity
 from hvisph.core.text import Plain, recommend
 
@@ -70,7 +69,7 @@ class ProjectionFormulation(KernelOptions):
         description="Acceleration of all particles, one component per dimension [m/s^2]; none unless given",
     )
 
-    def problems(self, case: Surroundings) -> Iterator[Problem]:
+    def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         if case.kinematics == "plane_stress":
@@ -91,7 +90,7 @@ class ProjectionFormulation(KernelOptions):
                     "density and is no stress that a material could fail by; use none",
                 )
 
-    def warnings(self, case: Surroundings) -> Iterator[str]:
+    def warnings(self, case: AnyCase) -> Iterator[str]:
         """Yield warnings about this formulation in a valid `case`."""
         if case.time.integrator != "leapfrog":
             name = case.time.integrator

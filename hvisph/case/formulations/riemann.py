@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.context import Surroundings
-from hvisph.case.model import Problem, refuse
+from hvisph.case.model import AnyCase, Problem, refuse
 from hvisph.case.units import NUMBER, Quantity
 from hvisph.core.text import Plain
 
@@ -187,7 +186,7 @@ class RiemannFormulation(KernelOptions):
             )
         return self
 
-    def problems(self, case: Surroundings) -> Iterator[Problem]:
+    def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from frictional_problems(self.contact, self.type)

@@ -5,8 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.context import Surroundings
-from hvisph.case.model import Problem, StrictModel
+from hvisph.case.model import AnyCase, Problem, StrictModel
 from hvisph.case.output import EulerianRegion, region_problems
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 
@@ -128,7 +127,7 @@ class TotalLagrangianFormulation(KernelOptions):
         """Whether a contact algorithm instead of the kernel sums acts between bodies."""
         return isinstance(self.contact, PenaltyContact | FrictionalContact)
 
-    def problems(self, case: Surroundings) -> Iterator[Problem]:
+    def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         if self.reference_update_strain is not None and self.viscosity_gradient == "reference":
@@ -152,7 +151,7 @@ class TotalLagrangianFormulation(KernelOptions):
             yield from region_problems(region, path, case.dim, case.bodies)
         yield from self._own_formulations(case)
 
-    def _own_formulations(self, case: Surroundings) -> Iterator[Problem]:
+    def _own_formulations(self, case: AnyCase) -> Iterator[Problem]:
         for name, body in case.bodies.items():
             if body.formulation == "adaptive":
                 yield Problem(
@@ -170,7 +169,7 @@ class AdaptiveFormulation(TotalLagrangianFormulation):
     )
     conversion: ConversionLimits = Field(description="What turns a particle Eulerian")
 
-    def _own_formulations(self, case: Surroundings) -> Iterator[Problem]:
+    def _own_formulations(self, case: AnyCase) -> Iterator[Problem]:
         path = ("formulation", "conversion")
         if self.conversion.strain is None and not self.conversion.damage:
             yield Problem(path, "names no limit; give strain, or damage: true, or use total_lagrangian")

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
-    from hvisph.case.edges import load_words, plane_words
-    from hvisph.case.output import moving_clamps
+    from hvisph.case.conditions import condition_words
     from hvisph.precheck.impact_pair import first_contact
     from hvisph.setup.bodies import placed_bodies
     from hvisph.setup.initial_state import held_particles
@@ -50,9 +49,7 @@ def draw_setup(case: Case, path: str) -> Path:
         time, one, other = contact
         shown = format_time(time) if case.units == "si" else f"{time:.4g}"
         notes.append(f"first contact: {one} and {other} at {shown}")
-    notes += [f"moving clamp: {text}" for text in moving_clamps(case)]
-    notes += [f"load {text}" for text in load_words(case)]
-    notes += [f"moving plane {text}" for text in plane_words(case)]
+    notes += [f"{kind} {text}" for kind, text in condition_words(case) if kind != "open edge"]
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     edges = [("xyz".index(edge.axis), edge.at) for edge in case.edges]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
@@ -135,8 +132,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
 
     si = case.units == "si"
 
-    from hvisph.case.edges import edge_words, load_words, plane_words
-    from hvisph.case.output import moving_clamps
+    from hvisph.case.conditions import condition_words
 
     def number(value: float, unit: str, digits: int = 4) -> str:
         return quantity(value, unit if si else "", digits)
@@ -166,10 +162,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
         weight = ", bodies under their weight" if case.overburden else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
     facts += _rigid(case, taken)
-    facts += [("moving clamp", text) for text in moving_clamps(case)]
-    facts += [("open edge", text) for text in edge_words(case)]
-    facts += [("load", text) for text in load_words(case)]
-    facts += [("moving plane", text) for text in plane_words(case)]
+    facts += condition_words(case)
     if case.start is None:
         kind = regime(case)
         facts.append(("regime", kind.words))

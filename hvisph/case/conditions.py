@@ -1,0 +1,292 @@
+"""Conditions of a run: open edges and loads on faces, gravity and overburden, a start from another run."""
+
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path as Folder
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, create_model
+
+from .bodies import Axis, Position
+from .model import SCALAR_AS_LIST, AnyCase, Path, Problem, Shorthand, StrictModel, expand_switch, is_scalar
+from .output import BoxRegion, Region, SymmetryPlane
+from .units import (
+    MASS,
+    NUMBER,
+    Acceleration,
+    Length,
+    NonNegativeTime,
+    PositiveLength,
+    Pressure,
+    Quantity,
+)
+
+# Formulations with an ambient layer, and with a viscous edge.
+LAYERED, VISCOUS = ("riemann",), ("eulerian", "total_lagrangian", "adaptive")
+
+
+class OpenEdge(StrictModel):
+    """Plane normal to an axis through which waves leave; bodies that reach it go on beyond it."""
+
+    axis: Axis = Field(description="Axis normal to the edge")
+    at: Length = Field(description="Coordinate of the edge on that axis [m], between two rows of particles")
+    keep: Literal["above", "below"] = Field(description="Side that is computed: coordinates above or below `at`")
+
+    @property
+    def sign(self) -> float:
+        """1.0 where the matter lies below the edge, -1.0 above."""
+        return 1.0 if self.keep == "below" else -1.0
+
+
+class PressureLoad(Region):
+    """Pressure over time on a face: the outermost row of a region along a direction."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration in which the face lies")
+    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
+    pressure: tuple[tuple[NonNegativeTime, Pressure], ...] = Field(
+        description="Rows of time [s] and pressure [Pa]: linear between rows, constant beyond them, a jump where two "
+        "rows have one time; its work is `external_work` in the history",
+        min_length=1,
+        max_length=10_000,
+    )
+    normal: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
+        description="Outward normal of the face; the pressure pushes the other way"
+    )
+
+
+def table_problems(times: list[float], path: Path) -> Iterator[Problem]:
+    """Yield the errors of the times of a table."""
+    falls = any(later < earlier for earlier, later in pairwise(times))
+    if falls or any(times[k] == times[k + 2] for k in range(len(times) - 2)):
+        yield Problem(path, "its times must rise; two rows at one time are a jump, three none")
+
+
+def edge_problems(case: AnyCase) -> Iterator[Problem]:
+    """Yield the errors of open edges and pressure loads that the case alone shows."""
+    axes, kind = "xyz"[: case.dim], case.formulation.type
+    for key, given in (("edges", case.edges), ("loads", case.loads)):
+        if not given:
+            continue
+        if kind not in (*LAYERED, *VISCOUS):
+            yield Problem((key,), f"{kind} has none; use riemann, eulerian or total_lagrangian")
+        if case.time.integrator == "predictor_corrector":
+            yield Problem((key,), "need one force a step for their work; use `time.integrator: leapfrog`")
+        if case.start is not None:
+            yield Problem(
+                (key,), "refer to the start of the bodies, which `start` takes from another run; leave it out"
+            )
+    if case.edges and kind in LAYERED and case.kinematics == "plane_stress":
+        yield Problem(("edges",), "contact SPH has no plate impedance in plane stress; use eulerian")
+    for index, edge in enumerate(case.edges):
+        path: Path = ("edges", index)
+        if edge.axis not in axes:
+            yield Problem((*path, "axis"), f"there is no axis {edge.axis} in {case.dim}D; allowed: {', '.join(axes)}")
+            continue
+        across = [plane for plane in case.symmetry if plane.axis == edge.axis]
+        if any(plane.keep == edge.keep or edge.sign * (edge.at - plane.at) <= 0.0 for plane in across):
+            message = "is cut off by the symmetry plane across the same axis; put it on the side that is kept"
+            yield Problem((*path, "at"), message)
+        if case.kinematics == "axisymmetric" and edge.axis == "y" and edge.at <= 0.0:
+            yield Problem((*path, "at"), "is not beside the axis; give the radius of the edge, above 0")
+        twins = [one for one in case.edges[:index] if one.axis == edge.axis]
+        if len(twins) > 1 or any(
+            one.keep == edge.keep or (edge.at - one.at) * (edge.sign - one.sign) <= 0.0 for one in twins
+        ):
+            message = "two edges across an axis keep what lies between them: the lower one `above`, the upper `below`"
+            yield Problem((*path, "keep"), message)
+    for index, plane in enumerate(case.symmetry):
+        if plane.velocity:
+            yield from _moving_plane(case, plane, ("symmetry", index, "velocity"))
+    for index, load in enumerate(case.loads):
+        if load.normal[1] not in axes:
+            yield Problem(("loads", index, "normal"), f"there is no axis {load.normal[1]} in {case.dim}D")
+        yield from table_problems([time for time, _ in load.pressure], ("loads", index, "pressure"))
+
+
+def _moving_plane(case: AnyCase, plane: SymmetryPlane, path: Path) -> Iterator[Problem]:
+    """Yield the errors of a plane of symmetry that moves."""
+    yield from table_problems([time for time, _ in plane.velocity], path)
+    if case.formulation.type not in ("riemann", "eulerian") or getattr(case.formulation, "contact_algorithm", False):
+        yield Problem(path, "only planes of riemann and eulerian move; use one of them, or leave the velocity out")
+    if [one.axis for one in case.symmetry].count(plane.axis) > 1:
+        yield Problem(path, "needs one plane across its axis for its work; leave the other one out")
+    if case.edges or any(body.rigid is not None for body in case.bodies.values()):
+        yield Problem(path, "does not go with open edges or rigid bodies; leave one of them out")
+    if case.time.integrator == "predictor_corrector":
+        yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
+    if case.kinematics == "axisymmetric" and plane.axis != "x":
+        yield Problem(path, "axisymmetric planes move along the axis x alone")
+
+
+Components = Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST, Field(min_length=1, max_length=3)]
+
+
+class UniformGravity(StrictModel):
+    """Uniform field of gravity."""
+
+    type: Literal["uniform"] = "uniform"
+    acceleration: Components = Field(description="Acceleration, one component per dimension [m/s^2]")
+
+    def words(self, number: Callable[[float, str], str]) -> str:
+        """Return the field in words, with quantities by `number`."""
+        return ", ".join(number(value, "m/s^2") for value in self.acceleration)
+
+
+class SphereGravity(StrictModel):
+    """Field of a homogeneous sphere: G M/r^2 outside, proportional to r inside."""
+
+    type: Literal["sphere"] = "sphere"
+    mass: Annotated[float, Quantity(MASS, above=0)] = Field(description="Mass of the sphere [kg], above 0")
+    radius: PositiveLength = Field(description="Radius of the sphere [m], above 0")
+    centre: Position = Field(default=(), description="Centre of the sphere [m]; the origin unless given")
+
+    def words(self, number: Callable[[float, str], str]) -> str:
+        """Return the field in words, with quantities by `number`."""
+        return f"of a sphere of {number(self.mass, 'kg')}, radius {number(self.radius, 'm')}"
+
+
+class Overburden(StrictModel):
+    """Initial stress of bodies under their own weight, from their free face downwards."""
+
+    lateral: Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)] = Field(
+        default=1.0, description="Horizontal over vertical stress, 0 to 1; 1 is a pressure alone"
+    )
+
+
+Gravity = Annotated[
+    Annotated[UniformGravity | SphereGravity, Field(discriminator="type")],
+    Shorthand(
+        lambda value, _: (
+            {"type": "uniform", "acceleration": value} if isinstance(value, list | tuple) or is_scalar(value) else value
+        ),
+        ("array", "number", "string"),
+    ),
+]
+OptionalOverburden = Annotated[Overburden | None, Shorthand(expand_switch, ("boolean",))]
+
+
+def gravity_problems(case: AnyCase) -> Iterator[Problem]:
+    """Yield the errors of gravity and overburden."""
+    gravity, dim = case.gravity, case.dim
+    if gravity is None:
+        if case.overburden is not None:
+            yield Problem(("overburden",), "needs `gravity`")
+        return
+    if case.formulation.type == "projection":
+        yield Problem(("gravity",), "projection has `formulation.body_force` in its place")
+    vector = gravity.acceleration if gravity.type == "uniform" else gravity.centre
+    key = ("gravity", "acceleration" if gravity.type == "uniform" else "centre")
+    if vector and len(vector) != dim:
+        yield Problem(key, f"has {len(vector)} components, needs {dim} in {dim}D")
+    elif case.kinematics == "axisymmetric" and any(vector[1:]):
+        yield Problem(key, "axisymmetric cases have gravity along the axis x alone; set the other component to 0")
+    if case.overburden is None:
+        return
+    if case.formulation.type in ("total_lagrangian", "adaptive"):
+        yield Problem(("overburden",), "a Total Lagrangian reference is free of stress; use riemann or eulerian")
+    elif gravity.type == "uniform" and not case.clamped and not _is_supported(case, vector):
+        yield Problem(
+            ("overburden",), "nothing supports the bodies: give a symmetry plane below them, or clamp their lowest rows"
+        )
+
+
+def _is_supported(case: AnyCase, acceleration: tuple[float, ...]) -> bool:
+    """Return whether a symmetry plane lies across a component of gravity, on the side to which it points."""
+    return any(
+        acceleration["xyz".index(plane.axis)] * (1.0 if plane.keep == "above" else -1.0) < 0.0
+        for plane in case.symmetry
+        if "xyz".index(plane.axis) < len(acceleration)
+    )
+
+
+def _resolve_folder(value: object, info: ValidationInfo) -> object:
+    """Return the path of a folder beside the files of the case, else of the working folder, where there is one."""
+    if isinstance(value, str) and len(value) <= 4096 and "\0" not in value:
+        for folder in (*(info.context or {}).get("folders", ()), "."):
+            if (Folder(folder) / value).is_dir():
+                return str((Folder(folder) / value).resolve())
+    return value
+
+
+class _Start(StrictModel):
+    run: Annotated[str, Shorthand(_resolve_folder, ()), Field(min_length=1, max_length=4096)] = Field(
+        description="Folder of the other run, relative to the case file or to the working folder"
+    )
+    at: NonNegativeTime = Field(
+        description="Time of one of its snapshots [s]; the time of this run goes on from there, to `time.end`"
+    )
+    width: PositiveLength | None = Field(
+        default=None, description="Width along z [m] to which a plane run is extruded; `as: extruded` alone"
+    )
+
+    @property
+    def mapping(self) -> str:
+        """How the state is taken: `same`, `revolved` or `extruded`."""
+        return str(getattr(self, "as"))
+
+    def words(self, number: Callable[[float, str], str]) -> str:
+        """Return the start in words, with quantities by `number`."""
+        extruded = f", extruded along z to {number(self.width or 0.0, 'm')}"
+        how = {"same": "", "revolved": ", revolved about x", "extruded": extruded}[self.mapping]
+        return f"from {self.run} at {number(self.at, 's')}{how}"
+
+
+# `as` is a keyword of Python, so that no class statement can contain it.
+Start: Any = create_model(
+    "Start",
+    __base__=_Start,
+    __doc__="State of another run that this one starts from.",
+    **{
+        "as": (
+            Literal["same", "revolved", "extruded"],
+            Field(
+                default="same",
+                description="`same`: particles as they are, in the same kinematics; `revolved`: those of an "
+                "axisymmetric run become particles about x in 3D; `extruded`: those of a plane strain run become rows "
+                "along z in 3D",
+            ),
+        )
+    },
+)  # type: ignore[call-overload]
+
+
+def start_problems(case: AnyCase) -> Iterator[Problem]:
+    """Yield the errors of a start from another run that the case alone shows."""
+    start = case.start
+    if start is None:
+        return
+    if not case.time.end > start.at:
+        yield Problem(("time", "end"), f"{case.time.end:g} is not after the start, start.at = {start.at:g}")
+    if start.mapping != "same" and case.kinematics != "three_d":
+        yield Problem(("start", "as"), f"{start.mapping} needs kinematics three_d, not {case.kinematics}")
+    if (start.mapping == "extruded") != (start.width is not None):
+        yield Problem(("start", "width"), "`as: extruded` needs it, and nothing else has it")
+    if case.formulation.type == "projection":
+        yield Problem(("start",), "projection does not start from another run; use another formulation")
+    if case.time.step is not None:
+        yield Problem(("time", "step"), "a run with a start has steps by criteria; leave it out")
+    if case.overburden is not None:
+        yield Problem(("overburden",), "the bodies have the stress of the other run; leave it out")
+
+
+def condition_words(case: AnyCase) -> list[tuple[str, str]]:
+    """Return kind and description of the moving clamps, open edges, loads and moving planes of a case."""
+    si = case.units == "si"
+    metre, speed, pressure = (unit if si else "" for unit in (" m", " m/s", " Pa"))
+
+    words = []
+    for number, clamp in enumerate(case.clamped):
+        if clamp.moves:
+            given = ", ".join(f"{one:g}" for one in clamp.velocity) + speed
+            over_time = f"{len(clamp.velocity_table)} velocities over time along {clamp.along}"
+            words.append(("moving clamp", f"clamped.{number}: {over_time if clamp.velocity_table else given}"))
+    words += [("open edge", f"{edge.axis} = {edge.at:g}{metre}, matter {edge.keep} it") for edge in case.edges]
+    for number, load in enumerate(case.loads):
+        peak = max((value for _, value in load.pressure), key=abs)
+        words.append(("load", f"{number}: up to {peak:g}{pressure} on faces {load.normal}"))
+    for plane in case.symmetry:
+        if plane.velocity:
+            steady = f"{plane.velocity[0][1]:g}{speed}"
+            motion = steady if len(plane.velocity) == 1 else f"{len(plane.velocity)} rows over time"
+            words.append(("moving plane", f"{plane.axis} = {plane.at:g}{metre}: {motion}"))
+    return words

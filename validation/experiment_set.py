@@ -1,0 +1,83 @@
+"""Sets of experiments: folders with `set.yaml`, `shots.csv` and `measured.csv`, and their acceptance criteria."""
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from hvisph.case.model import Problem, StrictModel, refuse
+from hvisph.case.sweep import Bound, Settings, Text
+from hvisph.case.units import NonNegativeNumber, PositiveNumber
+from hvisph.casefile.document import read_yaml
+from hvisph.casefile.errors import validated
+from hvisph.casefile.paths import SET, data_folder
+
+Words = Annotated[str, Field(min_length=1, max_length=4000)]
+JudgeName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spall", "fragments"]
+
+
+class Across(StrictModel):
+    """Particles across the characteristic length at full, second and coarse resolution."""
+
+    of: Text = Field(
+        description="Path of the length that they lie across, such as bodies.bar.shape.diameter; a shot with "
+        "another length names that as experiment.across"
+    )
+    full: PositiveNumber = Field(description="In the runs that are judged")
+    second: PositiveNumber = Field(description="In the runs that tell the error of the first")
+    coarse: PositiveNumber = Field(description="In the runs that only show that all works: seconds")
+
+
+class Asked(StrictModel):
+    """Acceptance criteria of a quantity over all evaluated experiments."""
+
+    mean: NonNegativeNumber | None = Field(default=None, description="Largest mean of the differences, as a share")
+    worst: NonNegativeNumber | None = Field(default=None, description="Largest difference of a shot, as a share")
+    within: NonNegativeNumber | None = Field(default=None, description="Largest difference of a shot, in its unit")
+    between: tuple[float, float] | None = Field(default=None, description="Where every value must lie, in its unit")
+    right: NonNegativeNumber | None = Field(default=None, description="Least share of shots on the right side")
+    wrong_within: NonNegativeNumber | None = Field(
+        default=None, description="How far from the limit curve in diameter a shot on the wrong side may be, as a share"
+    )
+
+
+class Limit(StrictModel):
+    """Limit value of a setting, found by bisection."""
+
+    set: Settings = Field(default={}, description="Settings of this shot, by path")
+    path: Text = Field(default="bodies.projectile.velocity.0", description="The setting that is varied")
+    bracket: tuple[Bound, Bound] = Field(description="A value below the limit and one above it")
+    tolerance: Bound = Field(description="Width of the bracket at which to stop")
+
+
+class ExperimentSet(StrictModel):
+    """Experiments of one kind, computed with one formulation at one resolution."""
+
+    title: Text = Field(description="What it is, for a heading")
+    shows: Words = Field(description="What it tells of a code")
+    set_up: Words = Field(description="Formulation, materials and resolution, and why: chosen before any comparison")
+    stands_in: str = Field(default="", max_length=4000, description="What stands for a material whose numbers lack")
+    found: str = Field(default="", max_length=4000, description="What agrees, what does not and why")
+    why: dict[Text, Words] = Field(default={}, description="By quantity: in a sentence, why it misses what is asked")
+    remarks: dict[Text, Text] = Field(default={}, description="By group of shots: why one is beyond the worst asked")
+    judge: JudgeName = Field(description="What draws the measured quantities from the runs")
+    across: Across = Field(description="Particles across")
+    asked: dict[Text, Asked] = Field(default={}, description="By quantity; those not named are shown, not judged")
+    limits: dict[Text, Limit] = Field(default={}, description="Shots whose limit is looked for, in place of shots.csv")
+
+    @model_validator(mode="after")
+    def _bisections(self) -> Self:
+        if (self.judge == "limit") != bool(self.limits):
+            refuse([Problem(("limits",), "belong to the judge `limit`, and to no other")])
+        return self
+
+
+def bundled_sets() -> dict[str, Path]:
+    """Return the folders of the bundled sets of experiments by name."""
+    return {path.parent.name: path.parent for path in sorted((data_folder("cases") / "validation").glob(f"*/{SET}"))}
+
+
+def load_set(folder: Path) -> ExperimentSet:
+    """Load a set of experiments; raises `CaseError` for invalid input."""
+    document = read_yaml(folder / SET)
+    return validated(ExperimentSet, document.value, document.places)
