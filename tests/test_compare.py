@@ -10,13 +10,13 @@ from measure_bodies import MM, box, impact_end, snapshot
 from typer.testing import CliRunner
 
 from hvisph.cli.main import app
-from hvisph.cli.text.comparison_table import comparison_tables
+from hvisph.cli.text.results_table import comparison_tables
 from hvisph.core.errors import CaseError
 from hvisph.measures.compare import Row, shown_measures
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.reader import list_snapshots
 from hvisph.postprocessing.comparison import entries, is_run
-from hvisph.postprocessing.snapshot_selection import draw_last_states
+from hvisph.postprocessing.run_data import draw_last_states
 from hvisph.visualization.particles import Look, Moment, draw
 
 BASE = """

@@ -18,7 +18,7 @@ from hvisph.materials.eos import Grid, MieGrueneisen, Table, Tillotson
 from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import Porosity
 from hvisph.measures.measure import measure, measure_snapshot
-from hvisph.measures.phases import phase_fractions
+from hvisph.measures.pressure import phase_fractions
 from hvisph.setup.materials import material_of
 from hvisph.simulation.run import run
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hvisph.geometry.filling import fill
-from hvisph.geometry.graded_spacing import Grading, fill_graded
+from hvisph.geometry.lattices import Grading, fill_graded
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.placement import rotate, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section

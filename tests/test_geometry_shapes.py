@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import allowed_arrangements, fill, refuse_sparse
-from hvisph.geometry.graded_spacing import Grading, fill_graded
+from hvisph.geometry.lattices import Grading, fill_graded
 from hvisph.geometry.section import Mirror, cut, fill_section
 from hvisph.geometry.shapes import (
     Annulus,

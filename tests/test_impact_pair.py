@@ -5,8 +5,7 @@ import pytest
 from small_runs import METAL
 
 from hvisph.casefile.loader import load_case
-from hvisph.precheck.hugoniot_check import plane_shock
-from hvisph.precheck.impact_pair import impact_pair
+from hvisph.precheck.impact_pair import impact_pair, plane_shock
 from hvisph.precheck.regime import regime
 
 COPPER = "copper-ofhc"

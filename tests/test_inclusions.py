@@ -6,7 +6,7 @@ from small_runs import assert_same_results, final
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.geometry.inclusions import ball_volume, deal_spheres, draw_diameters, owner_of
+from hvisph.geometry.placement import ball_volume, deal_spheres, draw_diameters, owner_of
 from hvisph.geometry.shapes import Sphere
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.build import build

@@ -14,7 +14,7 @@ from hvisph.materials.melting import Lindemann
 from hvisph.materials.validity_limits import range_of
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.output.snapshot import Snapshot
-from hvisph.precheck.hugoniot_check import compare_peak_pressure
+from hvisph.precheck.impact_pair import compare_peak_pressure
 from hvisph.setup.materials import material_of
 from hvisph.simulation.run import run, set_threads
 

@@ -26,7 +26,7 @@ from hvisph.materials.eos import (
 )
 from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import Porosity
-from hvisph.output.eos_table import read_eos_table
+from hvisph.output.hdf5 import read_eos_table
 from hvisph.postprocessing.material_sheet import compare_hugoniot, worst_bin
 from hvisph.setup.materials import material_of
 
@@ -461,7 +461,7 @@ def test_names_that_are_none_are_answered_with_their_kin(name, said):
 
 
 def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
-    from hvisph.precheck.hugoniot_check import hugoniot_warnings
+    from hvisph.precheck.impact_pair import hugoniot_warnings
 
     def said(material, speed):
         settings = [f"bodies.projectile.material={material}", f"bodies.target.material={material}"]

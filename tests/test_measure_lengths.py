@@ -7,7 +7,7 @@ import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
 from hvisph.core.errors import OutputError
-from hvisph.geometry.graded_spacing import Grading, fill_graded
+from hvisph.geometry.lattices import Grading, fill_graded
 from hvisph.geometry.shapes import Box
 from hvisph.measures.frame.measurement_frame import Scene, reference
 from hvisph.measures.projectile.lengths import length_of

@@ -7,7 +7,7 @@ import pytest
 from small_runs import METAL, row_of
 
 from hvisph.core.errors import OutputError
-from hvisph.core.lazy_arrays import Derived, transform_arrays
+from hvisph.core.fields import Derived, transform_arrays
 from hvisph.core.particles import reorder
 from hvisph.measures.measure import measure
 from hvisph.output import hdf5

@@ -10,7 +10,7 @@ from pathlib import Path
 from hvisph import __version__
 from hvisph.measures.compare import Row, row
 from hvisph.postprocessing.comparison import complete, entries, is_run
-from hvisph.postprocessing.snapshot_selection import draw_last_states
+from hvisph.postprocessing.run_data import draw_last_states
 from hvisph.verification.runner import checkout_module
 
 checkout_module("problems")  # the folder `validation`

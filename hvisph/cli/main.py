@@ -13,7 +13,7 @@ from hvisph.casefile.spellings import spellings
 from hvisph.cli.text.formatting import say
 from hvisph.core.errors import suggest_nearest
 
-from .commands import check, compare, doctor, help, library, measure, pictures, references, run, sweep, verify
+from .commands import check, compare, doctor, library, measure, pictures, references, run, sweep, verify
 from .guard import guard_errors
 
 # What people try, and what it is called here.
@@ -89,7 +89,7 @@ for command in (
     library.cases,
     library.materials,
     references.point,
-    help.help,
+    library.help,
     sweep.sweep,
     sweep.fit,
     sweep.converge,

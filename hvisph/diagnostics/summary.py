@@ -23,7 +23,7 @@ from hvisph.measures.measure import angular_velocity, measure_in_time, undefined
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.precheck.correlation_input import correlations_of
-from hvisph.precheck.hugoniot_check import compare_peak_pressure
+from hvisph.precheck.impact_pair import compare_peak_pressure
 from hvisph.setup.materials import material_of
 
 from .warnings import Holds, remarks

@@ -1,22 +1,123 @@
-"""Placement of bodies: rotated about their centres, then in a row along x, in contact or at a gap.
-
-A body's faces along x lie dx / 2 outside its outermost particles, those of a graded one where its layers end, so that
-two touching bodies have their particles dx apart. The row's second body has its first face at x = 0, the struck face,
-whatever the gap before it; a body alone in the row has its own first face there.
-"""
+"""Placement of bodies in a row or at given places, their contact points, and random spheres within a body."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.lattices import Filling
+from hvisph.geometry.shapes import Annulus, Cylinder, Disc, HollowSphere, Nosed, Placed, Ring, Shape, Sphere, Tube
 
-from .contact_point import Solid, touch
-from .shapes import Annulus, Cylinder, Disc, HollowSphere, Nosed, Ring, Shape, Sphere, Tube
+TRACES = 300
+ROUNDS, POINTS = 30, 48
+SHRINK = 0.7  # of the neighbourhood, from round to round
+MOST_SEEDS = 20_000
+NEAREST = 0.9  # [mean spacings] of particles of touching bodies
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Surface and particles of a body in the same coordinates."""
+
+    shape: Shape  # its surface
+    positions: np.ndarray  # particle centres in the same coordinates, (n, dim) [m]
+    spacing: float  # their spacing [m]
+
+
+def touch(first: Solid, second: Solid) -> tuple[float, float] | None:
+    """Return where two bodies touch that approach each other along x, `first` from the left.
+
+    `first`, `second`: the bodies, each about its own origin.
+
+    Returns x of the point of contact about either origin [m]; None where they pass each other.
+    """
+    start = max(float(first.positions[:, 0].max()), float(first.shape.bounds()[1][0])) - min(
+        float(second.positions[:, 0].min()), float(second.shape.bounds()[0][0])
+    )
+    start += (first.spacing + second.spacing) / 2
+    move = np.zeros(first.shape.dim)
+    move[0] = -start
+    moved = Solid(Placed(first.shape, move), first.positions + move, first.spacing)
+    far, x = min(_shortest(moved, second, 1.0), _shortest(second, moved, -1.0))
+    if not np.isfinite(far):
+        return None
+    return x + start - min(far, _between_particles(moved, second)), x
+
+
+def _shortest(origin: Solid, aim: Solid, sign: float) -> tuple[float, float]:
+    """Return the shortest ray from the surface of `origin` to that of `aim`, and the x of its end on the right."""
+    skin = origin.positions[origin.shape.distance(origin.positions) > -1.5 * origin.spacing]
+    seeds = on_surface(origin.shape, skin[:: max(1, len(skin) // MOST_SEEDS)])
+    if len(seeds) == 0:
+        return np.inf, 0.0
+    lengths = _trace(aim.shape, seeds, sign)
+    best, length = seeds[np.argmin(lengths)], float(lengths.min())
+    if not np.isfinite(length):
+        return np.inf, 0.0
+    random, reach = np.random.default_rng(0), 2 * origin.spacing
+    for _ in range(ROUNDS):
+        points = on_surface(origin.shape, best + reach * random.uniform(-1, 1, (POINTS, len(best))))
+        if len(points):
+            lengths = _trace(aim.shape, points, sign)
+            if lengths.min() < length:
+                best, length = points[np.argmin(lengths)], float(lengths.min())
+        reach *= SHRINK
+    return length, float(best[0]) + (length if sign > 0 else 0.0)
+
+
+def _trace(shape: Shape, points: np.ndarray, sign: float) -> np.ndarray:
+    """Return how far each of `points` is from `shape` along x, infinite where it passes by."""
+    low, high = shape.bounds()
+    scale = max(shape.extent())
+    end = np.abs((high if sign > 0 else low)[0] - points[:, 0]) + scale
+    length = np.zeros(len(points))
+    running = np.arange(len(points))
+    for _ in range(TRACES):
+        at = points[running].copy()
+        at[:, 0] += sign * length[running]
+        d = shape.distance(at)
+        running, d = running[d > 1e-9 * scale], d[d > 1e-9 * scale]
+        length[running] += d
+        running = running[length[running] <= end[running]]
+        if len(running) == 0:
+            break
+    at = points.copy()
+    at[:, 0] += sign * length
+    return np.where(shape.distance(at) < 1e-5 * scale, length, np.inf)
+
+
+def _between_particles(first: Solid, second: Solid) -> float:
+    """Return how far the particles of `first` may move until two are `NEAREST` each other."""
+    from scipy.spatial import cKDTree
+
+    reach = NEAREST * (first.spacing + second.spacing) / 2
+    skins = [solid.positions[solid.shape.distance(solid.positions) > -1.5 * solid.spacing] for solid in (first, second)]
+    if len(skins[0]) == 0 or len(skins[1]) == 0:
+        return np.inf
+    trees = [cKDTree(skin[:, 1:]) for skin in skins]
+    pairs = trees[0].query_ball_tree(trees[1], reach)
+    one = np.repeat(np.arange(len(pairs)), [len(p) for p in pairs])
+    if len(one) == 0:
+        return np.inf
+    other = np.concatenate([np.asarray(p, dtype=int) for p in pairs])
+    apart = skins[1][other] - skins[0][one]
+    beside = np.minimum((apart[:, 1:] ** 2).sum(axis=1), reach**2)
+    return float((apart[:, 0] - np.sqrt(reach**2 - beside)).min())
+
+
+def on_surface(shape: Shape, points: np.ndarray) -> np.ndarray:
+    """Return `points` (n, dim) moved to the surface; those that do not reach it are left out."""
+    scale = max(shape.extent())
+    points = points.copy()
+    for _ in range(8):
+        d = shape.distance(points)
+        points -= d[:, None] * shape.outward(points, 1e-7 * scale)
+    return points[np.abs(shape.distance(points)) < 1e-6 * scale]
+
 
 ALL_ROUND = (Disc, Annulus, Sphere, HollowSphere)
 ROUND = (Cylinder, Tube, Nosed, Ring)  # about their `axis`
@@ -139,3 +240,71 @@ def _faces(filling: Filling, surface: Shape | None) -> tuple[float, float]:
         return float(low[0]), float(high[0])
     x = filling.positions[:, 0]
     return float(x.min()) - filling.finest / 2, float(x.max()) + filling.finest / 2
+
+
+TRIES = 4000  # places that are drawn for a sphere before it is said not to fit
+AT_ONCE = 200
+
+
+def draw_diameters(
+    limits: tuple[float, float], exponent: float, dim: int, wanted: float, generator: np.random.Generator
+) -> np.ndarray:
+    """Return diameters [m], falling, whose spheres (discs in 2D) have at most the volume `wanted` [m^dim]."""
+    low, high = limits
+    found: list[float] = []
+    filled = 0.0
+    while True:
+        u = generator.random()
+        d = low * (1.0 - u * (1.0 - (high / low) ** exponent)) ** (1.0 / exponent) if exponent else high
+        volume = ball_volume(d, dim)
+        if filled + volume > wanted:
+            return np.sort(np.array(found))[::-1]
+        filled += volume
+        found.append(d)
+
+
+def ball_volume(diameter: float, dim: int) -> float:
+    """Return the volume of a sphere, or the area of a disc [m^dim]."""
+    return float(np.pi * diameter**dim / (6.0 if dim == 3 else 4.0))
+
+
+def deal_spheres(
+    shape: Shape, limits: tuple[float, float], exponent: float, share: float, seed: int, name: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return centres (k, dim) and diameters (k,) [m] of spheres inside a shape, in its own coordinates.
+
+    Raises `CaseError` where none fits the volume, or there is no free place for one.
+    """
+    words = np.frombuffer(sha256(name.encode()).digest()[:16], np.uint32)
+    generator = np.random.Generator(np.random.PCG64([seed, *map(int, words)]))
+    diameters = draw_diameters(limits, exponent, shape.dim, share * shape.volume, generator)
+    if not len(diameters):
+        raise CaseError(
+            f"a volume of {share:g} holds no sphere of the diameters drawn; give a larger volume or smaller diameters"
+        )
+    low, high = shape.bounds()
+    centres = np.zeros((0, shape.dim))
+    for number, d in enumerate(diameters):
+        for _ in range(TRIES // AT_ONCE):
+            places = low + generator.random((AT_ONCE, shape.dim)) * (high - low)
+            free = shape.distance(places) <= -0.5 * d
+            apart = np.sqrt(((places[:, None] - centres[None]) ** 2).sum(axis=2))
+            free &= (apart >= 0.5 * (d + diameters[:number])).all(axis=1)
+            if free.any():
+                centres = np.vstack([centres, places[np.argmax(free)]])
+                break
+        else:
+            filled = sum(ball_volume(one, shape.dim) for one in diameters[:number]) / shape.volume
+            raise CaseError(
+                f"there is no free place for a sphere of {d:.3g} after {number} of {len(diameters)}, which "
+                f"fill {filled:.3g}; give a smaller volume or smaller diameters"
+            )
+    return centres, diameters
+
+
+def owner_of(positions: np.ndarray, centres: np.ndarray, diameters: np.ndarray) -> np.ndarray:
+    """Return which sphere holds each point (n,); -1 for none."""
+    owner = np.full(len(positions), -1)
+    for number, (centre, d) in enumerate(zip(centres, diameters, strict=True)):
+        owner[((positions - centre) ** 2).sum(axis=1) < 0.25 * d * d] = number
+    return owner

@@ -18,8 +18,7 @@ import numpy as np
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import fill
-from hvisph.geometry.graded_spacing import Grading, fill_graded
-from hvisph.geometry.lattices import Filling
+from hvisph.geometry.lattices import Filling, Grading, fill_graded
 from hvisph.geometry.shapes import Cylinder, Ring, Shape, Tube
 from hvisph.geometry.shapes.combinations import Measured
 

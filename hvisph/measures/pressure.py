@@ -1,8 +1,13 @@
-"""Pressures, free-surface velocities and temperatures: peaks, pull-back, plateau of a plate impact, mean values.
+"""Pressures, free-surface velocities, temperatures and phases: peaks, pull-back, plateau of a plate impact, means.
 
 A run records at every step `centre_pressure`, the mean pressure of the projectile's particles that were initially
 within 0.3 mm of its centre, and `axis_pressure_min`, the lowest pressure of those within dx of the shot line. Peaks are
 the largest and smallest samples.
+
+Melt and vapour are those at 1 bar after an isentropic release, by the entropy S of the particles (`exact.entropy`) and
+the five `entropies` of each material in the metadata:
+
+    melt      (S - S_im)/(S_cm - S_im)  in [0, 1]        vapour    (S - S_iv)/(S_cv - S_iv)  in [0, 1]
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,8 +18,7 @@ import numpy as np
 
 from hvisph.core.text import PlainMapping
 from hvisph.measures.frame.measurement_frame import Scene
-
-from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, weighted_quantile
+from hvisph.measures.result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, weighted_quantile
 
 CENTRE_RADIUS = 0.3e-3  # [m]
 CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"
@@ -238,4 +242,43 @@ def temperatures(scene: Scene) -> Outcomes:
         "projectile_temperature": value(scene.is_projectile),
         "target_temperature": value(layers),
         "temperature_max": value(scene.is_projectile | layers, maximum=True),
+    }
+
+
+def phase_fractions(entropy: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mass fractions of melt and of vapour, (n,) each.
+
+    `entropy`: specific entropy, (n,) [J/(kg K)].
+    `levels`: at rest, and of incipient and complete melting and vaporisation at 1 bar, (n, 5) [J/(kg K)].
+    """
+    _, solid, liquid, boiling, gas = levels.T
+    melt = np.clip((entropy - solid) / (liquid - solid), 0.0, 1.0)
+    return melt, np.clip((entropy - boiling) / (gas - boiling), 0.0, 1.0)
+
+
+@measures("run", "melt", "vapour", needs=("motion",))
+def phases(scene: Scene) -> Outcomes:
+    """Return the masses of melt and vapour of projectile and layers [kg]."""
+    known = scene.now.metadata.get("entropies")
+    if not known or "entropy" not in scene.now.fields:
+        raise UndefinedMeasureError("no material has `melting: {entropies: ...}`")
+    levels = np.array([[np.nan] * 5 if one is None else one for one in known])[scene.now.material]
+    fractions = phase_fractions(scene.now.fields["entropy"], levels)
+    layers = np.isin(scene.now.body, scene.layers)
+    bodies = {"all": scene.is_projectile | layers, "projectile": scene.is_projectile, "target": layers}
+
+    def mass(rows: np.ndarray, fraction: np.ndarray) -> Outcome:
+        own = rows & np.isfinite(fraction)
+        if not own.any():
+            return (
+                "its material has no `melting: {entropies: ...}`, or is in a late stage"
+                if rows.any()
+                else "there is no layer"
+            )
+        note = "" if own.sum() == rows.sum() else "materials without entropies, or in a late stage, are left out"
+        return Result(float((scene.now.fields["mass"][own] * fraction[own]).sum()), note=note)
+
+    return {
+        name: {body: mass(rows, fraction) for body, rows in bodies.items()}
+        for name, fraction in zip(("melt", "vapour"), fractions, strict=True)
     }

@@ -15,7 +15,7 @@ import numpy as np
 
 from hvisph import __version__
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.lazy_arrays import Derived
+from hvisph.core.fields import Derived
 from hvisph.core.text import Plain, PlainMapping
 
 from . import file_names

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH
-from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH, transform_arrays
 from hvisph.core.text import Plain, sanitize
 
 from .snapshot import Snapshot

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.fields import transform_arrays
 from hvisph.core.text import Plain
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.fields import transform_arrays
 from hvisph.output.snapshot import Snapshot
 
 from .world import SingleProcess

@@ -188,8 +188,7 @@ def _too_narrow(facts: Facts) -> Iterator[Values]:
 def _molten(facts: Facts) -> Iterator[Values]:
     """Bodies whose first shock leaves them molten, with an equation of state that has no liquid and no vapour."""
     from hvisph.casefile.material_library import library_of
-
-    from .hugoniot_check import plane_shock
+    from hvisph.precheck.impact_pair import plane_shock
 
     pair, shock = facts.impact_pair, plane_shock(facts.case)[0]
     if pair is None or shock is None:

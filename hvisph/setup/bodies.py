@@ -13,13 +13,11 @@ from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import fill, refuse_sparse
-from hvisph.geometry.graded_spacing import Grading, fill_graded
-from hvisph.geometry.inclusions import ball_volume, deal_spheres, owner_of
-from hvisph.geometry.lattices import Filling
+from hvisph.geometry.lattices import Filling, Grading, fill_graded
 from hvisph.geometry.open_edge import Edge, cut_open
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles
-from hvisph.geometry.placement import needed_turn, rotate, rotation_matrix, row
+from hvisph.geometry.placement import ball_volume, deal_spheres, needed_turn, owner_of, rotate, rotation_matrix, row
 from hvisph.geometry.section import Mirror, Section, crosses, cut, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 

@@ -16,7 +16,7 @@ from hvisph.materials.material_table import Material
 from hvisph.materials.melting import Lindemann, Simon
 from hvisph.materials.porosity import Porosity
 from hvisph.materials.slots import KEEPS_STRESS
-from hvisph.output.eos_table import SUFFIXES, read_eos_table
+from hvisph.output.hdf5 import SUFFIXES, read_eos_table
 
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body

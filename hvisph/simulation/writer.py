@@ -12,8 +12,7 @@ import numpy as np
 from hvisph import __version__
 from hvisph.case.output import ALWAYS, Output, OutputRegion
 from hvisph.core.errors import OutputError
-from hvisph.core.fields import OF_STATE
-from hvisph.core.lazy_arrays import Derived, transform_arrays
+from hvisph.core.fields import OF_STATE, Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import MigratingRows, Peaks

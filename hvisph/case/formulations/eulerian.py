@@ -7,9 +7,15 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from hvisph.case.formulations.options import (
+    Contact,
+    FrictionalContact,
+    PenaltyContact,
+    frictional_problems,
+    separate_bodies_problems,
+)
 from hvisph.case.model import AnyCase, Problem, refuse
 
-from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, separate_bodies_problems
 from .options import (
     NO_CONVERSION,
     ArtificialStress,

@@ -7,11 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from hvisph.case.formulations.options import (
+    Contact,
+    FrictionalContact,
+    PenaltyContact,
+    frictional_problems,
+    unavailable,
+)
 from hvisph.case.model import AnyCase, Problem, refuse
 from hvisph.case.units import NUMBER, Quantity
 from hvisph.core.text import Plain
 
-from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, unavailable
 from .options import NO_CONVERSION, Kernel, KernelOptions
 
 if TYPE_CHECKING:

@@ -5,11 +5,11 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from hvisph.case.formulations.options import Contact, FrictionalContact, PenaltyContact, separate_bodies_problems
 from hvisph.case.model import AnyCase, Problem, StrictModel
 from hvisph.case.output import EulerianRegion, region_problems
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 
-from .contact import Contact, FrictionalContact, PenaltyContact, separate_bodies_problems
 from .options import (
     NO_CONVERSION,
     ArtificialStress,

@@ -86,7 +86,7 @@ def check(
     warnings += sparse({body.name: body.across for body in taken.bodies}, loaded.resolution)
     for warning in warnings:
         say(f"warning: {_tested(warning, case, settings or [], resolution)}", err=True)
-    from hvisph.precheck.hugoniot_check import plane_shock
+    from hvisph.precheck.impact_pair import plane_shock
 
     shock, reason = plane_shock(loaded)
     if as_json:

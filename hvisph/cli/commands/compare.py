@@ -12,8 +12,8 @@ import typer
 
 from hvisph.cli.guard import FAILED, case_of_run, noted_interrupts, refuse_format
 from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption, argument, option
-from hvisph.cli.text.comparison_table import comparison_tables, gauge_table
 from hvisph.cli.text.formatting import echo_json, say, show
+from hvisph.cli.text.results_table import comparison_tables, gauge_table
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.text import Plain
 
@@ -69,7 +69,7 @@ def compare(
 
     rows = [row(entry.name, entry.folder) for entry in chosen]
     if picture is not None:
-        from hvisph.postprocessing.snapshot_selection import draw_last_states
+        from hvisph.postprocessing.run_data import draw_last_states
 
         draw_last_states({entry.name: entry.folder for entry in chosen}, picture, field or "pressure")
     overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in chosen}, gauges)

@@ -42,7 +42,7 @@ def plot(
     quiet: QuietOption = False,
 ) -> None:
     """Draw all particles at one or several times, of one or several runs, in one picture."""
-    from hvisph.postprocessing.snapshot_selection import shown_moments
+    from hvisph.postprocessing.run_data import shown_moments
     from hvisph.visualization.particles import view_picture
 
     names = bodies.split(",") if bodies else None
@@ -74,7 +74,7 @@ def animate(
 
         path = report([run], out)
     else:
-        from hvisph.postprocessing.snapshot_selection import shown_moments
+        from hvisph.postprocessing.run_data import shown_moments
         from hvisph.visualization.particles import animate as draw
 
         moments = shown_moments(Path(run), "all", False, bodies.split(",") if bodies else None)

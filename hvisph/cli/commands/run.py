@@ -150,7 +150,7 @@ def sparkline(values: Sequence[float]) -> str:
 
 
 def _draw(folder: Path, picture: Path) -> None:
-    from hvisph.postprocessing.snapshot_selection import shown_moments
+    from hvisph.postprocessing.run_data import shown_moments
     from hvisph.visualization.particles import Look, usual_view, view_picture
 
     moments = shown_moments(folder, None, False)

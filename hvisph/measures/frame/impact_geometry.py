@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.fields import transform_arrays
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.debris.groups import ALIKE
 from hvisph.measures.frame.target_geometry import with_openings

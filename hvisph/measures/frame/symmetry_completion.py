@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hvisph.core.lazy_arrays import transform_arrays
+from hvisph.core.fields import transform_arrays
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.snapshot import Snapshot
 
