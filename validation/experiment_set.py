@@ -9,7 +9,7 @@ from hvisph.case.model import Problem, StrictModel, refuse
 from hvisph.case.sweep import Bound, Settings, Text
 from hvisph.case.units import NonNegativeNumber, PositiveNumber
 from hvisph.casefile.document import read_yaml
-from hvisph.casefile.errors import validated
+from hvisph.casefile.errors import validate_values
 from hvisph.casefile.paths import SET, data_folder
 
 Words = Annotated[str, Field(min_length=1, max_length=4000)]
@@ -80,4 +80,4 @@ def bundled_sets() -> dict[str, Path]:
 def load_set(folder: Path) -> ExperimentSet:
     """Load a set of experiments; raises `CaseError` for invalid input."""
     document = read_yaml(folder / SET)
-    return validated(ExperimentSet, document.value, document.places)
+    return validate_values(ExperimentSet, document.value, document.places)

@@ -60,7 +60,7 @@ def translate(
     return list(errors.values())
 
 
-def validated(model: type[M], value: object, places: Mapping[Path, Place], context: Any = None) -> M:
+def validate_values(model: type[M], value: object, places: Mapping[Path, Place], context: Any = None) -> M:
     """Validate plain data against a model; raises all errors, each with its file and line."""
     try:
         return model.model_validate(value, context=context)

@@ -12,7 +12,7 @@ from hvisph.case.case import Case
 from hvisph.case.model import Path as Keys
 from hvisph.case.sweep import Sweep
 from hvisph.casefile.document import Document, Place, dump, plain_document, read_yaml
-from hvisph.casefile.errors import locate_error, validated
+from hvisph.casefile.errors import locate_error, validate_values
 from hvisph.casefile.material_library import Library, library, library_of, load_material, material_names
 from hvisph.casefile.overrides import merge, overridden, with_bases
 from hvisph.casefile.paths import bundled_cases
@@ -62,7 +62,7 @@ def validate(document: Document) -> Case:
     document = with_bases(document, known.values)
     folders = dict.fromkeys(str(Path(place.file).parent) for place in document.places.values() if place.file)
     context = {"units": units, "library": known.load, "folders": tuple(folders)}
-    return validated(Case, document.value, document.places, context)
+    return validate_values(Case, document.value, document.places, context)
 
 
 def materials_of(document: Document) -> Library:
@@ -198,7 +198,7 @@ def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[S
         document, folder = plain_document(source), Path()
     else:
         document, folder = read_yaml(Path(source)), Path(source).parent
-    sweep = validated(Sweep, document.value, document.places)
+    sweep = validate_values(Sweep, document.value, document.places)
     near = folder / sweep.case
     try:
         base = case_document(near if near.is_file() else sweep.case)

@@ -22,7 +22,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain
 
 from .document import Document, read_yaml
-from .errors import validated
+from .errors import validate_values
 from .overrides import override_material
 
 _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
@@ -165,7 +165,7 @@ class Library:
         """Return aliases, sources and points of the material `name`, its proper name."""
         document = self._document(name)
         given = {key: value for key, value in document.value.items() if key in Notes.model_fields}
-        return validated(Notes, given, document.places)
+        return validate_values(Notes, given, document.places)
 
     def values(self, name: str) -> Plain:
         """Return the material called `name` as plain values, those of its base included."""
@@ -187,7 +187,7 @@ class Library:
     def load(self, name: str) -> Material:
         """Return the material called `name`. Raises `CaseError` if there is none of that name, or it is no material."""
         name = self.name_of(name)
-        return validated(Material, self.values(name), self._document(name).places)
+        return validate_values(Material, self.values(name), self._document(name).places)
 
 
 def _letters(name: str) -> str:
