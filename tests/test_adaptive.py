@@ -296,7 +296,7 @@ def test_what_fails_after_it_turned_lets_its_neighbours_go(fallback_damage, turn
     everyone = np.ones(5, bool)
 
     def turns():
-        found = conversion.turning(lagrangian, everyone, everyone, np.ones(5), np.zeros(5), damage, Line())
+        found = conversion.find_converting(lagrangian, everyone, everyone, np.ones(5), np.zeros(5), damage, Line())
         return np.flatnonzero(found).tolist()
 
     assert turns() == turned

@@ -57,7 +57,7 @@ def test_a_sound_case_needs_no_advice():
 def test_what_is_outside_the_verification_is_named(case, key):
     (text,) = advice(case)
     assert key in text
-    assert "take" in text or "give" in text
+    assert any(word in text for word in ("use", "give"))
 
 
 def test_peaks_that_lattice_and_rim_make_are_named():
@@ -93,7 +93,7 @@ def test_the_elastic_variant_is_recommended_below_the_elastic_limit_alone():
     assert line == "formulation.variant=elastic"
     assert advice(load_case(case, [line])) == []
     (text,) = advice(row_of([METAL, METAL], speed=600.0, formulation={"type": "riemann", "variant": "elastic"}))
-    assert "take 'corrected'" in text
+    assert "use 'corrected'" in text
     with pytest.raises(CaseError, match="three-dimensional cases"):
         load_case(
             document_of([METAL], kinematics="axisymmetric", formulation={"type": "riemann", "variant": "elastic"})
@@ -149,7 +149,7 @@ def test_a_bar_against_a_wall_meets_its_image():
 
 def test_the_foot_of_a_bar_in_3d_needs_a_wide_kernel():
     (text,) = advice(load_case("shapes/taylor_bar"))
-    assert text.startswith("formulation.h_over_dx: in a foot")
+    assert text.startswith("formulation.h_over_dx: in 3D the particles of a foot")
     assert advice(load_case("shapes/taylor_bar", ["formulation.h_over_dx=1.5"])) == []
     assert not any("h_over_dx" in text for text in advice(load_case("shapes/taylor_bar", ["kinematics=axisymmetric"])))
     assert advice(load_case("shapes/taylor_bar", ["bodies.bar.velocity.0=-20 m/s"])) == []
@@ -183,12 +183,12 @@ def test_a_shape_that_knows_its_size_only_where_it_stands_has_no_experience():
 
 def test_coarse_runs_are_told_that_the_figures_are_of_finer_ones():
     coarse = load_case("validation/taylor/case", ["resolution=1mm"])
-    assert "here are 7.6, too few" in experience(coarse, regime(coarse))
+    assert "this case has 7.6, too few" in experience(coarse, regime(coarse))
     assert experience(row_of([METAL, METAL], speed=3100.0), regime(row_of([METAL, METAL], speed=3100.0))) == ""
 
 
 def test_punching_is_named_for_the_default_only():
-    def named(speed, word="punches", plate="aluminium-6061-t6", **further):
+    def named(speed, word="blunt projectile at this speed", plate="aluminium-6061-t6", **further):
         texts = advice(row_of(["steel-4340", plate], speed=speed, **further))
         return any(word in text for text in texts)
 

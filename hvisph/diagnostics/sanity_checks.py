@@ -153,9 +153,8 @@ class SanityChecks:
             return ""
         self._warned = True
         return (
-            f"warning: the internal energy of the whole fell below zero at t = {time:.6g} s, by "
-            f"{100.0 * missing:.2g} % of the energy at the start: the scheme takes more out of particles than "
-            "they hold; what follows is not to be trusted"
+            f"warning: the total internal energy became negative at t = {time:.6g} s, by "
+            f"{100.0 * missing:.2g} % of the initial energy: later results are not reliable"
         )
 
     def _missing_energy(self) -> float:

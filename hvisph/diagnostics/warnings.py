@@ -88,36 +88,36 @@ def _messages(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
         most = "" if seen.at == seen.first else f", first at {format_moment(seen.first)}"
         yield (
             f"{format_share(seen.share)} of its mass has left the range of its material at {format_moment(seen.at)}"
-            f"{most} ({limits.words}): what it does from there on is no statement of the model"
+            f"{most} ({limits.words}): later results extrapolate its models"
         )
     if limits.tension is not None and seen.torn > LEFT:
         unit, factor = ("", 1.0) if plain else axis_unit("mm", seen.place)
         place = ", ".join(f"{factor * value:.3g}" for value in seen.place)
         yield (
-            f"its material bears tension of up to {format_stress(seen.tension)}, which none of its models limits, at "
+            f"tension of up to {format_stress(seen.tension)}, which none of its models limits, at "
             f"({place}){unit and f' {unit}'} and {format_moment(seen.time)} (of the snapshots); such a material "
             f"spalls below {format_stress(limits.tension)}"
         )
 
 
 REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.axisymmetric)
-# Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.
+# Distance over size below which nearest neighbours are clumped, and share of such particles that causes a warning.
 CLUMPED, CLUMPS = 0.3, 0.01
-# Of the energy at the start: internal energy below zero, and of a body's particles: those that left the largest piece.
+# Negative internal energy over the initial energy, and share of detached particles, that cause a warning.
 BELOW_ZERO, TORN = 1e-3, 0.01
-# A particle without another within so many of its smoothing lengths is alone; kernels reach to 2 to 3.
+# Distance over h of the nearest neighbour beyond which a particle is isolated; kernels reach 2 to 3.
 ALONE = 3.0
-# Of the energy at the start: p V of particles that are alone, which nothing takes from them any more.
+# p V of isolated particles over the initial energy that causes a warning.
 HELD = 1e-3
-# Particles nearer than so many spacings hang together.
+# Distance in spacings of connected particles.
 LINK = 2.0
-# Nearest neighbours at the start are nearer than so many spacings, less than the diagonal of a square.
+# Largest distance in spacings of initial nearest neighbours, below the diagonal of a square.
 NEXT = 1.3
-# Damage past onset at which three quarters of the fracture energy are taken.
+# Damage past onset at which three quarters of the fracture energy are absorbed.
 SOFT = 0.5
 # Share of the crack between sound particles that causes a warning.
 TORN_CRACK = 0.05
-# A piece of at least this share of the largest was cut off, not torn, where its edge had flowed by this plastic strain.
+# A fragment of at least this share of the largest one was cut off if the plastic strain of its edge exceeds this value.
 PIECE, CUT = 0.25, 0.5
 
 
@@ -153,9 +153,9 @@ def remarks(
             share, torn = torn_without_damage(position, before, now.fields["damage"][mine], spacing)
             if share > TORN_CRACK and torn > 1:
                 texts.append(
-                    f"{name}: torn_without_damage {format_share(share)}: so much of what has come apart lies between "
-                    "particles that have hardly softened, and took little of the fracture energy: the lattice tore; "
-                    "take a coarser resolution or another formulation"
+                    f"{name}: torn_without_damage {format_share(share)}: this share of the cracks lies between "
+                    "particles with little softening, and has absorbed little fracture energy: the lattice "
+                    "separated; use a coarser resolution or another formulation"
                 )
         if has_no_damage:
             strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
@@ -169,12 +169,9 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
     position = position.reshape(len(position), -1)
     density = now.fields["density"][mine]
     if turned := int((density <= 0.0).sum()):
-        yield (
-            f"{turned} of its particles are turned inside out, their density below zero: what is computed there has no "
-            "meaning"
-        )
+        yield (f"{turned} of its particles are inverted (negative density): results there have no meaning")
     volume = now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)
-    if now.metadata.get("kinematics") in REVOLVED:  # of a ring its section
+    if now.metadata.get("kinematics") in REVOLVED:  # the section
         volume = volume / (2.0 * np.pi * np.maximum(np.abs(position[:, 1]), 0.5 * spacing))
     size = volume ** (1.0 / position.shape[1])
     reach = CLUMPED * size
@@ -183,7 +180,7 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
     if share > CLUMPS:
         yield (
             f"{format_share(share)} of its particles have a neighbour within {CLUMPED:g} of their own size: they have "
-            "clumped, and what lies between them is not resolved"
+            "clumped, and the material is not resolved"
         )
 
 
@@ -195,8 +192,8 @@ def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spaci
     share = 1.0 - float(sizes[sound].sum()) / len(position)
     if share > TORN and share > float((connected_groups(before, spacing, LINK) != 0).mean()) + TORN:
         yield (
-            f"{format_share(share)} of it has torn off, and its material has no model of damage: where and when a "
-            "lattice of particles tears is not physics; give the material `damage`"
+            f"{format_share(share)} of it has separated without a damage model: separation depends on the particle "
+            "lattice; give the material `damage`"
         )
 
 
@@ -257,9 +254,9 @@ def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:
         texts = f"{most:.3g}" if now.metadata.get("units") == "none" else f"{1e-9 * most:.3g} GPa"
         share = format_share(float(mass[alone].sum() / mass.sum()))
         yield (
-            f"{share} of the mass flies alone, out of reach of all others, under up to {texts}: nothing is there "
-            f"for it to expand against, so that it keeps {100 * held / at_start:.2g} % of the energy at the start as "
-            "p/rho; `smoothing_length: {type: variable}` leaves less"
+            f"{share} of the mass are isolated particles without neighbours, at up to {texts}: they cannot expand, and "
+            f"keep {100 * held / at_start:.2g} % of the initial energy as p/rho; "
+            "`smoothing_length: {type: variable}` leaves less"
         )
 
 
@@ -269,7 +266,4 @@ def _energy(now: Snapshot, start: Snapshot) -> Iterator[str]:
     energy, at_start = now.fields["mass"] * now.fields["internal_energy"], _at_start(start)
     below = float(-energy[energy < 0.0].sum())
     if at_start > 0.0 and below > BELOW_ZERO * at_start:
-        yield (
-            f"internal energies below zero add up to {100 * below / at_start:.2g} % of the energy at the start: "
-            "the scheme has taken more out of particles than they held"
-        )
+        yield (f"negative internal energies add up to {100 * below / at_start:.2g} % of the initial energy")

@@ -245,8 +245,8 @@ def tears(case: Case) -> str:
     if not names:
         return ""
     return (
-        f"release waves bring tension up to the impact pressure to {', '.join(names)}, without a model of damage: "
-        "where and when a lattice of particles tears is not physics"
+        f"release waves cause tension up to the impact pressure; without a damage model ({', '.join(names)}) "
+        "separation depends on the particle lattice"
     )
 
 

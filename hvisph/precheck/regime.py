@@ -39,7 +39,7 @@ class Regime:
     def words(self) -> str:
         """The regime in a few words."""
         if self.velocity <= 0.0:
-            return "no two bodies close: no impact"
+            return "no impact: no two bodies approach each other"
         if self.strength is None:
             return "shock in materials without strength"
         over = self.pressure / self.strength if self.strength > 0.0 else math.inf
@@ -47,7 +47,7 @@ class Regime:
             but = f" of all but {', '.join(self.liquids)}, without strength" if self.liquids else ""
             return f"elastic: the impact pressure is below the strength{but}"
         if over < SHOCK:
-            return f"ballistic: the impact pressure is about {over:.2g} times the strength, plastic flow decides"
+            return f"ballistic: the impact pressure is about {over:.2g} times the strength"
         return f"shock: the impact pressure is about {over:.0f} times the strength"
 
 
@@ -105,8 +105,8 @@ def _strength(material: Material, pressure: float) -> float | None:
 
 PAGE = "docs/validation.md"
 THIN = 1.0  # a plate thinner than this many diameters of the sphere is perforated with a cloud behind it
-FURTHEST = 2.0  # times slower or faster than any of its shots a set says nothing of a case
-ENOUGH = 0.75  # of the particles across of the page: with fewer its figures do not speak for a case
+FURTHEST = 2.0  # factor of velocity beyond the shots of a set up to which its figures apply
+ENOUGH = 0.75  # least particles across over those of the validation runs for which their figures apply
 
 
 ALUMINIUM, METALS = (2600.0, 2900.0), (2600.0, 20_000.0)  # densities [kg/m^3]
@@ -178,7 +178,7 @@ def experience(case: Case, kind: Regime) -> str:
         here = _width(first) / case.resolution
     text = f"{known.what}: {said}, with {known.across:g} particles across{known.over} ({PAGE})"
     if here < ENOUGH * known.across:
-        text += f"; here are {here:.2g}, too few for these figures"
+        text += f"; this case has {here:.2g}, too few for these figures"
     return text
 
 

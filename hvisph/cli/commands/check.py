@@ -169,7 +169,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
         if text := tears(case):
             facts.append(("", text))
         if known := experience(case, kind):
-            facts.append(("shots fired", known))
+            facts.append(("validation", known))
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:

@@ -58,8 +58,8 @@ class CompositeState(ReferenceChanges, Stepper):
         self.before = np.tile(start, (count if formulation.renew_strain else 1, 1))
         self._stage = 0.0
         self.rows_ = aligned_zeros(count, self.layout.width)
-        find_converting = formulation.conversion.bodies
-        self._convertible = np.ones(count, bool) if find_converting is None else np.isin(body, find_converting)
+        convertible = formulation.conversion.bodies
+        self._convertible = np.ones(count, bool) if convertible is None else np.isin(body, convertible)
         self._body_indices = body.astype(np.uint32)
         self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
