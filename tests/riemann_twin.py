@@ -2,13 +2,11 @@
 
 import numpy as np
 
-from hvisph.sph.contact.contact_normal import CLOSED, FACING_COSINE, NORMAL_COSINE_MIN, OPEN
-from hvisph.sph.contact.riemann_contact import NO_SHEAR
+from hvisph.sph.contact.contact_normal import FACING_COSINE, TOUCHING
 from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
-from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF
-from hvisph.sph.terms.free_surface_correction import SOUND, SOUND_MEAN
-from hvisph.sph.terms.reconstruction import MIN_LIMITER, MIN_LIMITER_SOLID, SHOCK_SWITCH
-from hvisph.sph.terms.riemann_solver import SHOCK_SLOPE
+from hvisph.sph.terms.free_surface_correction import SOUND
+from hvisph.sph.terms.reconstruction import MIN_LIMITER
+from hvisph.sph.terms.riemann_solver import FRONT, SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
 from hvisph.sph.terms.tension_stabilization import TENSION_GAIN
 
 
@@ -132,8 +130,8 @@ class Pairs:
         fills = self.fills[a] - self.fills[b]
         n = fills / np.linalg.norm(fills)
         free = (self.ends[a] - self.ends[b]) @ n
-        gate = 1.0 if free <= 0.0 else np.clip((np.linalg.norm(fills) / free - OPEN) / (CLOSED - OPEN), 0.0, 1.0)
-        return (n, n @ e, gate) if n @ e >= NORMAL_COSINE_MIN else (e, 1.0, gate)
+        gate = float(np.linalg.norm(fills) > TOUCHING * free)
+        return (n, n @ e, gate) if n @ e >= 0.0 else (e, 1.0, gate)
 
 
 def gradients_before(cloud):
@@ -162,8 +160,7 @@ def operators(pairs, grad_u):
         if fills.any():
             n = fills / np.linalg.norm(fills)
             free = max(pairs.ends[a] @ n, 0.0)
-            closure = np.linalg.norm(fills) / free if free > 0.0 else np.inf
-            gate = np.clip((closure - OPEN) / (CLOSED - OPEN), 0.0, 1.0)
+            gate = float(np.linalg.norm(fills) > TOUCHING * free)
             moment += gate * (n @ across @ n) * np.outer(n, n)
         share = max(cloud.order[a], 0.0) if correctable(moment) else 0.0
         inverse = np.linalg.inv(moment) if share else one
@@ -212,8 +209,8 @@ def contact(pairs, grad_u, grad_s, a, b):
                 closing = max(
                     (cloud.u[a] - cloud.u[b]) @ e, abs(e @ (pairs.stress[b] - pairs.stress[a]) @ e) / impedance
                 )
-                calm = max(1.0 - closing * (cloud.rho[a] + cloud.rho[b]) / (2 * SHOCK_SWITCH * impedance), 0.0)
-                least = calm * (MIN_LIMITER + MIN_LIMITER_SOLID * max(order, 0.0))
+                calm = max(1.0 - closing * (cloud.rho[a] + cloud.rho[b]) / (FRONT * impedance), 0.0)
+                least = calm * MIN_LIMITER * (1.0 + max(order, 0.0))
                 if formulation.adjoint:
                     least = (1.0 - elastic) * calm * MIN_LIMITER
             ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
@@ -248,7 +245,7 @@ def contact(pairs, grad_u, grad_s, a, b):
             if not has_contact:
                 stiffness = (za + zb) ** 2 / (cloud.rho[a] + cloud.rho[b])
                 counted = min(
-                    (EXCHANGE_CUTOFF * min(pull, 0.0) / stiffness) ** 2, 1.0 if formulation.smoothing.variable else 0.5
+                    (min(pull, 0.0) / (FRONT * stiffness)) ** 2, 1.0 if formulation.smoothing.variable else 0.5
                 )
                 exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
             if has_contact:
@@ -261,7 +258,9 @@ def contact(pairs, grad_u, grad_s, a, b):
             size = np.linalg.norm(t)
             t = t * min(1.0, most / size) if size > 0.0 else t
         if name == "tangential":  # what bears no shear has no say
-            za, zb = ((z * z + (NO_SHEAR * cloud.rho[i] * cloud.c_l[i]) ** 2) / z for z, i in ((za, a), (zb, b)))
+            za, zb = (
+                (z * z + SHEAR_IMPEDANCE_MIN * (cloud.rho[i] * cloud.c_l[i]) ** 2) / z for z, i in ((za, a), (zb, b))
+            )
         own, its = (ua + (t - ta) / za, ub - (t - tb) / zb) if has_contact else (common, common)
         u_own, u_its, traction = u_own + own, u_its + its, traction + t
         slipped = 0.5 * t @ (its - own)  # of the last, tangential part
@@ -279,7 +278,7 @@ def contact(pairs, grad_u, grad_s, a, b):
 def correctable(moment):
     """Return whether the neighbourhood tells all of a gradient."""
     dim = len(moment)
-    return np.linalg.det(moment) > SOUND**dim and np.trace(moment) / dim > SOUND_MEAN
+    return np.linalg.det(moment) > SOUND**dim
 
 
 def at_edges(gradient, rate, moment, calm, bear):

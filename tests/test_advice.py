@@ -92,6 +92,12 @@ def test_the_elastic_variant_is_recommended_below_the_elastic_limit_alone():
     line = next(word for word in shlex.split(text) if word.startswith("formulation.variant="))
     assert line == "formulation.variant=elastic"
     assert advice(load_case(case, [line])) == []
+    held = {
+        "clamped": [{"box": {"max": [0.5e-3, None]}}],
+        "time": {"end": 1e-3},
+    }  # METAL yields at 0.3 GPa, held at 20 m/s
+    assert any("stay elastic" in text for text in advice(load_case(document_of([METAL], speed=5.0) | held)))
+    assert not any("stay elastic" in text for text in advice(load_case(document_of([METAL], speed=40.0) | held)))
     (text,) = advice(row_of([METAL, METAL], speed=600.0, formulation={"type": "riemann", "variant": "elastic"}))
     assert "use 'corrected'" in text
     with pytest.raises(CaseError, match="three-dimensional cases"):

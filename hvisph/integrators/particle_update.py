@@ -42,8 +42,6 @@ from .time_step import VISCOUS_SIGNAL
 CHUNK = 256
 # Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
 AT_AXIS = 0.5
-# The most that density leads the number of particles by: fronts make a tenth of it.
-AFAR = 0.5
 
 
 def advance_lanes(particles, here, alike, materials, coefficients, gravity, times_ahead, h_limits, rows, limits,
@@ -92,9 +90,9 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         if PREVIOUS:
             remember(state, s, u, acting)
         if DENSITY_CORRECTION:
-            state[s, S_DENSITY_CORRECTION] = min(
-                max(state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION], -AFAR), AFAR
-            )
+            most_lead = 2.0 * max(now.rho - least, 0.0) / (now.rho + least)  # none of an isolated particle
+            lead = state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION]
+            state[s, S_DENSITY_CORRECTION] = min(max(lead, -most_lead), most_lead)
         if ANGULAR_MOMENTUM:
             made = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
             put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), made))

@@ -66,7 +66,7 @@ def _slow(facts: Facts) -> Found:
     # some shapes know their size only where they stand
     size = max((size for body in facts.bodies.values() for size in body.shape.extent()), default=math.inf)
     slow = BOUNCING if math.isinf(kind.strength) else SLOW
-    if not (kind.pressure < ELASTIC * kind.strength and fastest < slow * slowest):
+    if not (_stress(facts) < ELASTIC * kind.strength and fastest < slow * slowest):
         return False
     lost = "" if facts.model.conserve_angular_momentum else " and loses spin"
     crossings = case.duration * slowest / size
@@ -82,9 +82,17 @@ def _yielding(facts: Facts) -> Found:
     """Impacts above the elastic limit by the variant for elastic bodies."""
     if facts.scheme != "riemann" or facts.model.variant != "elastic":
         return False
-    kind = facts.kind
-    strength = kind.strength or 0.0
-    return kind.pressure >= ELASTIC * strength and {"pressure": 1e-9 * kind.pressure, "strength": 1e-9 * strength}
+    pressure, strength = _stress(facts), facts.kind.strength or 0.0
+    return pressure >= ELASTIC * strength and {"pressure": 1e-9 * pressure, "strength": 1e-9 * strength}
+
+
+def _stress(facts: Facts) -> float:
+    """Return the impact pressure [Pa]; what is clamped stops the body that it holds as an impact does."""
+    stresses = [facts.kind.pressure]
+    for body in facts.bodies.values() if facts.case.clamped else ():
+        material = material_of_body(body)
+        stresses.append(math.hypot(*body.velocity) * material.density_at_rest * material.bulk_sound_speed)
+    return max(stresses)
 
 
 def _fixed_smoothing_length(facts: Facts) -> Found:

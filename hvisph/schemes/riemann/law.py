@@ -92,11 +92,12 @@ from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mir
 from hvisph.sph.terms.conduction import conducted_power
 from hvisph.sph.terms.crack import softened_bound, unbroken_share
 from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF_MAX, exchange_correction
-from hvisph.sph.terms.free_surface_correction import FRONT, free_surface_correction
+from hvisph.sph.terms.free_surface_correction import free_surface_correction
 from hvisph.sph.terms.grad_h import grad_h_rate, grad_h_sums
 from hvisph.sph.terms.limiters import TINY
 from hvisph.sph.terms.reconstruction import limited_shares, limiter_floor
 from hvisph.sph.terms.riemann_solver import (
+    FRONT,
     clip_shear,
     reciprocals,
     riemann_normal,

@@ -17,13 +17,11 @@ from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import add, dot, multiply, subtract, vector
 from hvisph.compiler.vector.api import neighbours
 from hvisph.sph.terms.limiters import TINY
-from hvisph.sph.terms.riemann_solver import clip_norm
+from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, clip_norm
 
 from .contact_normal import contact_frame
 from .variable_resolution import normal_inverse_length, stretched_distance
 
-# Shear impedance over the normal one below which a material counts as one without shear strength.
-NO_SHEAR = 1e-4
 # Stands for no limit of a traction [Pa].
 UNLIMITED = 1e300
 # Option of `contact_geometry`, off unless bound: bodies of unequal spacings.
@@ -53,9 +51,8 @@ def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surfac
 
 @inline
 def shear_compliance(zt, zn):
-    """Return 1/Z_t, or 0 for a material without shear strength, whose quotient would be rounding alone."""
-    least = NO_SHEAR * zn
-    return zt / (zt * zt + least * least + TINY)
+    """Return 1/Z_t; of a material without shear strength 1/Z_n, for its quotient would be rounding alone."""
+    return zt / (zt * zt + SHEAR_IMPEDANCE_MIN * zn * zn + TINY)
 
 
 @inline

@@ -17,12 +17,10 @@ from __future__ import annotations
 
 from hvisph.compiler.jit import inline
 
-# Root of the share of the exchange that a pair loses, over p/(2 rho c^2): half of it at 0.07 rho c^2.
-EXCHANGE_CUTOFF = 20.0
+from .riemann_solver import FRONT
+
 # Largest share of the exchange that a pair loses where h is constant.
 EXCHANGE_CUTOFF_MAX = 0.5
-# Relaxation time over h/c_l.
-RELAXATION_TIME = 10.0
 
 
 @inline
@@ -38,13 +36,13 @@ def exchange_correction(us, du, t, inverse, densities, limit):
     limit
         Largest share.
     """
-    compression = EXCHANGE_CUTOFF * densities * inverse * inverse * min(t, 0.0)
+    compression = (1.0 / FRONT) * densities * inverse * inverse * min(t, 0.0)
     return min(compression * compression, limit) * (us - 0.5 * du)
 
 
 @inline
 def relaxation_rates(correction, p, rho, c_l, h):
     """Return the rates [1/s] at which the correction x decays and at which density relaxes, in smooth flow."""
-    compression = min(0.5 * EXCHANGE_CUTOFF * max(p, 0.0) / (rho * c_l * c_l), 1.0)
-    decay = correction * c_l / (RELAXATION_TIME * h)
+    compression = min(0.5 / FRONT * max(p, 0.0) / (rho * c_l * c_l), 1.0)
+    decay = correction * c_l / (0.5 / FRONT * h)
     return decay, decay * compression * compression

@@ -17,7 +17,6 @@ from hvisph.compiler.tensors import (
     determinant,
     divergence,
     identity,
-    mean_diagonal,
     multiply,
     power_of_dimension,
     product,
@@ -26,16 +25,15 @@ from hvisph.compiler.tensors import (
 
 # Determinant of B: with this and more a neighbourhood is whole; from here on down to WHOLE - RANGE it opens.
 WHOLE, RANGE = 0.95, 0.2
-# Below this to the power of the dimensions, or below that mean of the diagonal, B has no sound inverse.
-SOUND, SOUND_MEAN = 0.4, 0.4
-# A closing speed of this share of the speed of sound is a front.
-FRONT = 0.05
+# Below this to the power of the dimensions det B is that of chains and fragments. B is positive, so that its mean
+# diagonal is no less than the root of det B.
+SOUND = 0.4
 
 
 @inline
 def correctable(moment):
     """Return whether B, row by row, tells all of a gradient: a string of particles or a crumb sees a part of it."""
-    return determinant(moment) > power_of_dimension(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN
+    return determinant(moment) > power_of_dimension(SOUND, moment)
 
 
 @inline

@@ -4,7 +4,7 @@ With the difference d = f_b - f_a and the slope D = (grad f_a . e) r, each side 
 slope, lim(d, 2 D - d) (`sph.terms.limiters`). The tangential parts are limited as vectors, so that the result does not
 depend on the frame of reference. Outside shock fronts the limiter returns at least a share of d,
 
-    (0.35 + 0.35 o_ab) max(0, 1 - 40 max(u_an - u_bn, 2 |t_bn - t_an|/(Z_a + Z_b)) (rho_a + rho_b)/(Z_a + Z_b)),
+    0.35 (1 + o_ab) max(0, 1 - 40 max(u_an - u_bn, 2 |t_bn - t_an|/(Z_a + Z_b)) (rho_a + rho_b)/(Z_a + Z_b)),
 
 with the order o_ab of the lattice, 1 in a solid that has not yielded and 0 in one that has flowed by a strain of 0.2.
 This floor removes the dissipation of grid-scale noise, whose slopes vanish.
@@ -16,12 +16,10 @@ from __future__ import annotations
 
 from hvisph.compiler.jit import inline
 
-from .riemann_solver import reciprocals
+from .riemann_solver import FRONT, reciprocals
 
-# Least share of their difference by which both states move, and its increase in a solid that has not yielded.
-MIN_LIMITER, MIN_LIMITER_SOLID = 0.35, 0.35
-# Share of the sound speed at which a pair closes in a shock front, where the floor is off.
-SHOCK_SWITCH = 0.025
+# Least share of their difference by which both states move, twice that in a solid that has not yielded.
+MIN_LIMITER = 0.35
 
 
 @inline
@@ -39,8 +37,8 @@ def limiter_floor(approach, dt_n, za, zb, densities, order):
     """
     inverse = 1.0 / (za + zb)
     jump = max(approach, 2.0 * inverse * abs(dt_n))
-    smooth = max(1.0 - (1.0 / SHOCK_SWITCH) * densities * inverse * jump, 0.0)
-    return smooth * (MIN_LIMITER + MIN_LIMITER_SOLID * max(order, 0.0))
+    smooth = max(1.0 - (2.0 / FRONT) * densities * inverse * jump, 0.0)
+    return smooth * (MIN_LIMITER + MIN_LIMITER * max(order, 0.0))
 
 
 @inline

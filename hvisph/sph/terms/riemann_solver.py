@@ -24,6 +24,9 @@ from .limiters import TINY
 
 # Slope of the shock speed over the jump of velocity; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
+# Closing speed over sound speed in a neighbourhood from which on a compression is a shock front; one pair of it closes
+# at half of that.
+FRONT = 0.05
 # Shear impedance over the normal one of a material without shear strength.
 SHEAR_IMPEDANCE_MIN = 1e-8
 
