@@ -48,18 +48,18 @@ def struck(density, end):
 
 
 @pytest.mark.parametrize("density", [59.4, 1.19], ids=["50_bar", "1_bar"])
-@pytest.mark.parametrize("end", [3.2e-6, pytest.param(30e-6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("end", [5.3e-6, pytest.param(30e-6, marks=pytest.mark.slow)])
 def test_thin_debris_beside_the_gas_goes_on(density, end, tmp_path):
-    """By 3 us debris has thinned to a tenth of its density; energy is balanced and next to none of it is negative.
+    """By 3 us debris has thinned to a tenth of its density, and gas among it at 5 us to a tenth of its own.
 
-    Up to 2e-4 of it is at 30 us, in thin gas that expands with some particles a neighbourhood.
+    Energy is balanced and none of it is negative but for 1e-10 in elastic waves ahead of the shock.
     """
     outcome = run(struck(density, end), tmp_path / "run")
     assert outcome.exit_code == 0
     assert abs(outcome.summary["conservation"]["energy_drift"]) < 1e-12
     fields = final(tmp_path / "run").fields
     energy = fields["mass"] * fields["internal_energy"]
-    assert -energy[energy < 0.0].sum() < 3e-4 * energy.sum()
+    assert -energy[energy < 0.0].sum() < 1e-6 * energy.sum()
 
 
 @pytest.mark.parametrize("density", [59.4, 1.19], ids=["50_bar", "1_bar"])
@@ -105,4 +105,5 @@ def test_omega_is_positive_for_any_neighbours():
         weights = np.array([-q * slope(q) for q in near])
         n, omega = kernel + shape(0.0) / h**2, (weights / h**2).sum() / 2.0
         expected = 2.0 * (weights * jumps / r).sum() / weights.sum() * min(omega / n / grad_h.LEAST, 1.0)
-        assert rate(h, 1.0 / n, 0.0, -own, kernel, slopes, 1.0) == pytest.approx(expected, rel=1e-12)
+        for volume in (1.0 / n, 20.0 / n):  # more than that of the number density counts as that
+            assert rate(h, volume, 0.0, -own, kernel, slopes, 1.0) == pytest.approx(expected, rel=1e-12)

@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 from small_runs import DAMAGED, FORMULATIONS, LIQUID, METAL, OPTIONS, assert_same_results, final, row_of
 
+from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
+from hvisph.output.reader import list_snapshots, read_snapshot
+from hvisph.setup.initial_state import begin
+from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import resume, run
 
 FIELD = tuple(name for name in FORMULATIONS if name != "projection")
@@ -120,7 +124,9 @@ def test_an_orbit_about_a_sphere(tmp_path):
 @pytest.mark.parametrize(("settings", "words"), [
     ({"gravity": [1.0, 2.0]}, "needs 1 in 1D"),
     ({"gravity": None, "overburden": True}, "needs `gravity`"),
-    ({"symmetry": []}, "nothing supports the bodies"),
+    ({"gravity": None, "overburden": False, "settle": 1e-3}, "settle: needs `gravity`"),
+    ({"symmetry": []}, "nothing supports the bodies along x: .*keep: above"),
+    ({"symmetry": [], "overburden": False, "settle": 1e-3}, "settle: nothing supports"),
     ({"symmetry": [{"axis": "x", "at": 1.0, "keep": "below"}]}, "nothing supports the bodies"),
     ({"formulation": {"type": "total_lagrangian"}}, "free of stress"),
 ])  # fmt: skip
@@ -129,6 +135,128 @@ def test_what_is_refused(settings, words):
         column(**settings)
 
 
+@pytest.mark.parametrize("position", [0.53, 0.6])
+def test_a_body_that_hangs_above_its_support_is_refused(position):
+    """It says how far; a column on another that stands is taken."""
+    water = {"material": LIQUID, "shape": {"type": "interval", "length": 1.0}, "position": [position]}
+    with pytest.raises(CaseError, match=f"{100 * (position - 0.5):g} spacings above the plane along x"):
+        begin(column(bodies={"water": water}))
+    gap = position - 0.5
+    foot = {"material": METAL, "shape": {"type": "interval", "length": gap}, "position": [gap / 2]}
+    begin(column(bodies={"foot": foot, "water": water}))
+
+
+def test_free_sides_are_warned_of():
+    box = {"material": METAL, "shape": {"type": "box", "size": [1.0, 1.0]}, "position": [0.5, 0.0]}
+    settings = {"kinematics": "plane_strain", "gravity": [-9.81, 0.0], "bodies": {"box": box}, "resolution": 0.1}
+    words = "nothing holds the sides along y"
+    assert any(words in warning for warning in warnings_of(column(**settings)))
+    walls = [{"axis": "x"}, {"axis": "y", "at": -0.5}, {"axis": "y", "at": 0.5, "keep": "below"}]
+    for held in ({"symmetry": walls}, {"overburden": {"lateral": 0.0}}):
+        assert not any(words in warning for warning in warnings_of(column(**settings | held)))
+
+
 def test_gravity_across_the_axis_is_refused():
     with pytest.raises(CaseError, match="along the axis x alone"):
         row_of([METAL], 2, kinematics="axisymmetric", gravity=[1.0, 2.0])
+
+
+class Heard(Listener):
+    """Keeps the messages of a run."""
+
+    def __init__(self):
+        self.said = []
+
+    def message(self, text):
+        self.said.append(text)
+
+
+ELASTIC = METAL | {"strength": {"type": "elastic", "shear_modulus": 27.6e9}}
+SAND = {"density": 2000.0, "eos": {"type": "linear", "bulk_modulus": 1e8},
+        "strength": {"type": "rock", "shear_modulus": 6e7, "cohesion": 0.0, "friction": 0.6, "tension": 0.0}}  # fmt: skip
+
+
+@pytest.mark.parametrize(("formulation", "material", "within"), [
+    ("riemann", LIQUID, 0.01), ("eulerian", LIQUID, 0.08), ("riemann", ELASTIC, 0.01), ("total_lagrangian", ELASTIC, 0.01),
+])  # fmt: skip
+def test_a_column_settles_from_no_stress(formulation, material, within, tmp_path):
+    """After 16 transit times the lowest mode has fallen by exp(-4 pi): the stress is that of the weight, at rest.
+
+    Half a spacing of the height, 2.5 %, is what the free face is away; within is what pair sums leave below it.
+    """
+    speed = 1483.0 if material is LIQUID else 6500.0
+    water = {"material": material, "shape": {"type": "interval", "length": 1.0}, "position": [0.5]}
+    case = column(resolution=0.05, formulation={"type": formulation}, bodies={"water": water}, overburden=False,
+                  settle=16.0 / speed, time={"end": 5.0 / speed}, output={"every": 5.0 / speed})  # fmt: skip
+    heard = Heard()
+    outcome = run(case, tmp_path / "run", listener=heard)
+    assert any(text.startswith("note: settled for") for text in heard.said)
+    state = final(tmp_path / "run").fields
+    depth = 1.0 - state["position"][:, 0]
+    stress = state["pressure"] - (state["deviator"][:, 0] if "deviator" in state else 0.0)
+    exact = material["density"] * 9.81 * depth
+    inside = (depth > 0.15) & (depth < 0.9)
+    assert np.abs(stress - exact)[inside].max() < within * exact.max()
+    assert np.abs(state["velocity"]).max() < 1e-3 * np.sqrt(9.81)
+    assert abs(outcome.summary["conservation"]["energy_drift"]) < 1e-12
+
+
+def bed(material, lateral=None, ball=True, **further):
+    """A bed on a floor between walls, and a ball that will strike it."""
+    bodies = {"bed": {"material": material, "shape": {"type": "box", "size": [1.0, 1.0]}, "position": [0.5, 0.0]}}
+    if ball:
+        bodies = {"ball": {"material": METAL, "shape": {"type": "disc", "diameter": 0.3}, "position": [1.3, 0.0],
+                           "velocity": [-2.0, 0.0], "role": "projectile"}} | bodies  # fmt: skip
+    return load_case({
+        "kinematics": "plane_strain", "resolution": 0.1, "gravity": [-9.81, 0.0],
+        "overburden": False if lateral is None else {"lateral": lateral}, "bodies": bodies,
+        "symmetry": [{"axis": "x"}, {"axis": "y", "at": -0.5}, {"axis": "y", "at": 0.5, "keep": "below"}],
+        "time": {"end": 1e-4}, "output": {"every": 1e-4},
+    } | further)  # fmt: skip
+
+
+@pytest.mark.parametrize(("material", "lateral", "ratio", "settle"), [
+    (ELASTIC, None, 0.5236, 2.5e-3), (ELASTIC, 0.7, 0.7, 2.5e-3), (SAND, 0.5, 0.571, 0.02),
+])  # fmt: skip
+def test_a_bed_between_walls(material, lateral, ratio, settle, tmp_path):
+    """Settled without stress K0 is nu/(1 - nu), 0.5236; a given ratio is in equilibrium and stays; the ball waits.
+
+    Sand flows to the ratio at which (1 - K0) P is 0.6 of the pressure, 0.571. The rows at floor and face are left out.
+    """
+    case = bed(material, lateral, settle=settle)
+    run(case, tmp_path / "run")
+    start = read_snapshot(list_snapshots(tmp_path / "run")[0])
+    fields = {name: values[start.body == 1] for name, values in start.fields.items()}
+    inside = np.abs(fields["position"][:, 0] - 0.5) < 0.3
+    vertical, horizontal = ((fields["deviator"][:, k] - fields["pressure"])[inside] for k in (0, 1))
+    weight = material["density"] * 9.81 * (1.0 - fields["position"][inside, 0])
+    assert np.allclose(-vertical, weight, rtol=0.0, atol=0.02 * material["density"] * 9.81)  # 10 rows
+    assert np.allclose(horizontal / vertical, ratio, rtol=0.04)  # 10 rows
+    ball = {name: values[start.body == 0] for name, values in start.fields.items()}
+    assert np.all(ball["velocity"] == [-2.0, 0.0])
+    assert np.all(ball["pressure"] == 0.0)
+    assert np.ptp(ball["position"][:, 0]) < 0.3
+
+
+def test_a_short_settling_is_warned_of(tmp_path):
+    heard = Heard()
+    run(bed(ELASTIC, settle=1e-4, ball=False), tmp_path / "run", listener=heard)
+    assert any(text.startswith("warning: settled for") and "settle longer" in text for text in heard.said)
+
+
+def test_nothing_moves_without_weight(tmp_path):
+    """Settled without gravity all stays as it is, to the bit."""
+    case = bed(ELASTIC, gravity=[0.0, 0.0], settle=2e-4, ball=False)
+    run(case, tmp_path / "run")
+    start = begin(case).particles
+    state = final(tmp_path / "run").fields
+    assert np.all(state["position"] == start["position"])
+    assert np.all(state["velocity"] == 0.0)
+
+
+def test_a_settled_run_resumes_with_the_same_bits(tmp_path):
+    case = bed(SAND, 0.5, settle=3e-3, time={"end": 4e-3}, output={"every": 1e-3})
+    run(case, tmp_path / "whole")
+    run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 9})}), tmp_path / "part")
+    resume(tmp_path / "part", max_steps=10**6)
+    assert_same_results(tmp_path / "whole", tmp_path / "part")

@@ -22,7 +22,7 @@ from .formulations import Formulation, RiemannFormulation
 from .model import StrictModel, refuse
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
 from .time import LateStages, RunLimits, Time, Witness, default_courant
-from .units import PositiveLength, PositiveVelocity
+from .units import PositiveLength, PositiveTime, PositiveVelocity
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
     KinematicsName = str
@@ -92,6 +92,11 @@ class Case(StrictModel):
         default=None,
         description="`true`: bodies start with the pressure of their own weight, `{lateral: K0}`: with that ratio of "
         "horizontal to vertical stress; they start without stress unless given",
+    )
+    settle: PositiveTime | None = Field(
+        default=None,
+        description="Time before the start in which bodies come to rest under `gravity`, with damped velocities [s]; "
+        "moving bodies wait where they are, and no load, plane or clock moves; none unless given",
     )
     formulation: Formulation = Field(default=RiemannFormulation(), description="Scheme that computes the run")
     time: Time = Field(description="Duration and time stepping")

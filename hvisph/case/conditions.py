@@ -166,11 +166,12 @@ OptionalOverburden = Annotated[Overburden | None, Shorthand(expand_switch, ("boo
 
 
 def gravity_problems(case: AnyCase) -> Iterator[Problem]:
-    """Yield the errors of gravity and overburden."""
+    """Yield the errors of gravity, overburden and settling."""
     gravity, dim = case.gravity, case.dim
     if gravity is None:
-        if case.overburden is not None:
-            yield Problem(("overburden",), "needs `gravity`")
+        for asked in ("overburden", "settle"):
+            if getattr(case, asked) is not None:
+                yield Problem((asked,), "needs `gravity`")
         return
     if case.formulation.type == "projection":
         yield Problem(("gravity",), "projection has `formulation.body_force` in its place")
@@ -178,25 +179,66 @@ def gravity_problems(case: AnyCase) -> Iterator[Problem]:
     key = ("gravity", "acceleration" if gravity.type == "uniform" else "centre")
     if vector and len(vector) != dim:
         yield Problem(key, f"has {len(vector)} components, needs {dim} in {dim}D")
-    elif case.kinematics == "axisymmetric" and any(vector[1:]):
-        yield Problem(key, "axisymmetric cases have gravity along the axis x alone; set the other component to 0")
-    if case.overburden is None:
         return
-    if case.formulation.type in ("total_lagrangian", "adaptive"):
-        yield Problem(("overburden",), "a Total Lagrangian reference is free of stress; use riemann or eulerian")
-    elif gravity.type == "uniform" and not case.clamped and not _is_supported(case, vector):
-        yield Problem(
-            ("overburden",), "nothing supports the bodies: give a symmetry plane below them, or clamp their lowest rows"
-        )
+    if case.kinematics == "axisymmetric" and any(vector[1:]):
+        yield Problem(key, "axisymmetric cases have gravity along the axis x alone; set the other component to 0")
+    if case.overburden is not None and case.formulation.type in ("total_lagrangian", "adaptive"):
+        remedy = "use riemann or eulerian, or `settle` alone"
+        yield Problem(("overburden",), f"a Total Lagrangian reference is free of stress; {remedy}")
+    if case.settle is not None and case.start is not None:
+        yield Problem(("settle",), "the bodies have the state of the other run; leave it out")
+    if case.settle is not None and any(body.material.eos.type == "jwl" for body in case.bodies.values()):
+        yield Problem(("settle",), "explosives burn by a clock that begins at the start; leave it out")
+    if gravity.type == "uniform" and not case.clamped:
+        for asked, axis in ((k, a) for k in ("overburden", "settle") for a in _unsupported(case, vector)):
+            if getattr(case, asked) is not None:
+                name, side = "xyz"[axis], "above" if vector[axis] < 0.0 else "below"
+                yield Problem(
+                    (asked,),
+                    f"nothing supports the bodies along {name}: give `symmetry` a plane {{axis: {name}, at: ..., "
+                    f"keep: {side}}} under them, or clamp their lowest rows",
+                )
 
 
-def _is_supported(case: AnyCase, acceleration: tuple[float, ...]) -> bool:
-    """Return whether a symmetry plane lies across a component of gravity, on the side to which it points."""
-    return any(
-        acceleration["xyz".index(plane.axis)] * (1.0 if plane.keep == "above" else -1.0) < 0.0
-        for plane in case.symmetry
-        if "xyz".index(plane.axis) < len(acceleration)
-    )
+def _unsupported(case: AnyCase, acceleration: tuple[float, ...]) -> list[int]:
+    """Return the axes along which gravity points, and at whose end no symmetry plane lies."""
+    held = {("xyz".index(plane.axis), 1.0 if plane.keep == "above" else -1.0) for plane in case.symmetry}
+    return [axis for axis, g in enumerate(acceleration) if g and (axis, 1.0 if g < 0.0 else -1.0) not in held]
+
+
+def gravity_warnings(case: AnyCase) -> Iterator[str]:
+    """Yield warnings about an overburden that flows, and about bodies whose sides nothing holds."""
+    overburden, gravity = case.overburden, case.gravity
+    if overburden is None or gravity is None:
+        return
+    yield from _flowing(case, overburden.lateral)
+    if overburden.lateral == 0.0 or gravity.type != "uniform" or case.clamped:
+        return
+    ends: dict[str, set[str]] = {}
+    for one in (*case.symmetry, *case.edges):
+        ends.setdefault(one.axis, set()).add(one.keep)
+    if case.kinematics == "axisymmetric":
+        ends.setdefault("y", set()).add("above")
+    for axis, g in zip("xyz", gravity.acceleration, strict=False):
+        if not g and ends.get(axis, set()) != {"above", "below"}:
+            yield (
+                f"overburden: nothing holds the sides along {axis} against a horizontal stress of "
+                f"{overburden.lateral:g} of the vertical one, so that the bodies spread; give planes, clamps or open "
+                "edges at both sides, or `overburden: {lateral: 0}`"
+            )
+
+
+def _flowing(case: AnyCase, lateral: float) -> Iterator[str]:
+    """Yield warnings about matter without cohesion that a ratio of horizontal to vertical stress makes flow."""
+    for name, body in case.bodies.items():
+        strength = body.material.strength
+        if strength.type == "rock" and strength.cohesion == 0.0 and not any(body.velocity):
+            least = (1.0 - strength.friction / 3.0) / (1.0 + 2.0 * strength.friction / 3.0)
+            if lateral < least:
+                yield (
+                    f"overburden.lateral: {lateral:g} is below {least:.3g}, the least ratio that the friction of "
+                    f"'{name}' bears: it flows at the start; give {least:.3g} to 1"
+                )
 
 
 def _resolve_folder(value: object, info: ValidationInfo) -> object:
@@ -270,7 +312,7 @@ def start_problems(case: AnyCase) -> Iterator[Problem]:
 
 
 def condition_words(case: AnyCase) -> list[tuple[str, str]]:
-    """Return kind and description of the moving clamps, open edges, loads and moving planes of a case."""
+    """Return kind and description of planes and clamps, at rest and moving, open edges and loads of a case."""
     si = case.units == "si"
     metre, speed, pressure = (unit if si else "" for unit in (" m", " m/s", " Pa"))
 
@@ -280,6 +322,8 @@ def condition_words(case: AnyCase) -> list[tuple[str, str]]:
             given = ", ".join(f"{one:g}" for one in clamp.velocity) + speed
             over_time = f"{len(clamp.velocity_table)} velocities over time along {clamp.along}"
             words.append(("moving clamp", f"clamped.{number}: {over_time if clamp.velocity_table else given}"))
+        else:
+            words.append(("clamp", f"clamped.{number}, in {', '.join(clamp.bodies) or 'all bodies'}"))
     words += [("open edge", f"{edge.axis} = {edge.at:g}{metre}, matter {edge.keep} it") for edge in case.edges]
     for number, load in enumerate(case.loads):
         peak = max((value for _, value in load.pressure), key=abs)
@@ -289,4 +333,6 @@ def condition_words(case: AnyCase) -> list[tuple[str, str]]:
             steady = f"{plane.velocity[0][1]:g}{speed}"
             motion = steady if len(plane.velocity) == 1 else f"{len(plane.velocity)} rows over time"
             words.append(("moving plane", f"{plane.axis} = {plane.at:g}{metre}: {motion}"))
+        else:
+            words.append(("symmetry plane", f"{plane.axis} = {plane.at:g}{metre}, matter {plane.keep} it"))
     return words

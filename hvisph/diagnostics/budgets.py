@@ -68,7 +68,7 @@ class Budget:
 
     def __init__(self, setup: Setup):
         particles, sums = setup.particles, setup.stepper.sums
-        self.energy = float(sums[column.KINETIC] + sums[column.INTERNAL])
+        self.energy = float(sums[column.KINETIC] + sums[column.INTERNAL]) + setup.stepper.stored_energy
         self.kinetic = float(sums[column.KINETIC])
         self._has_energy, self._stepper = setup.stepper.has_energy, setup.stepper
         self.momentum = sums[column.MOMENTUM : column.MOMENTUM + 3].copy()

@@ -50,16 +50,19 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
 
 
 class SanityChecks:
-    """Sanity checks of a run; every method raises `Failure` for an unphysical state."""
+    """Sanity checks of a run; every method raises `Failure` for an unphysical state.
 
-    def __init__(self, setup: Setup, limits: Any):
+    `weight` is the energy [J] that gravity may give, which counts with that at the start.
+    """
+
+    def __init__(self, setup: Setup, limits: Any, weight: float = 0.0):
         self._setup, self._limits = setup, limits
         fastest = float(setup.stepper.sums[column.FASTEST])
         signal = float(setup.subdomain.get_maxima(setup.stepper.signals.max(initial=0.0))[0])
         scale = fastest if fastest > 0.0 else signal
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None
-        self._energy = float(setup.stepper.sums[column.KINETIC] + abs(setup.stepper.sums[column.INTERNAL]))
+        self._energy = float(setup.stepper.sums[column.KINETIC] + abs(setup.stepper.sums[column.INTERNAL])) + weight
         self._floor = min(0.0, float(setup.stepper.sums[column.INTERNAL]))
         self._warned = False
 

@@ -228,10 +228,15 @@ def _is_cut(piece: np.ndarray, links: np.ndarray, strain: np.ndarray) -> bool:
 
 
 def _at_start(start: Snapshot) -> float:
-    """Return the initial energy without signs [J]."""
+    """Return the initial energy without signs [J], with that of the weight above and below the centre of mass."""
     squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
     mass = start.fields["mass"]
-    return float(0.5 * (mass * squared).sum() + np.abs(mass * start.fields["internal_energy"]).sum())
+    energy = float(0.5 * (mass * squared).sum() + np.abs(mass * start.fields["internal_energy"]).sum())
+    pull = start.metadata.get("gravity", {}).get("acceleration")
+    if pull:
+        height = start.fields["position"].reshape(start.count, -1) @ np.array(pull)
+        energy += float((mass * np.abs(height - (mass * height).sum() / mass.sum())).sum())
+    return energy
 
 
 def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:

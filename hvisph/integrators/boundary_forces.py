@@ -113,6 +113,7 @@ class Boundaries:
         self.faces, self.layer, self.time, self._ahead = faces, layer, begins, 0.0
         self.work, self.momentum, self.edge_energy, self.edge_momentum = 0.0, np.zeros(dim), 0.0, np.zeros(dim)
         self.speeds: list[tuple[int, float]] = []
+        self._waits = False
         self._given: list[tuple[bool, np.ndarray, np.ndarray]] = []
         self._left = (np.zeros((0, dim)), np.zeros(0))
         self._at_start: list[np.ndarray] = []
@@ -121,6 +122,12 @@ class Boundaries:
     def is_open(self) -> bool:
         """Whether there is an edge."""
         return self.layer is not None or any(face.impedances is not None for face in self.faces)
+
+    def wait(self, still: bool) -> None:
+        """Let time and planes stand still, or go on from where they are."""
+        self._waits, self._ahead = still, 0.0
+        for one in self.moving:
+            one.plane.velocity = 0.0 if still else float(one.motion.velocity(self.time)[0])
 
     def act(self, stepper: Any) -> None:
         """Add the forces of the faces to the rates of the stage, and take from them what the layer would receive."""
@@ -165,6 +172,8 @@ class Boundaries:
         sums *= dt
         self.work, self.momentum = float(sums[0, 0]), sums[0, 1:]
         self.edge_energy, self.edge_momentum = float(-sums[1, 0]), -sums[1, 1:]
+        if self._waits:
+            return
         self.time += dt
         self.speeds = [(one.plane.axis, one.plane.velocity) for one in self.moving]
         for one in self.moving:  # what passes the plane takes it, as the pairs of the next stage do
@@ -172,9 +181,10 @@ class Boundaries:
 
     def finish(self, stepper: Any, stage: float) -> None:
         """Put the layer in its place, in the state and in the packed rows, whose time is `stage` [s] ahead."""
-        self._ahead = stage
-        for one in self.moving:
-            one.move(self.time, stage)
+        if not self._waits:
+            self._ahead = stage
+            for one in self.moving:
+                one.move(self.time, stage)
         if self.layer is None:
             return
         rows, some = self._here(self.layer.numbers)

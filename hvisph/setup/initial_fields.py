@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.core.particles import Particles
+from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
 from hvisph.materials.damage import GradyKipp
 from hvisph.materials.damage.fracture_energy import WIDTH
@@ -16,6 +17,8 @@ from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.eos.jwl import BURN_SPACINGS
 from hvisph.materials.material_table import Material
 from hvisph.materials.stress_update import NOTHING
+from hvisph.measures.debris.groups import connected_groups
+from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
 from .materials import material_of
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
 
 # Points of the column along which the pressure of the overburden is integrated.
 COLUMN = 400
+# Particles nearer than so many spacings stand on each other.
+LINK = 1.5
 
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
@@ -101,15 +106,46 @@ def gravity_option(case: Case) -> dict[str, Gravity]:
     return {} if gravity is None else {"gravity": gravity}
 
 
+def refuse_hanging(case: Case, placed: Sequence[PlacedBody], particles: Particles, planes: Sequence[Plane]) -> None:
+    """Raise `CaseError` where bodies at rest are to be in equilibrium under uniform gravity and stand on nothing.
+
+    What is linked by `LINK` spacings stands together, on planes of symmetry across all components of gravity or on
+    particles that are clamped.
+    """
+    gravity = gravity_of(case)
+    if gravity is None or gravity.kind != UNIFORM or (case.overburden is None and case.settle is None):
+        return
+    rests = ~np.array([bool(body.mean_velocity.any()) for body in placed])[particles.body]
+    spacing = np.concatenate([body.spacing for body in placed])
+    groups = np.full(particles.count, -1)
+    groups[rests] = connected_groups(particles["position"][rests], float(spacing.max()), LINK)
+    held = (particles.tags[:, FLAGS] & CLAMPED) != 0
+    for group in range(int(groups.max(initial=-1)) + 1):
+        rows = np.flatnonzero(groups == group)
+        if held[rows].any():
+            continue
+        for axis, g in enumerate(gravity.vector):
+            gaps = [
+                float((plane.side * (particles["position"][rows, axis] - plane.at) / spacing[rows]).min())
+                for plane in planes
+                if plane.axis == axis and plane.side * g < 0.0
+            ]
+            if g and not (gaps and min(gaps) < LINK):
+                body = placed[int(particles.body[rows[0]])].name
+                below = f"{min(gaps) - 0.5:.3g} spacings above the plane" if gaps else "on no plane"
+                message = f"stands {below} along {'xyz'[axis]} and falls; move it onto its support or clamp it"
+                raise CaseError(message, where=f"bodies.{body}")
+
+
 def add_overburden(case: Case, body: PlacedBody, material: Material, particles: Particles, part: slice) -> None:
-    """Set density, mass and deviator of a body under its own weight.
+    """Set density, mass and deviator of a body at rest under its own weight.
 
     The vertical stress -P follows from dP/ds = rho |g| along the depth s below the free face. With the ratio K0 of
     horizontal to vertical stress the pressure is (1 + 2 K0) P/3 and the deviator -(1 - K0) P (e e - I/3), e being the
     direction of gravity. Density follows from the pressure at the initial energy.
     """
     gravity, overburden = gravity_of(case), case.overburden
-    if gravity is None or overburden is None:
+    if gravity is None or overburden is None or body.mean_velocity.any():
         return
     x, energy = body.positions, float(particles["internal_energy"][part][0])
     field = gravity.acceleration(x)

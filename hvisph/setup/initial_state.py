@@ -31,7 +31,7 @@ from .bodies import PlacedBody, placed_bodies
 from .boundaries import boundaries_of
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
-from .initial_fields import add_overburden, body_material, initial_history
+from .initial_fields import add_overburden, body_material, initial_history, refuse_hanging
 from .materials import start_of
 from .rigid_bodies import describe_rigid, rigid_material, rigid_motions
 from .start import origin_of
@@ -197,6 +197,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     refuse_outside(particles, case.domain, names)
     if particles.kinematics.axisymmetric:
         planes = (*planes, AXIS)
+    refuse_hanging(case, placed, particles, planes)
     loaded = [filled_region(particles, load, names, f"loads.{number}") for number, load in enumerate(case.loads)]
     boundaries = boundaries_of(case, formulation, placed, particles, own, planes, loaded)
     unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawing_dimensions] if case.units == "si" else ""

@@ -17,6 +17,7 @@ from hvisph.output.snapshot import Snapshot
 from hvisph.setup.build import build
 
 from .listener import Listener
+from .settling import settle
 from .writer import SnapshotWriter
 
 
@@ -76,6 +77,7 @@ def _start(case: Case, text: str, writer: SnapshotWriter) -> Snapshot:
             return read_snapshot(writer.path(0), lazily=True)
     setup = build(case)
     setup.stepper.start()
+    settle(case, setup)
     start = SnapshotWriter(writer.folder, setup, case, text).start(case.begins).snapshot
     assert start is not None
     return start

@@ -36,6 +36,7 @@ from hvisph.simulation.finalize import Outcome, exit_code_of, measure_end
 from hvisph.simulation.late_stages import LateStages
 from hvisph.simulation.listener import Listener, Reporter
 from hvisph.simulation.run_files import RunFiles
+from hvisph.simulation.settling import own_limit, settle
 from hvisph.simulation.signals import StopRequests
 from hvisph.simulation.writer import SnapshotWriter
 from hvisph.sph.neighbours.connected_components import label_components
@@ -89,6 +90,7 @@ class Run:
         self.listener.start(self.folder.path, count, self.clock.end)
         warnings = [*warnings_of(self.case), *contact_warnings(self.case), *advice(self.case)]
         said = [f"warning: {warning.splitlines()[0]}" for warning in warnings]
+        said += [self._settled] if self._settled else []
         for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
             self.folder.log.write(line)
             self.listener.message(line)
@@ -122,7 +124,11 @@ class Run:
         """Evaluate the initial rates; restore the checkpoint when resuming."""
         separate_fragments(self.setup, 0)
         self.setup.stepper.start()
-        self.budget, self.checks = Budget(self.setup), SanityChecks(self.setup, self.case.limits)
+        self._settled = settle(self.case, self.setup)
+        if self._settled:
+            self.writer.begun.rows[...] = self.setup.particles["position"]
+        self.budget = Budget(self.setup)
+        self.checks = SanityChecks(self.setup, self.case.limits, self.budget.scale - self.budget.energy)
         self.start = self.writer.start(self.case.begins)
         self.checkpoint_content = CheckpointContent(
             self.case,
@@ -161,7 +167,7 @@ class Run:
 
     def _limit(self, collapsed: RunError | None = None) -> GlobalLimit:
         """Return the step limit over all processes; `collapsed` is the error of this process, if any."""
-        own = Limit(-1.0, COLLAPSED, -1) if collapsed else self._own_limit()
+        own = Limit(-1.0, COLLAPSED, -1) if collapsed else own_limit(self.case, self.setup)
         whole = self.subdomain.reduce_limit(own, self.stop.number or 0, self.files.checkpoint_due())
         if whole.criterion == COLLAPSED:
             what = self.subdomain.first_of(collapsed)
@@ -169,17 +175,6 @@ class Run:
         if whole.stop and self.subdomain.world.size > 1:
             self._stopped, self.stop.number = True, self.stop.number or whole.stop
         return whole
-
-    def _own_limit(self) -> Limit:
-        stepper = self.setup.stepper
-        limit = self.setup.criteria.limit(
-            stepper.lengths, stepper.signals, stepper.rates, stepper.place, self.setup.particles.id
-        )
-        cfl = self.case.time.cfl
-        for time, criterion, particle in stepper.limits():
-            if cfl * time < limit.dt:
-                limit = Limit(cfl * time, criterion, particle, time)
-        return limit
 
     def _advance(self) -> None:
         """Advance by one step: rates, next step, state, schedule."""

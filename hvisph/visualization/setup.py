@@ -51,6 +51,8 @@ class Setup:
     si: bool = True  # whether lengths are in metres
     axisymmetric: bool = False  # whether particles are axisymmetric about x: the bodies are solids of revolution
     edges: Sequence[tuple[int, float]] = ()  # open edges: axis and coordinate [m]
+    gravity: Sequence[float] = ()  # acceleration of a uniform field [m/s^2]
+    moving: Mapping[tuple[int, float], float] = field(default_factory=dict)  # planes that move, and their direction
 
     @property
     def solid(self) -> bool:
@@ -148,6 +150,7 @@ def _section(axes: Axes, setup: Setup) -> None:
         if planes:
             listed = ", ".join(f"{'xyz'[axis]} = {at * unit:g}" for axis, at in planes)
             axes.plot([], [], dashes, color=colour, label=f"{name}: {listed}")
+    _forces(axes, setup, low, high)
     if setup.axisymmetric:
         axes.axhline(0.0, color="#666666", ls=(0, (12, 3, 2, 3)), lw=0.8, label="axis")
     for name, place in setup.gauges.items():
@@ -165,6 +168,25 @@ def _section(axes: Axes, setup: Setup) -> None:
     axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
     below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat
     axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2, frameon=False)
+
+
+def _forces(axes: Axes, setup: Setup, low: np.ndarray, high: np.ndarray) -> None:
+    """Draw arrows of gravity, beside the bodies, and of the planes that move, between the corners of the bodies."""
+    arrow, middle, span = {"arrowstyle": "-|>", "lw": 1.6}, 0.5 * (low + high), float((high - low).max())
+    pull = np.append(np.asarray(setup.gravity, float), 0.0)[:2]
+    size = float(np.linalg.norm(pull))
+    if size > 0.0:
+        start = np.array([high[0], high[1]]) - 0.05 * span
+        end = start + 0.12 * span * pull / size
+        axes.annotate("", tuple(end), tuple(start), arrowprops=arrow | {"color": "#7d3c98"})
+        axes.plot([], [], "-", color="#7d3c98", label=f"gravity: {size:.4g}{' m/s^2' if setup.si else ''}")
+    for (axis, at), direction in setup.moving.items():
+        if axis < 2 and direction:
+            start = middle.copy()
+            start[axis] = at * setup.factor
+            end = start.copy()
+            end[axis] += 0.1 * span * np.sign(direction)
+            axes.annotate("", tuple(end), tuple(start), arrowprops=arrow | {"color": "#c0392b"})
 
 
 def _velocities(axes: Axes, setup: Setup, span: float) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from hvisph.case.bodies import Body
-from hvisph.case.conditions import edge_problems, gravity_problems, start_problems, table_problems
+from hvisph.case.conditions import edge_problems, gravity_problems, gravity_warnings, start_problems, table_problems
 from hvisph.case.model import AnyCase, Path, Problem
 from hvisph.case.output import Clamp, SymmetryPlane, box_problems, gauge_problems, region_problems
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
@@ -77,6 +77,7 @@ def warnings_of(case: AnyCase) -> list[str]:
         *case.formulation.warnings(case),
         *_unused_settings(case),
         *_mirror_conflicts(case),
+        *gravity_warnings(case),
     ]
     return [*warnings, *axisymmetric_warnings(case), *implausible(case)]
 

@@ -49,12 +49,24 @@ def draw_setup(case: Case, path: str) -> Path:
         time, one, other = contact
         shown = format_time(time) if case.units == "si" else f"{time:.4g}"
         notes.append(f"first contact: {one} and {other} at {shown}")
-    notes += [f"{kind} {text}" for kind, text in condition_words(case) if kind != "open edge"]
+    notes += [f"{kind} {text}" for kind, text in condition_words(case) if kind.startswith(("moving", "load"))]
+    if case.gravity is not None and case.gravity.type == "sphere":
+        notes.append(
+            f"gravity {case.gravity.words(lambda value, unit: quantity(value, unit if case.units == 'si' else ''))}"
+        )
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
+    pull = case.gravity.acceleration if case.gravity is not None and case.gravity.type == "uniform" else ()
+    moving = {
+        (axis, at): sum(speed for _, speed in plane.velocity)
+        for (axis, at), plane in zip(planes, case.symmetry, strict=True)
+        if plane.velocity
+    }
     edges = [("xyz".index(edge.axis), edge.at) for edge in case.edges]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
     title, axisymmetric = case.title or "untitled case", KINEMATICS[case.kinematics].axisymmetric
-    return setup_picture(Setup(title, bodies, planes, gauges, notes, case.units == "si", axisymmetric, edges), path)
+    return setup_picture(
+        Setup(title, bodies, planes, gauges, notes, case.units == "si", axisymmetric, edges, pull, moving), path
+    )
 
 
 Format = Callable[[float, str], str]  # of a number with its SI unit
@@ -160,6 +172,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
         facts.append(("start", case.start.words(number)))
     if case.gravity is not None:
         weight = ", bodies under their weight" if case.overburden else ""
+        weight += f", settled for {number(case.settle, 's')} before the start" if case.settle else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
     facts += _rigid(case, taken)
     facts += condition_words(case)

@@ -1,0 +1,134 @@
+"""Settling of bodies under gravity before the start of a run: dynamic relaxation to equilibrium.
+
+After every step the velocities fall by exp(-k dt), k = pi c/(2 H) being the frequency of the lowest mode of a column of
+height H that stands on a support, c its speed of longitudinal waves; the mode then decays as exp(-k t/2). The damped
+energy is no heat: the balances of the run begin with the settled state.
+
+Source: Otter, Cassell & Hobbs 1966 (dynamic relaxation).
+"""
+
+from __future__ import annotations
+
+from math import exp, isfinite, pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hvisph.core.errors import RunError
+from hvisph.core.particles import CLAMPED, FLAGS
+from hvisph.integrators import sums as column
+from hvisph.integrators.gravity import SPHERE, Gravity
+from hvisph.integrators.time_step import Limit
+from hvisph.setup.build import Setup
+
+from .clock import Clock
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+# Greatest speed that is left, over (g H)^(1/2), from which on bodies are not at rest.
+AT_REST = 1e-3
+
+
+def own_limit(case: Case, setup: Setup) -> Limit:
+    """Return the limit of the next step by the particles of this process."""
+    stepper = setup.stepper
+    limit = setup.criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place, setup.particles.id)
+    cfl = case.time.cfl
+    for time, criterion, particle in stepper.limits():
+        if cfl * time < limit.dt:
+            limit = Limit(cfl * time, criterion, particle, time)
+    return limit
+
+
+def settle(case: Case, setup: Setup) -> str:
+    """Let the bodies at rest settle for `case.settle`; return what to tell of it.
+
+    Bodies with a velocity and loads wait: they are as at the start when the bodies have settled.
+
+    Raises
+    ------
+    RunError
+        Where the state becomes no number.
+    """
+    stepper, particles = setup.stepper, setup.particles
+    gravity: Gravity | None = getattr(stepper, "gravity", None)
+    if case.settle is None or gravity is None:
+        return ""
+    waits = _waiting(case, setup)
+    held, loads = particles.data[waits].copy(), getattr(stepper, "loads", None)
+    kept = None if loads is None else loads.copy()
+    tags, boundaries = particles.tags.copy(), getattr(stepper, "boundaries", None)
+    particles.tags[waits, FLAGS] |= CLAMPED
+    particles["velocity"][waits] = 0.0
+    if loads is not None:
+        loads[:] = 0.0
+    if boundaries is not None:
+        boundaries.wait(True)
+    free = (particles.tags[:, FLAGS] & CLAMPED) == 0
+    rate, scale = damping_rate(setup, gravity, ~waits)
+    clock = Clock(case.settle, case.settle, case.time.step)
+    limit = setup.subdomain.reduce_limit(own_limit(case, setup), 0, False)
+    if particles.has_previous:
+        stepper.complete(0.0, 0.0)
+    step = clock.choose(limit.dt, limit.criterion, None)
+    stepper.predict(step.length)
+    while not clock.is_finished:
+        last = clock.last(step)
+        if last is not None:
+            step = last
+            stepper.predict(step.length)
+        stepper.evaluate()
+        limit = setup.subdomain.reduce_limit(own_limit(case, setup), 0, False)
+        following = clock.choose(limit.dt, limit.criterion, step)
+        stepper.complete(step.length, following.length)
+        particles["velocity"][free] *= exp(-rate * step.length)
+        stepper.predict(following.length)
+        clock.complete(step)
+        if not (limit.dt > 0.0 and isfinite(stepper.sums[column.FASTEST])):
+            raise RunError(f"settling failed after {clock.time:.4g} s: the state is no number; give a smaller time.cfl")
+        step = following
+    left = float(stepper.sums[column.FASTEST])
+    particles.tags[...], particles.data[waits] = tags, held
+    if boundaries is not None:
+        boundaries.wait(False)
+    stepper.predict(0.0)
+    stepper.evaluate()
+    if loads is not None:
+        loads[...] = kept
+    ratio, second, speed = left / scale if scale > 0.0 else 0.0, *((" s", " m/s") if case.units == "si" else ("", ""))
+    said = (
+        f"settled for {case.settle:g}{second} in {clock.steps} steps: greatest speed left {left:.3g}{speed}, "
+        f"{ratio:.2g} of (g H)^(1/2)"
+    )
+    if ratio <= AT_REST:
+        return f"note: {said}"
+    longer = case.settle + 3.0 / rate * np.log(ratio / AT_REST)
+    return (
+        f"warning: {said}, more than {AT_REST:g}: the bodies are not at rest; settle longer, as {longer:.2g}{second}, "
+        "or support what flows away"
+    )
+
+
+def damping_rate(setup: Setup, gravity: Gravity, rests: np.ndarray) -> tuple[float, float]:
+    """Return the rate of damping [1/s] of the particles that rest (n,), and (g H)^(1/2) [m/s]."""
+    x, share = setup.particles["position"], setup.subdomain
+    field = gravity.acceleration(x)
+    pull = np.sqrt((field**2).sum(axis=1))
+    if gravity.kind == SPHERE:
+        away = np.sqrt(((x - np.array(gravity.vector)) ** 2).sum(axis=1))
+        low, high = 0.0, share.get_maxima(float(away[rests].max(initial=0.0)))[0]
+    else:
+        up = x @ -np.array(gravity.vector) / max(float(np.sqrt(np.square(gravity.vector).sum())), 1e-300)
+        low, high = share.get_maxima(*(float(one[rests].max(initial=-np.inf)) for one in (-up, up))) * (-1.0, 1.0)
+    length = float(setup.particles["smoothing_length"].max(initial=0.0))
+    height = float(high - low + share.get_maxima(length)[0])
+    speeds = [one.longitudinal_sound_speed for one in setup.substances]
+    g = share.get_maxima(float(pull[rests].max(initial=0.0)))[0]
+    return pi * min(speeds) / (2.0 * height), sqrt(g * height)
+
+
+def _waiting(case: Case, setup: Setup) -> np.ndarray:
+    """Return which particles belong to bodies that start with a velocity (n,)."""
+    moves = [any(case.bodies[name].velocity) or bool(case.bodies[name].initial_velocity) for name in setup.bodies]
+    return np.asarray(np.array(moves)[setup.particles.body])
