@@ -176,7 +176,7 @@ def test_the_page_draws_what_was_stored(tmp_path):
     assert result is not None
     text = write_page(tmp_path / "page.md", [result]).read_text(encoding="utf-8")
     assert "final length over initial" in text
-    assert "not computed yet" in text
+    assert "Not computed yet" in text
     assert (tmp_path / "page" / "taylor.outlines.png").stat().st_size > 10_000
 
 

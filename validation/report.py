@@ -11,7 +11,7 @@ from hvisph.output import atomic_write
 
 from .comparison import Compared, Verdict, verdicts
 from .evaluators import judge_of
-from .experiments import GROUP, Experiments, Form, experiment_names
+from .experiments import GROUP, Experiments, experiment_names
 from .pictures import draw
 from .results import SetResult, store, stored
 from .table_cells import CELLS, percent, verdict_cells
@@ -37,19 +37,15 @@ judged.
 
 ## How to compute a set
 
-This page is made by `hvisph validate --page docs/validation.md`; do not edit it.
+This page is made by `hvisph validate --page docs/validation.md`; do not edit it. All numbers are in the JSON files
+beside it (`docs/validation/`). A set is a folder of `cases/validation`: a case, `shots.csv` with the differences,
+`measured.csv` with every measured number, its scatter, source and reliability, and `set.yaml` with the choices and
+tolerances.
 
 ```sh
-hvisph validate                      # lists the sets
-hvisph validate taylor shield        # computes them; the same command continues after an interruption
-hvisph validate taylor --table       # every number: measured, computed, off
-hvisph validate --all --second-resolution      # the coarser resolution, for the discretization error
-hvisph validate taylor --particles-across 40   # another resolution
+hvisph validate taylor shield            # computes sets; the same command continues after an interruption
+hvisph validate taylor --table           # every number: measured, computed, off
 ```
-
-A set is a folder of `cases/validation`: a case, `shots.csv` with the differences, `measured.csv` with every measured
-number, its scatter, source and reliability (`seen`, `derived` or `recalled`), and `set.yaml` with the choices and
-tolerances. All numbers are in the JSON files beside this page (`docs/validation/`).
 """
 
 
@@ -138,9 +134,10 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     if result is None:
         return
     words = judge_of(model.judge).quantities
-    for picture in draw(result, folder, words):
-        yield ""
-        yield f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
+    pictures = [f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
+                for picture in draw(result, folder, words)]  # fmt: skip
+    if pictures:
+        yield from ("", " ".join(pictures))
     yield from _bias(result, result.curves.get("groups", {}), "bias")
     yield from _beyond(one, result)
     failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
@@ -158,8 +155,7 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> str:
     second = None if result.across == number else stored(folder, one.name, number)
     text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of wall time on one core."
     if second is None:
-        form: Form = "full" if result.across == number else "second"
-        return f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet."
+        return text
     there = {_key(row): row for row in second.rows}
     words = judge_of(one.model.judge).quantities
     changes: dict[str, list[float]] = {}
