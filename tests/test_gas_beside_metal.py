@@ -1,5 +1,7 @@
 """Gas behind a metal wall that is struck: smoothing lengths that follow density on both sides of a contact."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from small_runs import final
@@ -8,6 +10,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.compiler.jit import python_twin
 from hvisph.materials.eos import tillotson
 from hvisph.materials.material_table import Material, pack
+from hvisph.setup.build import build
 from hvisph.simulation.run import run
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.terms import grad_h
@@ -92,6 +95,23 @@ def test_a_gas_pushes_the_wall_as_its_exact_solution(density, tmp_path):
     assert wall == pytest.approx(-impulse, rel=0.02)
 
 
+def test_bounds_of_smoothing_lengths_are_those_of_each_material():
+    material = {"density": 1.19, "eos": {"type": "ideal_gas", "gamma": 1.4}}
+    bodies = {
+        "fine": {"material": "aluminium-6061-t6", "shape": {"type": "interval", "length": 2e-3}},
+        "air": {
+            "material": material,
+            "shape": {"type": "interval", "length": 8e-3},
+            "resolution": 0.8e-3,
+            "internal_energy": 2.1e5,
+        },
+    }
+    setup = build(load_case({"kinematics": "uniaxial_strain", "resolution": 0.1e-3, "bodies": bodies,
+                             "time": {"end": 1e-6}}))  # fmt: skip
+    assert setup.materials[0] == "aluminium-6061-t6"
+    assert setup.stepper.h_limits == pytest.approx(1.2e-3 * np.array([[0.01, 0.4], [0.08, 3.2]]), rel=1e-9)
+
+
 # 20 MJ/kg vaporise aluminium; a, E0, alpha, beta and both energies of nylon, of basalt: those of cloths.
 VAPOURS = {
     "aluminium": (2700.0, 2e7, tillotson.Tillotson(75.2e9, 65e9, 0.5, 1.63, 5e6, 5.0, 5.0, 3e6, 13.9e6)),
@@ -127,7 +147,7 @@ def test_vapour_expands_along_its_isentrope(name, tmp_path):
         middle = np.argmin(fields["position"][:, 0])
         thin, e = fields["density"][middle], hot
         steps = np.geomspace(density, thin, 4000)
-        for rho, following in zip(steps[:-1], steps[1:], strict=True):
+        for rho, following in pairwise(steps.tolist()):
             half = e + state(rho, e, row)[0] / rho**2 * 0.5 * (following - rho)
             e += state(0.5 * (rho + following), half, row)[0] / (rho * following) * (following - rho)
         assert fields["internal_energy"][middle] == pytest.approx(e, rel=0.03)

@@ -56,7 +56,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
     m, held = alike
     table, models = materials
     dt, stage, complete = times_ahead
-    h_low, h_high = h_limits
+    h_low, h_high = h_limits[m, 0], h_limits[m, 1]
     lengths, signals, pressures = limits
     of_energy, of_momentum, of_force, of_power = rounders
     s = np.uint64(0)  # arrays stand for all of the particles: any row will do
@@ -208,7 +208,7 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     times_ahead
         Length of the step [s], how far the next stage is ahead of its end [s], whether to complete the step.
     h_limits
-        Least and largest smoothing length [m].
+        Least and largest smoothing length of each material [m], (materials, 2).
     rows
         The packed rows of the evaluation, which those of the next stage replace.
     limits

@@ -129,7 +129,7 @@ class Stepper:
             layout, formulation.kernel, formulation.passes(dim), self.coefficients, particles["position"], h, planes
         )
         smoothing = formulation.smoothing
-        self.h_low, self.h_high = smoothing.smallest * h, smoothing.largest * h
+        self.h_limits = h * np.tile([smoothing.smallest, smoothing.largest], (len(materials), 1))  # by material
         self.h_max = h
         self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
         self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
@@ -197,7 +197,7 @@ class Stepper:
     @property
     def support(self) -> float:
         """The largest distance at which two particles can ever be neighbours [m]."""
-        return self.pairs.kernel.reach * self.h_high
+        return float(self.pairs.kernel.reach * self.h_limits.max())
 
     @property
     def place(self) -> np.ndarray:
@@ -256,7 +256,7 @@ class Stepper:
             self.motion.hide_rigid(self)
         self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, self._pull, (dt, stage, complete),
-                     (self.h_low, self.h_high), self.rows,
+                     self.h_limits, self.rows,
                      (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
         self._show_pieces()
         if self.motion is not None:

@@ -85,7 +85,7 @@ def set_up(case: Case, start: InitialState) -> Setup:
         **_late_option(case, start.materials),
     )
     if isinstance(stepper, Stepper):
-        stepper.h_low *= start.spread
+        stepper.h_limits *= start.spreads
     if start.sequence is not None:
         stepper.keep_order(start.sequence)
     set_loads(stepper, case, start.bodies)

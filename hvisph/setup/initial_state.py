@@ -118,11 +118,11 @@ SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "honeycomb"
 class InitialState:
     """Initial state of a run: particles of all bodies or of a part.
 
-    `longest` is the largest smoothing length [m] and `spread` the ratio of smallest to largest; `count` is the number
-    of particles of all bodies. For a part, `observed` has the numbers of particles whose pressures the history records,
-    by column, and `sequence` (n,) their places in the order of all, if the scheme keeps an order. `origin` tells of the
-    other run that this one starts from, see `start.Origin.as_dict`; `rigid` are the motions of rigid bodies,
-    `boundaries` faces and edges.
+    `longest` is the largest smoothing length [m], `spreads` (materials, 2) the least and the largest of each material
+    over it; `count` is the number of particles of all bodies. For a part, `observed` has the numbers of particles whose
+    pressures the history records, by column, and `sequence` (n,) their places in the order of all, if the scheme keeps
+    an order. `origin` tells of the other run that this one starts from, see `start.Origin.as_dict`; `rigid` are the
+    motions of rigid bodies, `boundaries` faces and edges.
     """
 
     particles: Particles
@@ -130,7 +130,7 @@ class InitialState:
     materials: list[Material]
     planes: tuple[Plane, ...]
     longest: float
-    spread: float
+    spreads: np.ndarray
     bodies: list[str]
     gauges: dict[str, PlacedGauge]
     notes: tuple[str, ...]
@@ -222,8 +222,10 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
         joule = " J" if case.units == "si" else ""
         notes = (*notes, f"contact energy of the run, {origin['lost_on_mapping']:.6g}{joule}, does not go on")
     gauges = placed_gauges(case.gauges, placed, case.resolution)
-    longest, shortest = float(lengths.max()), float(lengths.min())
-    return InitialState(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
+    longest = float(lengths.max())
+    of_materials = [lengths[particles.material == number] for number in range(len(materials))]
+    spreads = np.array([[one.min() / longest, one.max() / longest] for one in of_materials])
+    return InitialState(particles, formulation, materials, planes, longest, spreads, names, gauges, notes,
                      particles.count, origin=origin, rigid=rigid, boundaries=boundaries)  # fmt: skip
 
 

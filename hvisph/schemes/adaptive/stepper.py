@@ -69,7 +69,7 @@ class CompositeStepper(CompositeState):
         self._averages = previous != 0.0
         self.table, self.models = pack(materials)
         self.coefficients = formulation.coefficients()
-        self.h_low = self.h_high = self.h_max = h
+        self.h_limits, self.h_max = np.full((len(materials), 2), h), h
         self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
         self.loads = np.zeros(count)
         self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
