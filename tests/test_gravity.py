@@ -244,6 +244,24 @@ def test_a_short_settling_is_warned_of(tmp_path):
     assert any(text.startswith("warning: settled for") and "settle longer" in text for text in heard.said)
 
 
+@pytest.mark.parametrize("formulation", ["riemann", "eulerian", "total_lagrangian"])
+@pytest.mark.parametrize("support", ["plane", "clamp"])
+def test_supports_take_the_weight(support, formulation, tmp_path):
+    """Momentum that they take is that of the weight above them; with a clamp the sum of all is zero to round-off."""
+    end = 2e-3
+    held = {"symmetry": [], "clamped": [{"box": {"max": [0.16]}}]} if support == "clamp" else {}
+    water = {"material": ELASTIC, "shape": {"type": "interval", "length": 1.0}, "position": [0.5]}
+    case = column(resolution=0.05, formulation={"type": formulation}, bodies={"water": water}, overburden=False,
+                  settle=2.5e-3, time={"end": end}, output={"every": end}, **held)  # fmt: skip
+    run(case, tmp_path / "run")
+    columns = np.genfromtxt(tmp_path / "run" / "history.csv", delimiter=",", names=True)
+    borne = 2785.0 * (0.85 if support == "clamp" else 1.0) * 9.81 * end
+    assert columns["support_momentum_x"][-1] == pytest.approx(-borne, rel=2e-3)
+    change = columns["momentum_x"] - columns["momentum_x"][0]
+    closed = change + columns["support_momentum_x"] + borne * columns["time"] / end
+    assert np.abs(closed).max() < 1e-12 * borne
+
+
 def test_nothing_moves_without_weight(tmp_path):
     """Settled without gravity all stays as it is, to the bit."""
     case = bed(ELASTIC, gravity=[0.0, 0.0], settle=2e-4, ball=False)

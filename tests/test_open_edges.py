@@ -9,6 +9,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.geometry.open_edge import Edge, cut_open, face_areas, follow, row_shares
 from hvisph.output.reader import list_snapshots, read_snapshot
+from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import resume, run
 
 DX = 1e-4
@@ -195,6 +196,28 @@ def test_a_projectile_in_an_edge_is_refused():
     target = {"material": METAL, "shape": {"type": "box", "size": [3e-3, 4e-3]}, "position": [1.5e-3, 0.0]}
     with pytest.raises(CaseError, match="starts in it"):
         build(block(loads=[], bodies={"ball": ball, "block": target}))
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "total_lagrangian"])
+def test_a_load_that_stays_on_is_told(formulation, tmp_path):
+    """0.5 GPa drives a bar at 33 m/s, 0.006 of the speed of sound, through its edge; 0.05 GPa is below the limit."""
+
+    class Heard(Listener):
+        said = ""
+
+        def message(self, text):
+            self.said += text
+
+    for pressure, told in ((0.5e9, True), (0.05e9, False)):
+        heard = Heard()
+        case = load_case({
+            "kinematics": "uniaxial_strain", "resolution": 0.25e-3, "formulation": {"type": formulation},
+            "bodies": {"bar": {"material": METAL, "shape": {"type": "interval", "length": 3e-3}, "position": [1.5e-3]}},
+            "edges": [{"axis": "x", "at": 3e-3, "keep": "below"}], "time": {"end": 7e-6}, "output": {"every": 7e-6},
+            "loads": [{"box": {"max": [0.5e-3]}, "normal": "-x", "pressure": [[0.0, pressure]]}],
+        })  # fmt: skip
+        run(case, tmp_path / f"{pressure:g}", listener=heard)
+        assert ("edges.0: the matter beside it has moved" in heard.said) == told
 
 
 def test_check_names_edges_and_loads():

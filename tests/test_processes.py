@@ -59,6 +59,22 @@ CASES = {
         symmetry=[{"axis": "y"}, {"axis": "z"}],
         clamped=[{"box": {"min": [1.9e-3, None, None]}}],
     ),
+    # planes that move, edges and matter that settles before the start
+    "moving_plane": lambda: load_case(
+        {
+            "kinematics": "plane_strain",
+            "resolution": 0.25e-3,
+            "gravity": [-1e6, 0.0],
+            "settle": 5e-7,
+            "bodies": {
+                "bed": {"material": LIQUID, "shape": {"type": "box", "size": [3e-3, 4e-3]}, "position": [1.5e-3, 0]}
+            },
+            "symmetry": [{"axis": "x", "velocity": [[0.0, 0.0], [5e-7, 300.0]]}],
+            "edges": [{"axis": "y", "at": 1.5e-3, "keep": "below"}],
+            "time": {"end": 8e-7},
+            "output": {"every": 3e-7},
+        }
+    ),
     # gradients of the evaluation before go with particles that change processes or pass a plane
     "elastic": lambda: row_of(
         [METAL, HARDENING],
@@ -206,6 +222,7 @@ def test_a_run_that_starts_from_another_is_the_same(tmp_path):
         ("rigid", 2, 1),
         ("cracks", 3, 1),
         ("laminate", 2, 1),
+        ("moving_plane", 3, 1),
     ],
 )
 def test_any_number_of_processes_gives_the_same_bits(name, processes, threads, tmp_path):
@@ -220,7 +237,7 @@ def test_any_number_of_processes_gives_the_same_bits(name, processes, threads, t
 
 
 @needs_mpi
-@pytest.mark.parametrize("name", ["eulerian", "riemann", "total_lagrangian", "adaptive", "projection"])
+@pytest.mark.parametrize("name", ["eulerian", "riemann", "total_lagrangian", "adaptive", "projection", "moving_plane"])
 def test_a_run_goes_on_with_other_numbers_of_processes(name, tmp_path):
     case = CASES[name]()
     run(case, tmp_path / "one", threads=1)

@@ -106,12 +106,15 @@ def edge_problems(case: AnyCase) -> Iterator[Problem]:
 def _moving_plane(case: AnyCase, plane: SymmetryPlane, path: Path) -> Iterator[Problem]:
     """Yield the errors of a plane of symmetry that moves."""
     yield from table_problems([time for time, _ in plane.velocity], path)
-    if case.formulation.type not in ("riemann", "eulerian") or getattr(case.formulation, "contact_algorithm", False):
-        yield Problem(path, "only planes of riemann and eulerian move; use one of them, or leave the velocity out")
+    if case.formulation.type == "projection":
+        yield Problem(path, "projection has no planes that move; use another formulation, or leave the velocity out")
+    if getattr(case.formulation, "reference_update_strain", None) is not None:
+        message = "a reference that is renewed has no plane that moves; leave out `formulation.reference_update_strain`"
+        yield Problem(path, message)
     if [one.axis for one in case.symmetry].count(plane.axis) > 1:
         yield Problem(path, "needs one plane across its axis for its work; leave the other one out")
-    if case.edges or any(body.rigid is not None for body in case.bodies.values()):
-        yield Problem(path, "does not go with open edges or rigid bodies; leave one of them out")
+    if any(body.rigid is not None for body in case.bodies.values()):
+        yield Problem(path, "does not go with rigid bodies; leave one of them out")
     if case.time.integrator == "predictor_corrector":
         yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
     if case.kinematics == "axisymmetric" and plane.axis != "x":

@@ -31,7 +31,7 @@ class SymmetryPlane(StrictModel):
         default=(),
         description="Velocity along the axis, as that of a rigid wall that moves: a number [m/s], or rows of time [s] "
         "and velocity [m/s], linear between rows and constant beyond them; its work is `external_work` in the history; "
-        "at rest unless given",
+        "at rest unless given; with every formulation but projection",
     )
 
 

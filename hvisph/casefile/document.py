@@ -289,5 +289,6 @@ def formulation(text: object) -> str:
 def symmetry_axes(text: object) -> tuple[int, ...]:
     """Return the axes whose coordinate plane is a mirror of the model; none where they are unknown."""
     planes = _case(text).get("symmetry")
-    axes = [plane.get("axis") for plane in planes if isinstance(plane, dict)] if isinstance(planes, list) else []
+    planes = [plane for plane in planes if isinstance(plane, dict)] if isinstance(planes, list) else []
+    axes = [plane.get("axis") for plane in planes if not plane.get("at") and not plane.get("velocity")]
     return tuple("xyz".index(axis) for axis in axes if axis in ("x", "y", "z"))

@@ -123,7 +123,6 @@ class Budget:
             given, left = self.boundaries.momentum, self.boundaries.edge_momentum
             self.external_work += self.boundaries.work
             self.weight[: len(given)] += given
-            self._push(sums)
             self.edge_energy += self.boundaries.edge_energy
             self.edge_momentum[: len(left)] += left
         if self.gravity is not None:
@@ -133,6 +132,8 @@ class Budget:
                 free = (particles.tags[:, FLAGS] & CLAMPED) == 0
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
+        if self.boundaries is not None:  # what else gives momentum is known
+            self._push(sums)
 
     def _push(self, sums: np.ndarray) -> None:
         """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they gave."""
@@ -291,7 +292,8 @@ class Observer:
         self._works = setup.stepper.has_energy
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
         counted = (*counted, GRAVITY_COLUMN) if getattr(setup.stepper, "gravity", None) else counted
-        counted = (*counted, EXTERNAL_COLUMN, *SUPPORT_COLUMNS) if setup.driven else counted
+        counted = (*counted, EXTERNAL_COLUMN) if setup.driven else counted
+        counted = (*counted, *SUPPORT_COLUMNS) if setup.supported else counted
         self._rigid = bool(_rigid_bodies(setup))
         counted = (*counted, ROTATION_COLUMN) if self._rigid else counted
         self._edged = has_edges(getattr(setup.stepper, "boundaries", None))
@@ -322,7 +324,8 @@ class Observer:
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
             *((budget.gravity_energy,) if budget.gravity else ()),
-            *((budget.external_work, *budget.support_momentum(sums)) if self._setup.driven else ()),
+            *((budget.external_work,) if self._setup.driven else ()),
+            *(budget.support_momentum(sums) if self._setup.supported else ()),
             *((budget.rigid_rotation,) if self._rigid else ()),
             *((budget.edge_energy, *budget.edge_momentum[: self._setup.particles.dim].tolist()) if self._edged else ()),
             *((float(self._setup.stepper.contact_energy),) if self._repels else ()),

@@ -9,6 +9,7 @@ from hvisph.core.errors import RunError
 from hvisph.core.particles import MATERIAL
 from hvisph.core.text import Plain
 from hvisph.integrators import sums as column
+from hvisph.integrators.boundary_forces import Boundaries
 from hvisph.parallel.collectives import GlobalLimit, ParticleReport
 from hvisph.setup.build import Setup
 
@@ -65,6 +66,7 @@ class SanityChecks:
         self._energy = float(setup.stepper.sums[column.KINETIC] + abs(setup.stepper.sums[column.INTERNAL])) + weight
         self._floor = min(0.0, float(setup.stepper.sums[column.INTERNAL]))
         self._warned = False
+        self._drifting: list[str] = []
 
     def check_step(self, limit: GlobalLimit, time: float, step: int) -> None:
         """Check the step limit: finite rates, no collapse of the step."""
@@ -151,6 +153,15 @@ class SanityChecks:
 
     def warning(self, time: float) -> str:
         """Return a warning on the state after a step, each once; empty if there is none."""
+        boundaries: Boundaries | None = getattr(self._setup.stepper, "boundaries", None)
+        drifting = [] if boundaries is None else boundaries.drifting()
+        if new := [name for name in drifting if name not in self._drifting]:
+            self._drifting += new
+            return (
+                f"warning: {', '.join(new)}: the matter beside it has moved at more than 1e-3 of the speed of sound "
+                "for ten transit times: an edge holds the stress of the start alone, and a load that stays drives the "
+                "body through it; support the body there"
+            )
         missing = self._missing_energy()
         if self._warned or not missing > UNNOTICED:
             return ""

@@ -34,6 +34,8 @@ from .prescribed_motion import Motion
 LAYER_GROUP = 2000
 # What it bears [Pa]: its partner in a pair is the weaker one.
 UNLIMITED = 1e30
+# A row that moves faster than this share of the speed of sound, for so many transit times, bears a load that stays on.
+STEADY, TRANSITS = 1e-3, 10.0
 # Rows and columns of the stress whose components the field of deviators has.
 COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -75,10 +77,34 @@ class AmbientLayer:
     weights: np.ndarray  # weight of each term (n,)
     signs: np.ndarray  # signs of each term (n, dim), negative along the normal of a mirror
 
-    def follow(self, positions: np.ndarray) -> np.ndarray:
-        """Return the places (k, dim) [m] for `positions` (m, dim) [m] of the sources."""
-        displacement = (positions - self.at_start)[self.terms] * self.signs * self.weights[:, None]
-        return np.asarray(self.places + np.add.reduceat(displacement, self.starts, axis=0))
+    def follow(self, positions: np.ndarray, moved: np.ndarray) -> np.ndarray:
+        """Return the places (k, dim) [m] for `positions` (m, dim) [m] of the sources.
+
+        `moved` (dim,) [m] is how far the planes of symmetry across each axis are from their places at the start.
+        """
+        displacement = (positions - self.at_start)[self.terms] * self.signs + (1.0 - self.signs) * moved
+        return np.asarray(self.places + np.add.reduceat(displacement * self.weights[:, None], self.starts, axis=0))
+
+
+@dataclass
+class EdgeRow:
+    """Particles beside an open edge, which a load that stays on drives through it."""
+
+    name: str  # of the edge in the case
+    numbers: np.ndarray  # permanent numbers (k,)
+    normal: np.ndarray  # outward normal (dim,)
+    velocity: np.ndarray  # velocity at the start (k, dim) [m/s]
+    sound_speed: float  # [m/s]
+    transit: float  # time of sound through the body along the normal [s]
+    since: float = -1.0  # time from which on the row has moved [s], below zero while it rests
+
+    def watch(self, time: float, u: np.ndarray) -> None:
+        """Note whether the row moves at a time [s] with velocities `u` (k, dim) [m/s]."""
+        speed = abs(float(((u - self.velocity) @ self.normal).mean()))
+        if not speed > STEADY * self.sound_speed:
+            self.since = -1.0
+        elif self.since < 0.0:
+            self.since = time
 
 
 @dataclass
@@ -90,11 +116,14 @@ class MovingPlane:
     place: float  # coordinate at the time `begins` [m]
     begins: float  # [s]
 
+    def place_at(self, time: float) -> float:
+        """Return the coordinate of the plane [m] at a time [s]."""
+        return self.place + float(self.motion.displacement(self.begins, time)[0])
+
     def move(self, time: float, ahead: float) -> None:
         """Put the plane where it is `ahead` [s] of a time [s]."""
-        at = self.place + float(self.motion.displacement(self.begins, time)[0])
-        self.plane.at = self.place + float(self.motion.displacement(self.begins, time + ahead)[0])
-        self.plane.ahead = self.plane.at - at
+        self.plane.at = self.place_at(time + ahead)
+        self.plane.ahead = self.plane.at - self.place_at(time)
 
 
 class Boundaries:
@@ -110,6 +139,7 @@ class Boundaries:
 
     def __init__(self, faces: tuple[Face, ...], layer: AmbientLayer | None, dim: int, begins: float = 0.0):
         self.moving: tuple[MovingPlane, ...] = ()
+        self.edge_rows: tuple[EdgeRow, ...] = ()
         self.faces, self.layer, self.time, self._ahead = faces, layer, begins, 0.0
         self.work, self.momentum, self.edge_energy, self.edge_momentum = 0.0, np.zeros(dim), 0.0, np.zeros(dim)
         self.speeds: list[tuple[int, float]] = []
@@ -122,6 +152,11 @@ class Boundaries:
     def is_open(self) -> bool:
         """Whether there is an edge."""
         return self.layer is not None or any(face.impedances is not None for face in self.faces)
+
+    def drifting(self) -> list[str]:
+        """Return the names of the edges through which a load that stays on drives a body."""
+        rows = [row for row in self.edge_rows if 0.0 <= row.since < self.time - TRANSITS * row.transit]
+        return list(dict.fromkeys(row.name for row in rows))
 
     def wait(self, still: bool) -> None:
         """Let time and planes stand still, or go on from where they are."""
@@ -176,6 +211,8 @@ class Boundaries:
             return
         self.time += dt
         self.speeds = [(one.plane.axis, one.plane.velocity) for one in self.moving]
+        for row in self.edge_rows:
+            row.watch(self.time, self.share.gather_values(row.numbers, particles["velocity"]))
         for one in self.moving:  # what passes the plane takes it, as the pairs of the next stage do
             one.plane.velocity = float(one.motion.velocity(self.time)[0])
 
@@ -190,21 +227,28 @@ class Boundaries:
         rows, some = self._here(self.layer.numbers)
         dim, at, gather = stepper.particles.dim, stepper.row_slots, self.share.gather_values
         position, ahead = stepper.particles["position"], stepper.rows[:, :dim]
-        position[rows] = self.layer.follow(gather(self.layer.sources, position))[some]
-        stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead))[some]
+        moved = np.zeros((2, dim))
+        for one in self.moving:
+            moved[:, one.plane.axis] = one.plane.at - one.place
+            moved[0, one.plane.axis] -= one.plane.ahead
+        position[rows] = self.layer.follow(gather(self.layer.sources, position), moved[0])[some]
+        stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead), moved[1])[some]
         stepper.rows[rows, at["AMBIENT"]] = 1.0
         for name, value in (("LATTICE_ORDER", 0.0), ("TENSION_LIMIT", UNLIMITED), ("SHEAR_LIMIT", UNLIMITED)):
             if name in at:
                 stepper.rows[rows, at[name]] = value
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return the times of state and stage, by name."""
-        return {"boundaries": np.array([self.time, self._ahead, *(one.plane.velocity for one in self.moving)])}
+        """Return the times of state and stage, velocities of planes, and since when rows move, by name."""
+        speeds, since = [one.plane.velocity for one in self.moving], [row.since for row in self.edge_rows]
+        return {"boundaries": np.array([self.time, self._ahead, *speeds, *since])}
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Restore what `history` returned."""
-        self.time, self._ahead, *velocities = (float(one) for one in history["boundaries"])
-        for one, velocity in zip(self.moving, velocities, strict=True):
+        self.time, self._ahead, *kept = (float(one) for one in history["boundaries"])
+        for row, since in zip(self.edge_rows, kept[len(self.moving) :], strict=True):
+            row.since = since
+        for one, velocity in zip(self.moving, kept, strict=False):
             one.plane.velocity = velocity
             one.move(self.time, self._ahead)
 

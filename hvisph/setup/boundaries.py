@@ -10,7 +10,7 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.geometry.open_edge import Edge, face_areas, follow, is_beyond, row_shares
-from hvisph.integrators.boundary_forces import LAYER_GROUP, AmbientLayer, Boundaries, Face, MovingPlane
+from hvisph.integrators.boundary_forces import LAYER_GROUP, AmbientLayer, Boundaries, EdgeRow, Face, MovingPlane
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, Motion
 from hvisph.materials.material_table import Material
 from hvisph.schemes.riemann.scheme import Riemann
@@ -59,6 +59,7 @@ def boundaries_of(
     edges, dim = open_edges(case), particles.dim
     x, across = particles["position"], [(plane.axis, plane.at) for plane in planes]
     faces: list[Face] = []
+    edge_rows: list[EdgeRow] = []
     layers: list[tuple[np.ndarray, np.ndarray, Any]] = []
     for number, body in enumerate(placed):
         rows, spacing = np.flatnonzero(particles.body == number), float(body.spacing.max())
@@ -69,6 +70,15 @@ def boundaries_of(
             if (particles.tags[outside, FLAGS] & CLAMPED).any():
                 raise CaseError(f"reaches a clamp of '{body.name}'; move one of them", where=_name(edges, edge))
         beyond = is_beyond(edges, x[rows])
+        for edge in reached:
+            within = rows[~beyond]
+            away = edge.distance_beyond(x[within])
+            beside = within[away > away.max() - 0.5 * spacing]
+            speed, normal = own[number].longitudinal_sound_speed, edge.sign * np.eye(dim)[edge.axis]
+            transit = (float(np.ptp(away)) + spacing) / speed
+            velocity = particles["velocity"][beside].copy()
+            numbers = particles.id[beside].copy()
+            edge_rows.append(EdgeRow(_name(edges, edge), numbers, normal, velocity, speed, transit))
         if isinstance(formulation, Riemann) and beyond.any():
             layer, matter = rows[beyond], rows[~beyond]
             layers.append((layer, matter, follow(x[layer], x[matter], edges, across, BESIDE * spacing)))
@@ -104,7 +114,9 @@ def boundaries_of(
             faces.append(Face(particles.id[some].copy(), areas, sign * np.eye(dim)[axis], times, pressures))
     for layer, _, _ in layers:
         particles.tags[layer, FLAGS] = CLAMPED | LAYER_GROUP << GROUP_SHIFT
-    return Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim, case.begins)
+    made = Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim, case.begins)
+    made.edge_rows = tuple(edge_rows)
+    return made
 
 
 def _face(

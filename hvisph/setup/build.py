@@ -39,7 +39,8 @@ class Setup:
     `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
     which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `observed` as of
     `InitialState`, `bears_any_tension` whether the equation of state alone limits the tension in a body,
-    `driven` whether a clamp moves, a body is rigid or a pressure acts, `substances` the models of `materials`,
+    `driven` whether a clamp moves, a body is rigid or a pressure acts, `supported` whether clamps, planes or rigid
+    bodies take momentum, `substances` the models of `materials`,
     `origin` as of `InitialState`.
     """
 
@@ -55,6 +56,7 @@ class Setup:
     observed: dict[str, np.ndarray] | None = None
     bears_any_tension: tuple[bool, ...] = ()
     driven: bool = False
+    supported: bool = False
     substances: tuple[Material, ...] = ()
     origin: Plain = field(default_factory=dict)
 
@@ -106,7 +108,8 @@ def set_up(case: Case, start: InitialState) -> Setup:
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
                  Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.observed,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies),
-                 pushed, tuple(start.materials), start.origin)  # fmt: skip
+                 pushed, pushed or bool(case.clamped or case.symmetry),
+                 tuple(start.materials), start.origin)  # fmt: skip
 
 
 def _late_option(case: Case, materials: list[Material]) -> dict[str, Any]:

@@ -137,8 +137,14 @@ class SnapshotWriter:
             particles.id[order].astype(np.int64),
             self.setup.bodies,
             self.setup.materials,
-            dict(self.metadata),
+            dict(self.metadata) | self._moved_planes(time),
         )
+
+    def _moved_planes(self, time: float) -> Plain:
+        """Return where the planes of symmetry that move were at the start and are at a time [s]."""
+        moving = getattr(getattr(self.setup.stepper, "boundaries", None), "moving", ())
+        moved = [{"axis": "xyz"[one.plane.axis], "from": one.place, "at": one.place_at(time)} for one in moving]
+        return {"moved_planes": moved} if moved else {}
 
     def _entropy(self, particles: Particles, peak: np.ndarray) -> np.ndarray:
         """Return specific entropies (n,) [J/(kg K)], not a number where the material has none."""

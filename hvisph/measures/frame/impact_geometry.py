@@ -117,6 +117,10 @@ class Shot:
         """Whether the shot's axes are others than the case's."""
         return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
 
+    def at_moment(self, moved: Sequence[PlainMapping]) -> Shot:
+        """Return the shot with planes of symmetry where they are now, see `Whole.at_moment`."""
+        return replace(self, whole=self.whole.at_moment(moved)) if moved else self
+
     def in_frame(self, snapshot: Snapshot) -> Snapshot:
         """Return the whole model in the axes of the shot, which move along with its layers."""
         snapshot = _remove_drift(self.whole.complete(snapshot), self.drift)

@@ -154,12 +154,14 @@ class Scene:
     @classmethod
     def from_snapshot(cls, now: Snapshot, initial: InitialReference | Snapshot | None = None) -> Scene:
         """Return the scene of a snapshot as a file holds it; `initial` is the run's first one, or its reference."""
+        moved = now.metadata.get("moved_planes", ())
         if initial is None:
-            shot = shot_of(None, now)
+            shot = shot_of(None, now).at_moment(moved)
             return cls(shot.in_frame(now), None, shot)
         initial = initial if isinstance(initial, InitialReference) else InitialReference(initial)
         shot = initial.shot(now)
         start = initial.start_in_frame(shot)
+        shot = shot.at_moment(moved)
         return cls(start if now is initial.start else shot.in_frame(now), start, shot, initial)
 
     @cached_property

@@ -75,6 +75,12 @@ class Whole:
         """Return the symmetry with the plain form `plain`."""
         return cls(tuple(map(Mirror.from_dict, plain["planes"])), plain["kind"] == "revolution")
 
+    def at_moment(self, moved: Sequence[PlainMapping]) -> Whole:
+        """Return the whole with its planes where they are now; `moved` are axes, places `from` the start and `at`."""
+        places = {("xyz".index(one["axis"]), float(one["from"])): float(one["at"]) for one in moved}
+        mirrors = [replace(one, at=places.get((one.axis, one.at), one.at)) for one in self.mirrors]
+        return replace(self, mirrors=tuple(mirrors))
+
     def complete(self, snapshot: Snapshot) -> Snapshot:
         """Return the snapshot with all mirror images behind its own particles, one whole copy after the other."""
         if not self.mirrors:

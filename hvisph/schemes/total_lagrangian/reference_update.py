@@ -186,18 +186,18 @@ class ReferenceChanges:
 def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) -> bool:
     """Return particles beyond a plane of symmetry to it; return whether there were any.
 
-    The energy of the velocity removed becomes heat.
+    They take the velocity of the plane; the energy that they lose in its frame becomes heat.
     """
     passed = False
     x, u = particles["position"], particles["velocity"]
     for plane in planes:
-        over = plane.distance_beyond(x) > 0.0
+        over = plane.distance_beyond(x) > plane.side * plane.ahead
         if not over.any():
             continue
         passed = True
         a = plane.axis
-        inward = over & (plane.side * u[:, a] < 0.0)
-        particles["internal_energy"][inward] += 0.5 * u[inward, a] ** 2
-        u[inward, a] = 0.0
-        x[over, a] = plane.at + plane.side * STAND_OFF * h
+        inward = over & (plane.side * (u[:, a] - plane.velocity) < 0.0)
+        particles["internal_energy"][inward] += 0.5 * (u[inward, a] - plane.velocity) ** 2
+        u[inward, a] = plane.velocity
+        x[over, a] = plane.at - plane.ahead + plane.side * STAND_OFF * h
     return passed

@@ -50,7 +50,9 @@ def mirror(rows: np.ndarray, plane: Plane, layout: RowLayout) -> np.ndarray:
     made = rows * layout.mirror_signs(plane.axis)[: rows.shape[1]]
     made[:, plane.axis] += 2.0 * plane.at
     if plane.velocity:
-        made[:, layout.slots()["U"] + plane.axis] += 2.0 * plane.velocity
+        first = layout.slots().get("U")
+        if first is not None and first < rows.shape[1]:  # else the rows have places alone
+            made[:, first + plane.axis] += 2.0 * plane.velocity
     return made
 
 
@@ -220,6 +222,7 @@ class FixedCopies:
         self._others = slice(count, len(position))
         head = np.column_stack([position, np.arange(len(position))])
         extended, self._images = with_images(head, self._planes, self.layout, reach)
+        self._places = [plane.at for plane in self._planes]  # of the reference: planes may move
         self._origin = extended[len(position) :, dim].astype(np.int64)
         return extended[:, :dim], image_numbers(numbers, self._images)
 
@@ -234,7 +237,7 @@ class FixedCopies:
         if self.halo is not None:
             rows[self._others, slots] = self.halo.exchange_again(rows[: self._others.start, slots])
         at = layout.slots()["X0"]
-        for images in self._images:
+        for images, place in zip(self._images, self._places, strict=True):
             made = mirror(rows[images.source], images.plane, layout)
-            made[:, at + images.plane.axis] += 2.0 * images.plane.at
+            made[:, at + images.plane.axis] += 2.0 * place
             rows[images.first : images.first + len(images.source)] = made
