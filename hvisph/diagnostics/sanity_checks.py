@@ -61,6 +61,8 @@ class SanityChecks:
         fastest = float(setup.stepper.sums[column.FASTEST])
         signal = float(setup.subdomain.get_maxima(setup.stepper.signals.max(initial=0.0))[0])
         scale = fastest if fastest > 0.0 else signal
+        if weight > 0.0:  # what has settled may move at any speed later
+            scale = max(fastest, signal)
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None
         self._energy = float(setup.stepper.sums[column.KINETIC] + abs(setup.stepper.sums[column.INTERNAL])) + weight
