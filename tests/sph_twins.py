@@ -168,7 +168,10 @@ def packed(cloud, formulation, planes=(), further=None):
     dim = cloud.dim
     layout = formulation.layout(dim)
     coefficients = formulation.coefficients()
-    pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max(), planes)
+    pairs = Pairs(
+        layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max(), planes,
+        formulation.single,
+    )  # fmt: skip
     known = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho}
     known |= {
         "BODY": cloud.body,

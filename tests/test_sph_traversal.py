@@ -97,7 +97,7 @@ def keep_list(near, n, rows, i, constants, out):
 def lists(pairs, grid, owned, way=traversal.FORGETS, space=traversal.NO_LISTS):
     """Return the lists of `pairs` in sorted numbers, a row a particle: of those that are not owned, nothing."""
     n, dim = pairs.present, pairs.layout.dim
-    sweep, found = traversal.loop(dim, dim, specialise(keep_list), lists=way), np.zeros((n, 2000), np.uint32)
+    sweep, found = traversal.loop(dim, specialise(keep_list), lists=way), np.zeros((n, 2000), np.uint32)
     traversal.complete_sweep(sweep, pairs.sorted, pairs.columns, pairs.order, (n, owned), grid,
                              pairs.kernel.reach, np.zeros(1), 1500, lambda capacity: found, space)  # fmt: skip
     return [row[1 : 1 + row[0]] for row in found]

@@ -79,6 +79,32 @@ no_vector, no_axial, no_symmetric, no_gradient, no_symmetric_gradient = (_nothin
 
 
 @operation
+def exact_vector(b, slot, rest, dim):
+    """Return a vector at `slot` of the neighbours `b`, and what rounding has taken of it, at `rest` unless 0."""
+    return tuple(b[slot + k] for k in range(dim)) + tuple(b[rest + k] for k in range(dim if rest else 0))
+
+
+@operation
+def own_exact_vector(rows, i, slot, rest, dim):
+    """Return the same of row `i`."""
+    return tuple(rows[i, slot + k] for k in range(dim)) + tuple(rows[i, rest + k] for k in range(dim if rest else 0))
+
+
+@operation
+def exact_difference(a, b, dim):
+    """Return a - b of two vectors; of `exact_vector` in single precision it is rounded after subtraction."""
+    if len(a) == dim:
+        return tuple(p - q for p, q in zip(a, b, strict=True))
+    return tuple(a[k].subtract_exactly(b[k], a[dim + k], b[dim + k]) for k in range(dim))
+
+
+@operation
+def column_vector(columns, i, dim):
+    """Return the first `dim` numbers of column `i`."""
+    return tuple(columns[k, i] for k in range(dim))
+
+
+@operation
 def put(rows, i, slot, value):
     """Write a vector or tensor to `slot` of row `i`."""
     for k, part in enumerate(value):
@@ -95,6 +121,12 @@ def own_columns(rows, i, slot, stride, dim):
 def broadcast(a):
     """Return the components of `a` as lanes; in plain Python `a` itself."""
     return tuple(p.spread() if hasattr(p, "spread") else p for p in a)
+
+
+@operation
+def broadcast_singles(a):
+    """Return the components of `a` as lanes of single precision."""
+    return tuple(p.spread_singles() if hasattr(p, "spread_singles") else p for p in a)
 
 
 @operation

@@ -10,7 +10,7 @@ from numba.core import cgutils
 from numba.core.base import BaseContext
 from numba.core.typing.templates import AbstractTemplate, signature
 
-from hvisph.compiler.vector.lanes import VECTOR, Lanes, lanes, reduce_lanes, splat, strict
+from hvisph.compiler.vector.lanes import Lanes, lanes, reduce_lanes, singles, strict, widen
 from hvisph.compiler.vector.memory_access import Many, load, store
 
 from .codegen import infer_global, lower_builtin
@@ -21,6 +21,17 @@ class _Number:
     """A symbolic number: arithmetic with it records types or emits instructions."""
 
     def _with(self, name: str, a: Operand, b: Operand) -> _Number:
+        raise NotImplementedError
+
+    def spread(self) -> _Number:
+        """Return lanes that all hold the number."""
+        return self._spread(lanes)
+
+    def spread_singles(self) -> _Number:
+        """Return the same in single precision."""
+        return self._spread(singles)
+
+    def _spread(self, kind: Lanes) -> _Number:
         raise NotImplementedError
 
     def __add__(self, other):
@@ -66,8 +77,11 @@ class _Kind(_Number):
     def total(self) -> _Kind:
         return _Kind(types.float64)
 
-    def spread(self) -> _Kind:
-        return _Kind(lanes)
+    def _spread(self, kind: Lanes) -> _Kind:
+        return _Kind(kind)
+
+    def subtract_exactly(self, other: _Number, rest: _Number, other_rest: _Number) -> _Kind:
+        return _Kind(_common((self, other)))
 
 
 def _common(numbers: Iterable[object]) -> types.Type:
@@ -86,14 +100,20 @@ class _Value(_Number):
         builder, kind = self.builder, _common((a, b))
         values = [_emitted(builder, n) for n in (a, b)]
         if isinstance(kind, Lanes):
-            values = [n if n.type == VECTOR else splat(builder, n) for n in values]
+            values = [widen(builder, n, kind.vector) for n in values]
         return _Value(builder, getattr(builder, name)(*values, flags=getattr(kind, "flags", ())), kind)
 
     def total(self) -> _Value:
         return _Value(self.builder, reduce_lanes(self.builder, "fadd", self.value, 0.0), types.float64)
 
-    def spread(self) -> _Value:
-        return _Value(self.builder, splat(self.builder, self.value), lanes)
+    def _spread(self, kind: Lanes) -> _Value:
+        return _Value(self.builder, widen(self.builder, self.value, kind.vector), kind)
+
+    def subtract_exactly(self, other: _Value, rest: _Value, other_rest: _Value) -> _Value:
+        """Return self - other of numbers that have a `rest` each: not to be reordered."""
+        builder, kind = self.builder, _common((self, other))
+        a, b, p, q = (widen(builder, n.value, kind.vector) for n in (self, other, rest, other_rest))
+        return _Value(builder, builder.fadd(builder.fsub(a, b), builder.fsub(p, q)), kind)
 
 
 def _emitted(builder: ir.IRBuilder, number: Operand) -> ir.Value:
@@ -132,10 +152,16 @@ class _Rows:
         )
 
     def __getitem__(self, place):
-        return _Value(self.builder, self.builder.load(self._address(place)), types.float64)
+        value = self.builder.load(self._address(place))
+        if value.type == ir.FloatType():
+            value = self.builder.fpext(value, ir.DoubleType())
+        return _Value(self.builder, value, types.float64)
 
     def __setitem__(self, place, number):
-        self.builder.store(_emitted(self.builder, number), self._address(place))
+        value, address = _emitted(self.builder, number), self._address(place)
+        if address.type.pointee == ir.FloatType():
+            value = self.builder.fptrunc(value, ir.FloatType())
+        self.builder.store(value, address)
 
 
 class _ManyRows:
@@ -150,8 +176,7 @@ class _ManyRows:
 
     def __setitem__(self, place, number):
         slot, value = ir.Constant(ir.IntType(64), place[1]), _emitted(self.builder, number)
-        wide = value if value.type == VECTOR else splat(self.builder, value)
-        store(self.context, self.builder, self.kind, self.value, slot, wide)
+        store(self.context, self.builder, self.kind, self.value, slot, widen(self.builder, value, strict.vector))
 
 
 def _stand_in(kind: types.Type) -> object:
@@ -207,8 +232,9 @@ def register_operation(write: PythonFunction) -> None:
             return context.get_dummy_value()
         kind = sig.return_type
         parts = [_emitted(builder, part) for part in (result if isinstance(result, tuple) else (result,))]
-        if isinstance(getattr(kind, "dtype", kind), Lanes):
-            parts = [part if part.type == VECTOR else splat(builder, part) for part in parts]
+        of_parts = getattr(kind, "dtype", kind)
+        if isinstance(of_parts, Lanes):
+            parts = [widen(builder, part, of_parts.vector) for part in parts]
         return context.make_tuple(builder, kind, parts) if isinstance(result, tuple) else parts[0]
 
     infer_global(write, types.Function(Operation))

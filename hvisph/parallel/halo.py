@@ -115,7 +115,7 @@ class Halo:
         """Send the same rows again after a pass has changed them."""
         used = self._used
         tables = {rank: np.ascontiguousarray(sorted_rows[place[chosen], :used]) for rank, chosen in self._sent.items()}
-        into = {rank: np.empty((rows.stop - rows.start, used)) for rank, rows in self._came.items()}
+        into = {rank: np.empty((rows.stop - rows.start, used), sorted_rows.dtype) for rank, rows in self._came.items()}
         self._world.exchange(tables, into)
         for rank, rows in self._came.items():
             sorted_rows[place[rows], :used] = into[rank]

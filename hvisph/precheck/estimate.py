@@ -289,6 +289,8 @@ MICROSECONDS = {
     "total_lagrangian": {1: 0.2, 2: 0.3, 3: 0.9},
     "adaptive": {1: 0.3, 2: 0.45, 3: 1.2},
 }
+# Share of that with pairs in single precision.
+SINGLE_PRECISION = {"eulerian": 0.9, "riemann": 0.8}
 STEP_OVERHEAD = 2e-4  # whatever the number of particles [s]
 THREAD_GAIN = 0.85  # of each further thread
 # Compilation of a loop over particles with the models of materials, over pairs, and of any other [s of a core].
@@ -349,6 +351,12 @@ def of_cores(threads: int, cores: int) -> str:
     return f"{words} of {cores}" if threads < cores else words
 
 
+def is_single(case: Case) -> bool:
+    """Return whether pairs are evaluated in single precision."""
+    return getattr(case.formulation, "precision", "double") == "single"
+
+
 def _work(case: Case, particles: int) -> float:
     pace = MICROSECONDS.get(case.formulation.type, MICROSECONDS["eulerian"])[case.dim]
-    return 1e-6 * pace * particles
+    share = SINGLE_PRECISION[case.formulation.type] if is_single(case) else 1.0
+    return 1e-6 * pace * share * particles

@@ -167,6 +167,10 @@ class Formulation(AnyFormulation, Protocol):
         """Whether the linear viscosity is reduced in shear flow."""
 
     @property
+    def single(self) -> bool:
+        """Whether pairs are evaluated in single precision."""
+
+    @property
     def fragment_contact(self) -> bool:
         """Whether detached components of a body are in contact with it."""
 

@@ -126,7 +126,14 @@ class Stepper:
         self._later = [pack(stage) for stage in later]
         layout = formulation.layout(dim)
         self.pairs = Pairs(
-            layout, formulation.kernel, formulation.passes(dim), self.coefficients, particles["position"], h, planes
+            layout,
+            formulation.kernel,
+            formulation.passes(dim),
+            self.coefficients,
+            particles["position"],
+            h,
+            planes,
+            formulation.single,
         )
         smoothing = formulation.smoothing
         self.h_limits = h * np.tile([smoothing.smallest, smoothing.largest], (len(materials), 1))  # by material

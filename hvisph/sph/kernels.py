@@ -23,6 +23,7 @@ from hvisph.core.catalogues import REACH
 # Standard deviation of the cubic spline over h, the kernel of which steps of 0.3 h/c are usual.
 _CUBIC_DEVIATION = 3.0**-0.5
 _CUT = REACH["gaussian"]
+STEEP = 1e300  # slope of a step
 
 
 def scale(inverse_h):
@@ -187,7 +188,7 @@ def gaussian_shape(q):
     s *= s
     s *= s
     # 1 inside, 0 from the cut on, without a branch.
-    return s * min(max((_CUT - q) * 1e300, 0.0), 1.0)
+    return s * min(max((_CUT - q) * STEEP, 0.0), 1.0)
 
 
 @inline

@@ -21,17 +21,17 @@ from .options import (
     ArtificialStress,
     Correction,
     DensityDissipation,
-    KernelOptions,
     MonaghanViscosity,
     NoArtificialStress,
     NoCorrection,
     NoDensityDissipation,
+    PairOptions,
     Viscosity,
     fill_correction,
 )
 
 
-class EulerianFormulation(KernelOptions):
+class EulerianFormulation(PairOptions):
     """Standard SPH in the current configuration, with artificial viscosity (the SAV family)."""
 
     retires: ClassVar[bool] = True

@@ -18,7 +18,7 @@ from hvisph.case.model import AnyCase, Problem, refuse
 from hvisph.case.units import NUMBER, Quantity
 from hvisph.core.text import Plain
 
-from .options import NO_CONVERSION, Kernel, KernelOptions
+from .options import NO_CONVERSION, Kernel, PairOptions
 
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body
@@ -103,7 +103,7 @@ def bears_any_tension(body: Body) -> bool:
     return not (breaks or is_gas(body))
 
 
-class RiemannFormulation(KernelOptions):
+class RiemannFormulation(PairOptions):
     """Contact SPH (CON): the pair interaction is the solution of an acoustic Riemann problem."""
 
     retires: ClassVar[bool] = True

@@ -28,6 +28,7 @@ def _has_wide_vectors() -> bool:
 
 EIGHT, SIXTEEN = 8, 16  # candidates that the first and the second neighbour filter test at once, on every machine
 LANES = 8 if _has_wide_vectors() else 4
+SINGLES = 2 * LANES  # float32 numbers in a vector
 # Whether lists hold numbers of particles or indices of candidates: only AVX-512 has an instruction for the former.
 NUMBERED = LANES == EIGHT
 
@@ -37,6 +38,7 @@ def _from(module: str, *names: str) -> Any:
 
 
 broadcast_lanes, broadcast_strict = _from("vector.lanes", "broadcast_lanes", "broadcast_strict")
+(broadcast_singles,) = _from("vector.lanes", "broadcast_singles")
 any_positive, elementwise_max = _from("vector.lanes", "any_positive", "elementwise_max")
 lane_max, lane_sum = _from("vector.lanes", "lane_max", "lane_sum")
 select, first_lanes, extract_lane = _from("vector.lane_masks", "select", "first_lanes", "extract_lane")

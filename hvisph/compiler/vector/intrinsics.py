@@ -13,10 +13,11 @@ from numba.core import cgutils
 from numba.core.base import BaseContext
 from numba.extending import intrinsic
 
-from .api import EIGHT, LANES
-from .lanes import lanes, splat, strict
+from .api import EIGHT, LANES, SINGLES
+from .lanes import lanes, singles, splat, strict
 
-_i8, _i32, _i64, _f64 = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
+_i8, _i32, _i64 = ir.IntType(8), ir.IntType(32), ir.IntType(64)
+_f32, _f64 = ir.FloatType(), ir.DoubleType()
 
 # Bits of the x86 control register: results, and operands, below 2.2e-308 count as zero.
 _FLUSHES = 0x8040
@@ -58,11 +59,12 @@ def neighbours(typing_context, rows, near, k, width):
     Parameters
     ----------
     rows
-        Array (count, `width` or more, rounded up to an even number).
+        Array (count, `width` or more, rounded up to an even number) of float64; of float32, whose vectors have SINGLES
+        lanes in an order of their own, rounded up to a multiple of eight.
     near
         Array of uint32 with the rows' numbers.
     k
-        First place in `near`; LANES rows are read.
+        First place in `near`; LANES rows are read, SINGLES of float32.
     width
         Number of slots, a literal.
 
@@ -72,8 +74,9 @@ def neighbours(typing_context, rows, near, k, width):
     """
     if not isinstance(width, types.Literal):
         return None
-    slots = width.literal_value
-    signature = types.UniTuple(lanes, slots)(rows, near, types.uint64, width)
+    slots, single = width.literal_value, rows.dtype == types.float32
+    kind, count, size, element = (singles, SINGLES, 4, _f32) if single else (lanes, LANES, 8, _f64)
+    signature = types.UniTuple(kind, slots)(rows, near, types.uint64, width)
 
     def generate(context, builder, signature, arguments):
         rows, near, k, _ = arguments
@@ -81,24 +84,47 @@ def neighbours(typing_context, rows, near, k, width):
         def join_vectors(a, b, order):
             return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, len(order)), order))
 
-        address = _address(context, builder, signature.args[1], near, [k], ir.VectorType(_i32, LANES))
+        address = _address(context, builder, signature.args[1], near, [k], ir.VectorType(_i32, count))
         numbers = builder.load(address, align=4)
         first, places = ir.Constant(_i64, 0), []
-        for lane in range(LANES):
+        for lane in range(count):
             index = builder.zext(builder.extract_element(numbers, ir.Constant(_i32, lane)), _i64)
-            places.append(_address(context, builder, signature.args[0], rows, [index, first], _f64))
+            places.append(_address(context, builder, signature.args[0], rows, [index, first], element))
 
-        def side_by_side(chosen, slot, count):
-            """Return `count` slots from `slot` on of the chosen rows, one row after the other."""
-            wide, number = ir.VectorType(_f64, count).as_pointer(), ir.Constant(_i64, slot)
+        def side_by_side(chosen, slot, length):
+            """Return `length` slots from `slot` on of the chosen rows, one row after the other."""
+            wide, number = ir.VectorType(element, length).as_pointer(), ir.Constant(_i64, slot)
             addresses = [builder.bitcast(builder.gep(places[row], [number]), wide) for row in chosen]
-            parts = [builder.load(address, align=8) for address in addresses]
+            parts = [builder.load(address, align=size) for address in addresses]
             while len(parts) > 1:
                 order = list(range(2 * parts[0].type.count))
                 parts = [join_vectors(a, b, order) for a, b in zip(parts[::2], parts[1::2], strict=True)]
             return parts[0]
 
+        def transpose_fours(rows_of):
+            """Return the columns within each four lanes of four vectors."""
+            made, fours = [], range(0, SINGLES, 4)
+            for pair in (0, 2):
+                order = [f + pair + part + side for f in fours for part in (0, 1) for side in (0, SINGLES)]
+                ab, cd = (join_vectors(rows_of[j], rows_of[j + 1], order) for j in (0, 2))
+                for part in (0, 2):
+                    of_two = [f + part + j + side for f in fours for side in (0, SINGLES) for j in (0, 1)]
+                    made.append(join_vectors(ab, cd, of_two))
+            return made
+
         columns = []
+        if single and count == 8:
+            for slot in range(0, slots, 4):
+                columns += transpose_fours([side_by_side(range(j, count, 4), slot, 4) for j in range(4)])
+            return context.make_tuple(builder, signature.return_type, columns[:slots])
+        for slot in range(0, slots if single else 0, 8):  # eight slots of rows j and j + 8: few addresses at once
+            rows_of = [side_by_side((j, j + 8), slot, 8) for j in range(8)]
+            firsts, seconds = transpose_fours(rows_of[:4]), transpose_fours(rows_of[4:])
+            for half in (0, 4):
+                order = [f + half + j + side for side in (0, SINGLES) for f in (0, 8) for j in range(4)]
+                columns += [join_vectors(q, p, order) for q, p in zip(firsts, seconds, strict=True)]
+        if single:
+            return context.make_tuple(builder, signature.return_type, columns[:slots])
         # Four slots at once, of every second of LANES/2 rows: exchanges within pairs of lanes, then of pairs.
         step, lanes_of_pairs = LANES // 4, range(0, LANES, 2)
         for slot in range(0, slots - 3, 4):

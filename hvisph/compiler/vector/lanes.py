@@ -3,9 +3,10 @@
 A pair law is written for one neighbour and computes LANES of them: eight on processors with AVX-512, otherwise four.
 All operations are element by element; a float beside a vector is used for all of its lanes.
 
-There are two types. `lanes` are for sums over neighbours: the compiler may reorder, contract and approximate. `strict`
-lanes round as single floats do, to the last bit, so that the state of a particle does not depend on the particles that
-it is computed with; see `compiler.vector.lane_masks` for their comparisons.
+There are three types. `lanes` are for sums over neighbours: the compiler may reorder, contract and approximate.
+`singles` are the same in float32, twice as many; floats beside them are rounded, and reductions are made in double
+precision. `strict` lanes round as single floats do, to the last bit, so that the state of a particle does not depend on
+the particles that it is computed with; see `compiler.vector.lane_masks` for their comparisons.
 """
 
 from __future__ import annotations
@@ -24,24 +25,24 @@ from numba.extending import intrinsic, models, register_model
 
 from hvisph.compiler.codegen import infer_global, lower_builtin, lower_cast
 
-from .api import LANES
+from .api import LANES, SINGLES
 
 # Emits instructions from a builder, flags and vectors.
 Generator = Callable[..., ir.Value]
 FAST = ("reassoc", "contract", "arcp", "nsz", "afn")
-_f64, _i32 = ir.DoubleType(), ir.IntType(32)
-VECTOR = ir.VectorType(_f64, LANES)
+_f64, _f32, _i32 = ir.DoubleType(), ir.FloatType(), ir.IntType(32)
+VECTOR, SINGLE = ir.VectorType(_f64, LANES), ir.VectorType(_f32, SINGLES)
 
 
 class Lanes(types.Type):
-    """Type of LANES float64, with the flags of their arithmetic."""
+    """Type of several floats, `vector` in LLVM, with the flags of their arithmetic."""
 
-    def __init__(self, name: str, flags: tuple[str, ...]) -> None:
+    def __init__(self, name: str, flags: tuple[str, ...], vector: ir.VectorType = VECTOR) -> None:
         super().__init__(name)
-        self.flags = flags
+        self.flags, self.vector = flags, vector
 
     def can_convert_from(self, typing_context, other):
-        """Convert a float to LANES equal ones, where branches of a template give either."""
+        """Convert a float to equal ones, where branches of a template give either."""
         return Conversion.unsafe if isinstance(other, types.Float) else None
 
     def unify(self, typing_context, other):
@@ -49,13 +50,13 @@ class Lanes(types.Type):
         return self if isinstance(other, types.Float) else None
 
 
-lanes, strict = Lanes("lanes", FAST), Lanes("strict lanes", ())
+lanes, singles, strict = Lanes("lanes", FAST), Lanes("single lanes", FAST, SINGLE), Lanes("strict lanes", ())
 
 
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: object, kind: object) -> None:
-        super().__init__(manager, kind, VECTOR)
+    def __init__(self, manager: object, kind: Lanes) -> None:
+        super().__init__(manager, kind, kind.vector)
 
 
 def splat(builder: ir.IRBuilder, value: ir.Value, count: int = LANES) -> ir.Value:
@@ -66,12 +67,27 @@ def splat(builder: ir.IRBuilder, value: ir.Value, count: int = LANES) -> ir.Valu
     return builder.shuffle_vector(single, ir.Constant(vector, ir.Undefined), zeros)
 
 
+def widen(builder: ir.IRBuilder, value: ir.Value, vector: ir.VectorType) -> ir.Value:
+    """Return a number, rounded where the elements of `vector` are float32, in all lanes; vectors as they are."""
+    if isinstance(value.type, ir.VectorType):
+        return value
+    if value.type != vector.element:
+        value = builder.fptrunc(value, vector.element)
+    return splat(builder, value, vector.count)
+
+
+def _suffix(vector: ir.VectorType) -> str:
+    """Return LLVM's suffix of functions of `vector`."""
+    return f"v{vector.count}{'f64' if vector.element == _f64 else 'f32'}"
+
+
 def _call(name: str) -> Generator:
     """Return a generator of LLVM's function `name`."""
 
     def generate(builder, flags, *arguments):
-        kind = ir.FunctionType(VECTOR, [VECTOR] * len(arguments))
-        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{LANES}f64")
+        vector = arguments[0].type
+        kind = ir.FunctionType(vector, [vector] * len(arguments))
+        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.{_suffix(vector)}")
         return builder.call(function, arguments, fastmath=flags)
 
     return generate
@@ -99,13 +115,12 @@ def _emit(name: str) -> Generator:
 def _define(functions: tuple[Callable[..., object], ...], count: int, generate: Generator) -> None:
     """Define `functions` of `count` arguments for vectors by `generate(builder, flags, *vectors)`."""
     cases = []
-    for kind in (lanes, strict):
+    for kind in (lanes, singles, strict):
         mixed = [(kind, kind), (kind, types.float64), (types.float64, kind)]
         cases += [signature(kind, *case) for case in ([(kind,)] if count == 1 else mixed)]
 
     def lower(context, builder, sig, arguments):
-        pairs = zip(arguments, sig.args, strict=True)
-        wide = (a if isinstance(kind, Lanes) else splat(builder, a) for a, kind in pairs)
+        wide = (widen(builder, a, sig.return_type.vector) for a in arguments)
         return generate(builder, sig.return_type.flags, *wide)
 
     for function in functions:
@@ -128,27 +143,22 @@ _define((np.copysign,), 2, _call("copysign"))
 
 @lower_cast(types.Float, Lanes)
 def _from_float(context, builder, kind, target, value):
-    return splat(builder, context.cast(builder, value, kind, types.float64))
+    return widen(builder, context.cast(builder, value, kind, types.float64), target.vector)
 
 
-@intrinsic
-def broadcast_lanes(typing_context, value):
-    """Return a vector with `value` in all lanes."""
+def _broadcast(kind: Lanes) -> Callable[[float], ir.Value]:
+    """Return a compiled function from a number to lanes of type `kind` that all hold it."""
 
-    def generate(context, builder, sig, arguments):
-        return splat(builder, arguments[0])
+    def declare(typing_context, value):
+        def generate(context, builder, sig, arguments):
+            return widen(builder, arguments[0], kind.vector)
 
-    return lanes(types.float64), generate
+        return kind(types.float64), generate
+
+    return intrinsic(declare)
 
 
-@intrinsic
-def broadcast_strict(typing_context, value):
-    """Return strict lanes that all hold `value`."""
-
-    def generate(context, builder, sig, arguments):
-        return splat(builder, arguments[0])
-
-    return strict(types.float64), generate
+broadcast_lanes, broadcast_singles, broadcast_strict = _broadcast(lanes), _broadcast(singles), _broadcast(strict)
 
 
 @intrinsic
@@ -156,9 +166,10 @@ def elementwise_max(typing_context, a, b):
     """Return the larger of each two lanes, NaN where either is; `max` would lose it."""
 
     def generate(context, builder, sig, arguments):
-        return _call("maximum")(builder, FAST, *arguments)
+        return _call("maximum")(builder, FAST, *(widen(builder, a, kind.vector) for a in arguments))
 
-    return lanes(lanes, lanes), generate
+    kind = singles if singles in (a, b) else lanes
+    return kind(*(kind if one == kind else types.float64 for one in (a, b))), generate
 
 
 @intrinsic
@@ -166,17 +177,20 @@ def any_positive(typing_context, value):
     """Return whether any lane is above zero."""
 
     def generate(context, builder, sig, arguments):
-        above = builder.fcmp_ordered(">", arguments[0], ir.Constant(VECTOR, [0.0] * LANES))
-        bits = builder.bitcast(above, ir.IntType(LANES))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+        vector = arguments[0].type
+        above = builder.fcmp_ordered(">", arguments[0], ir.Constant(vector, [0.0] * vector.count))
+        bits = builder.bitcast(above, ir.IntType(vector.count))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
 
-    return types.boolean(lanes), generate
+    return types.boolean(value), generate
 
 
 def reduce_lanes(builder: ir.IRBuilder, name: str, value: ir.Value, start: float | None = None) -> ir.Value:
-    """Return LLVM's reduction `name` of a vector."""
-    kinds = [VECTOR] if start is None else [_f64, VECTOR]
-    kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.v{LANES}f64"
+    """Return LLVM's reduction `name` of a vector, in double precision."""
+    if value.type == SINGLE:
+        value = builder.fpext(value, ir.VectorType(_f64, SINGLES))
+    kinds = [value.type] if start is None else [_f64, value.type]
+    kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.{_suffix(value.type)}"
     function = cgutils.get_or_insert_function(builder.module, kind, full)
     first = [] if start is None else [ir.Constant(_f64, start)]
     return builder.call(function, [*first, value], fastmath=FAST)
@@ -189,7 +203,7 @@ def _reduction(name: str, start: float | None) -> Callable[[ir.Value], ir.Value]
         def generate(context, builder, sig, arguments):
             return reduce_lanes(builder, name, arguments[0], start)
 
-        return types.float64(lanes), generate
+        return types.float64(value), generate
 
     return intrinsic(declare)
 

@@ -47,6 +47,8 @@ from hvisph.compiler.tensors import (
     divergence,
     dot,
     dot_rows,
+    exact_difference,
+    exact_vector,
     gradient,
     lane_sums,
     matrix,
@@ -57,6 +59,7 @@ from hvisph.compiler.tensors import (
     no_vector,
     outer,
     own_axial,
+    own_exact_vector,
     own_gradient,
     own_symmetric,
     own_symmetric_gradient,
@@ -111,6 +114,8 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
 AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = ADJOINT = 0
 RIGID = TURNS = EDGES = 0
+# Slots of what rounding takes of position and velocity, in single precision.
+X_REST = U_REST = 0
 
 # Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
 FILLER_VOLUME = 1e-12
@@ -118,7 +123,8 @@ FILLER_VOLUME = 1e-12
 
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
-    x, u, s = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
+    x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
+    s = own_symmetric(rows, i, T, DIM)
     h, zn, zt, volume = rows[i, H], rows[i, ZN], rows[i, ZT], rows[i, V]
     inverse_filler = 1.0 / (FILLER_VOLUME * volume) if volume > 0.0 else 0.0
     if RECONSTRUCTION:
@@ -140,7 +146,7 @@ def accumulate(near, n, rows, i, constants, out):
     inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and DENSITY_CORRECTION else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = subtract(vector(b, 0, DIM), x)
+        dx = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM)
         r = np.sqrt(dot(dx, dx))
         ih, inverse_r = reciprocals(0.5 * (h + b[H]), r)
         g, e = -2.0 * scale(ih) * slope(r * ih), multiply(inverse_r, dx)
@@ -151,7 +157,7 @@ def accumulate(near, n, rows, i, constants, out):
         if EDGES:  # an ambient layer has the impedance of its partner
             real = min(b[V] * inverse_filler, 1.0)
             za, zb = za + real * rows[i, AMBIENT] * (zb - za), zb + b[AMBIENT] * (za - zb)
-        jump, lever = subtract(vector(b, U, DIM), u), dx
+        jump, lever = exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), dx
         its_rigid, heated = 0.0, 1.0
         if RIGID:
             its_rigid = is_rigid(b[BODY])

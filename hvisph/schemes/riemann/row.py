@@ -12,6 +12,8 @@ from hvisph.compiler.tensors import (
     add,
     broadcast,
     dot,
+    exact_difference,
+    exact_vector,
     lane_sums,
     matrix,
     multiply,
@@ -20,15 +22,14 @@ from hvisph.compiler.tensors import (
     no_symmetric_gradient,
     no_vector,
     outer,
+    own_exact_vector,
     own_gradient,
     own_symmetric,
-    own_vector,
     product,
     put,
     subtract,
     symmetric,
     symmetric_outer,
-    vector,
 )
 from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, neighbours
 from hvisph.sph.contact.contact_normal import is_other_body, smooth_normals
@@ -44,6 +45,8 @@ from hvisph.sph.terms.shape_matrix import sound_inverse
 DEPTH_TABLE = 2
 # Options of the pass, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = FRACTURES = ADJOINT = EDGES = 0
+# Slots of what rounding takes of position and velocity, in single precision.
+X_REST = U_REST = 0
 # Fields that passes write and all pairs read.
 READ_BY_PAIRS = ("gu", "gt", "crack", "stage_t", "operator", "elastic")
 
@@ -150,7 +153,8 @@ def contact_passes(layout: RowLayout, kernel: Kernel, unequal_spacings: bool, se
 
 def gradients(near, n, rows, i, constants, out):
     """Write the renormalised gradients of velocity and stress, and the unsmoothed contact normals, into row `i`."""
-    x, u, s, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM), rows[i, H]
+    x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
+    s, h = own_symmetric(rows, i, T, DIM), rows[i, H]
     moment, of_u = broadcast(no_symmetric(DIM)), broadcast(no_gradient(DIM))
     of_s = broadcast(no_symmetric_gradient(DIM))
     fills, ends = broadcast(no_vector(DIM)), broadcast(no_vector(DIM))
@@ -158,7 +162,7 @@ def gradients(near, n, rows, i, constants, out):
     cracks, crack_sums = broadcast(no_vector(DIM)), (broadcast_lanes(0.0), broadcast_lanes(0.0))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = subtract(vector(b, 0, DIM), x)
+        dx = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM)
         r = np.sqrt(dot(dx, dx))
         ih = 2.0 / (h + b[H])
         g = multiply(-b[V] * scale(ih) * slope(r * ih) / r, dx)
@@ -175,7 +179,7 @@ def gradients(near, n, rows, i, constants, out):
             moment = add(moment, symmetric_outer(dx, g))
             if EDGES:  # the state is uniform beyond an edge
                 g = multiply(1.0 - b[AMBIENT], g)
-            of_u = add(of_u, outer(subtract(vector(b, U, DIM), u), g))
+            of_u = add(of_u, outer(exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), g))
             of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
     if SEPARATING:
         lacking = lane_sums(ends)

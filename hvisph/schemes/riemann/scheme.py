@@ -25,6 +25,7 @@ from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.terms.density_correction import relaxation_rates
 from hvisph.sph.terms.limiters import LIMITERS, Limiter
+from hvisph.sph.terms.reconstruction import limited_shares_of_ratios
 from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
 
 from . import law as riemann
@@ -71,6 +72,8 @@ class Riemann:
         enter the contact velocity of solids that have not yielded (`sph.terms.adjoint_operator`).
     rigid, turns, edges
         Whether some bodies are rigid; whether these rotate; whether there are open edges.
+    single
+        Whether pairs are evaluated in single precision.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -92,6 +95,7 @@ class Riemann:
     rigid: bool = False
     turns: bool = False
     edges: bool = False
+    single: bool = False
 
     name = "riemann"
     corrects_kernels = stores_contact_energy = False
@@ -144,6 +148,7 @@ class Riemann:
             "ADJOINT": int(self.adjoint),
             "EDGES": int(self.edges),
         }
+        limits = {"limited_shares": limited_shares_of_ratios} if self.single else {}
         of_pairs = {
             "share": self.reconstruction.share,
             "TENSION_STABILIZED": int(self.corrected_variant and self.tension_stabilized),
@@ -159,7 +164,7 @@ class Riemann:
         flux = Pass(
             riemann.accumulate,
             riemann_row.pair_layout(row),
-            shared | of_pairs,
+            shared | of_pairs | limits,
             riemann.PARTS,
             density_rate=self.corrected_variant,
             corrects_density=self.corrects_density,

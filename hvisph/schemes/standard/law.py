@@ -56,6 +56,8 @@ from hvisph.compiler.tensors import (
     broadcast,
     dot,
     dot_rows,
+    exact_difference,
+    exact_vector,
     gradient,
     identity,
     inertia,
@@ -68,6 +70,7 @@ from hvisph.compiler.tensors import (
     no_vector,
     outer,
     own_axial,
+    own_exact_vector,
     own_gradient,
     own_symmetric,
     own_vector,
@@ -94,6 +97,8 @@ from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 # Lagrangian ones, conservation of angular momentum; exponent n of f.
 PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = AXISYMMETRIC = HYBRID = ANGULAR_MOMENTUM = 0
 EXPONENT = 4
+# Slots of what rounding takes of position and velocity, in single precision.
+X_REST = U_REST = 0
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
 LEVEL = 1e-3
@@ -159,7 +164,8 @@ def turning_kept(l, moment):
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     alpha, beta, inverse_w0 = constants[0], constants[1], constants[2]
-    x, u, t = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
+    x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
+    t = own_symmetric(rows, i, T, DIM)
     h, rho, c = rows[i, H], rows[i, RHO], rows[i, C]
     inverse_rho = 1.0 / rho
     if CORRECTED:
@@ -179,7 +185,8 @@ def accumulate(near, n, rows, i, constants, out):
     density_rate = power = mu_max = plain = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx, du = subtract(x, vector(b, 0, DIM)), subtract(u, vector(b, U, DIM))
+        dx = exact_difference(x, exact_vector(b, 0, X_REST, DIM), DIM)
+        du = exact_difference(u, exact_vector(b, U, U_REST, DIM), DIM)
         r2, ur = dot(dx, dx), dot(du, dx)
         hm = 0.5 * (h + b[H])
         ih = 1.0 / hm

@@ -70,6 +70,7 @@ class Eulerian:
     # whether some bodies are rigid, and whether these turn
     rigid: bool = False
     turns: bool = False
+    single: bool = False  # whether pairs are evaluated in single precision
 
     name = "eulerian"
     stores_contact_energy = False

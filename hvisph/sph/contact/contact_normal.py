@@ -31,9 +31,12 @@ from hvisph.compiler.tensors import (
     add,
     broadcast,
     dot,
+    exact_difference,
+    exact_vector,
     lane_sums,
     multiply,
     no_vector,
+    own_exact_vector,
     own_vector,
     put,
     subtract,
@@ -48,6 +51,8 @@ TOUCHING = 0.93
 RIGID = -1.0
 # Option of `is_other_body`, off unless bound: contact between faces of one body.
 SELF_CONTACT = 0
+# Slot of what rounding takes of the position, in single precision.
+X_REST = 0
 # Least cosine between the normal of a face and the direction to a particle in front of it.
 FACING_COSINE = 0.5
 
@@ -71,11 +76,11 @@ def is_other_body(rows, i, b, dx):
 
 def smooth_normals(near, n, rows, i, constants, out):
     """Write F of particle `i` into its row (pass over particles near another body)."""
-    x, h, rough = own_vector(rows, i, 0, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
+    x, h, rough = own_exact_vector(rows, i, 0, X_REST, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
     mean = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx, ih = subtract(vector(b, 0, DIM), x), 2.0 / (h + b[H])
+        dx, ih = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM), 2.0 / (h + b[H])
         its = multiply(1.0 - 2.0 * is_other_body(rows, i, b, dx), vector(b, N_RAW, DIM))
         alike = max(dot(rough, its), 0.0)
         alike = alike * alike / (dot(rough, rough) * dot(its, its) + TINY)

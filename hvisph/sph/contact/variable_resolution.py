@@ -20,9 +20,12 @@ from hvisph.compiler.tensors import (
     add,
     broadcast,
     dot,
+    exact_difference,
+    exact_vector,
     lane_sums,
     multiply,
     no_vector,
+    own_exact_vector,
     own_vector,
     put,
     subtract,
@@ -37,6 +40,8 @@ DEPTHS, FAINTEST = 257, 4.0
 ENTRIES = DEPTHS + 1
 # Least depth over h.
 LEAST = 0.05
+# Slot of what rounding takes of the position, in single precision.
+X_REST = 0
 
 
 def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
@@ -108,11 +113,12 @@ def stretched_distance(dx, n, inverse_length, inverse_mean):
 
 def unequal_normals(near, n, rows, i, constants, out):
     """Write N, the contribution of other bodies, into the row of particle `i` (pass over contact particles)."""
-    x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, N_SURFACE, DIM)
+    x, ends = own_exact_vector(rows, i, 0, X_REST, DIM), own_vector(rows, i, N_SURFACE, DIM)
+    h, under = rows[i, H], rows[i, DEPTH]
     fills = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = subtract(vector(b, 0, DIM), x)
+        dx = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM)
         other = is_other_body(rows, i, b, dx)
         towards = subtract(ends, vector(b, N_SURFACE, DIM))
         towards = multiply(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)

@@ -21,6 +21,8 @@ CHUNK = 1024
 # Rows of cells along y that are numbered together, so that in 3D more of the neighbours lie in a cache: the least of a
 # grid.
 BLOCK = 4
+# What stands for no limit in rows of single precision, and units of rows in double precision, which are not read.
+LARGEST, NO_UNITS = 1e30, np.zeros(0)
 
 
 @dataclass
@@ -124,8 +126,8 @@ def count_and_place(cells, starts, order):
     starts[np.uint64(0)] = np.uint32(0)
 
 
-def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out, columns, h):
-    """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them."""
+def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out, columns, h, units):
+    """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them (template)."""
     one = np.uint64(1)
     begin = chunk * np.uint64(CHUNK)
     end = min(begin + np.uint64(CHUNK), n)
@@ -146,7 +148,12 @@ def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out,
             i = np.uint64(order[j])
             place[i] = j
             for f in range(np.uint64(rows.shape[1])):
-                out[j, f] = rows[i, f]
+                out[j, f] = min(max(rows[i, f] * units[f], -LARGEST), LARGEST) if X_REST else rows[i, f]
+            if X_REST:
+                for f in range(np.uint64(DIM)):
+                    out[j, np.uint64(X_REST) + f] = rows[i, f] * units[f] - np.float64(out[j, f])
+                    moving = np.uint64(U) + f
+                    out[j, np.uint64(U_REST) + f] = rows[i, moving] * units[moving] - np.float64(out[j, moving])
             for f in range(np.uint64(DIM)):
                 columns[f, j] = rows[i, f]
             columns[DIM, j] = rows[i, h]
@@ -223,7 +230,8 @@ def find_undisturbed(
 
 
 def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
-         place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int) -> None:  # fmt: skip
+         place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int, units: np.ndarray = NO_UNITS,
+         vectors: tuple[int, int, int] = (0, 0, 0)) -> None:  # fmt: skip
     """Put `rows` into cell order, and within a cell into that of their permanent numbers.
 
     Sums over neighbours in this order depend neither on the order of `rows` nor on the shape of the torus.
@@ -240,19 +248,23 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
     out, columns
         Sorted rows (n or more, width), and their positions and smoothing lengths by column,
         (dim + 1, n + 8).
+    units, vectors
+        For sorted rows of float32: what the slots of `rows` are multiplied by, and the slots of the velocity and of
+        what rounding takes of position and velocity.
     """
-    find, count_and_place, order_and_gather = _loops(dim)
+    find, count_and_place, order_and_gather = _loops(dim, *vectors)
     find(len(cells), rows, 1.0 / grid.edge, *grid.sizes, cells)
     count_and_place(cells, grid.starts, order)
-    order_and_gather(len(order), rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot))
+    order_and_gather(len(order), rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot),
+                     units)  # fmt: skip
 
 
 @cache
-def _loops(dim: int) -> tuple[CompiledFunction, ...]:
+def _loops(dim: int, u: int, x_rest: int, u_rest: int) -> tuple[CompiledFunction, ...]:
     return (
         particle_loop(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),
-        chunk_loop(specialise(_order_and_gather, DIM=dim), CHUNK),
+        chunk_loop(specialise(_order_and_gather, DIM=dim, U=u, X_REST=x_rest, U_REST=u_rest), CHUNK),
     )
 
 

@@ -189,10 +189,12 @@ class ImageCopies:
         return rows, image_numbers(numbers, self._made)
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
-        """Mirror the rows anew."""
+        """Mirror what passes have written behind the packed fields."""
+        made = slice(self._layout.packed_width, self._layout.used_width)
         for images in self._made:
             target = place[images.first : images.first + len(images.source)]
-            sorted_rows[target] = mirror(sorted_rows[place[images.source]], images.plane, self._layout)
+            signs = self._layout.mirror_signs(images.plane.axis)[made]
+            sorted_rows[target, made] = sorted_rows[place[images.source], made] * signs
 
 
 class FixedCopies:

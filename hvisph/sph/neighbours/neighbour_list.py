@@ -84,7 +84,7 @@ class NeighbourList:
         self._room = 0
         self._made = 0
         law = specialise(record, CHUNK=traversal.CHUNK)
-        self._sweep = traversal.loop(self.dim, self.dim, law)
+        self._sweep = traversal.loop(self.dim, law)
         self.resize(self.count)
 
     def resize(self, count: int) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hvisph.compiler.jit import CompiledFunction, Options, PythonFunction, bind, specialise
-from hvisph.compiler.tensors import SIZE
+from hvisph.compiler.jit import CompiledFunction, Options, PythonFunction, bind, bind_constants, specialise
+from hvisph.compiler.tensors import SIZE, broadcast_singles
+from hvisph.compiler.vector import api
 from hvisph.compiler.vector.api import EIGHT
 from hvisph.core.errors import RunError
 from hvisph.sph.kernels import Kernel, scale
@@ -20,6 +21,9 @@ from .particle_layout import RowLayout, aligned_zeros
 # Fields of a row that are zero, and those that agree, among particles that have no rates.
 ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "gu_before", "correction_decay", "density_relaxation")
 EQUAL_AT_REST = ("u", "body")
+# What laws in single precision take in place of their own: vectors, and numbers whose squares are within its range.
+IN_SINGLES: Options = {"LANES": api.SINGLES, "broadcast_lanes": api.broadcast_singles, "broadcast": broadcast_singles}
+RANGE_OF_SINGLES: Options = {"TINY": 1e-18, "UNLIMITED": 1e18, "STEEP": 1e30}
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,9 @@ class Pairs:
         Positions at the start (n, dim) [m], for the grid's extent, and the largest smoothing length [m].
     planes
         Planes of symmetry.
+    single
+        Whether laws are evaluated in single precision: sorted rows are of float32, with the smoothing length at the
+        start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
 
     Attributes
     ----------
@@ -101,11 +108,19 @@ class Pairs:
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
-                 positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
+                 positions: np.ndarray, h: float, planes: tuple[Plane, ...] = (), single: bool = False):  # fmt: skip
         dim = layout.dim
-        self.layout, self.kernel, self.planes = layout, kernel, planes
-        self.coefficients = coefficients
+        self._units, self._constants = cells.NO_UNITS, coefficients
         self._further = max(one.count_further_rates(dim) for one in passes)
+        if single:
+            length = 2.0 ** np.floor(np.log2(h))
+            self._units = layout.single_units(length)
+            of_rates = particle_layout.single_units(layout, particle_layout.width(dim) + self._further, length)
+            self._constants = np.append(coefficients, of_rates)
+            layout = layout.single()
+            passes = [replace(one, reads=one.reads.single()) for one in passes]
+        self.layout, self.kernel, self.planes, self.single = layout, kernel, planes, single
+        self.coefficients = coefficients
         self.count = len(positions)
         self.slots = layout.slots()
         self.rows = np.zeros((self.count, layout.packed_width))  # close together; sorted, each in whole cache lines
@@ -119,19 +134,23 @@ class Pairs:
         shared = {
             "DIM": dim,
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
-            "slope": kernel.slope,
-            "shape": kernel.shape,
+            "slope": bind_constants(kernel.slope, **RANGE_OF_SINGLES) if single else kernel.slope,
+            "shape": bind_constants(kernel.shape, **RANGE_OF_SINGLES) if single else kernel.shape,
+            **(IN_SINGLES if single else {}),
         }
         self._sweeps = []
         self._skips = all(one.skips_undisturbed for one in passes)
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
+        if single:
+            rests = np.arange(self.slots["U_REST"], self.slots["U_REST"] + dim, dtype=np.uint64)
+            self._equal = np.concatenate([self._equal, rests])
         if "RING" in self.slots:  # a radial velocity strains the hoop
             self._zero = np.append(self._zero, np.uint64(self.slots["U"] + 1))
         plain = [one for one in passes if not one.only]
         common = len(plain) > 1 and len({one.own_reach for one in plain}) == 1
         for one in passes:
             widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
-            offered = shared | self.slots | particle_layout.slots(dim) | widths
+            offered = (_limited(one) if single else {}) | shared | self.slots | particle_layout.slots(dim) | widths
             law = bind(
                 one.law,
                 one.options,
@@ -143,17 +162,20 @@ class Pairs:
             lists = traversal.FORGETS
             if common and not only:
                 lists = traversal.KEEPS if one is plain[0] else traversal.TAKES
-            sweep = traversal.loop(dim, self.slots["H"], law, only, one.own_reach, first, lists)
+            units = len(coefficients) if single and not one.into_rows else 0
+            sweep = traversal.loop(dim, law, only, one.own_reach, first, lists, single, units)
             self._sweeps.append((sweep, one.into_rows))
+        self._vectors = self.slots["U"] if single else 0, self.slots.get("X_REST", 0), self.slots.get("U_REST", 0)
 
     def _make_room(self, count: int) -> None:
         """Allocate arrays for `count` rows and the far row."""
         if count > self._room:
             self._room = count if count == self.count else count + count // 4
-            dim, width = self.layout.dim, self.layout.width
-            rows, along = (self._room + 1) * width, self._room + EIGHT
+            dim, width = self.layout.dim, -(-self.layout.width // 8) * 8 if self.single else self.layout.width
+            rows, along = (self._room + 1) * width // (2 if self.single else 1), self._room + EIGHT
             self.workspace = aligned_zeros(1, rows + (dim + 1) * along)[0]
-            self.sorted = self.workspace[:rows].reshape(-1, width)
+            precision = np.float32 if self.single else np.float64
+            self.sorted = self.workspace[:rows].view(precision).reshape(-1, width)
             self.columns = self.workspace[rows:].reshape(-1, along)
             self.rates = np.zeros((self._room, particle_layout.width(dim) + self._further))
             self.cells = np.zeros(self._room, np.uint32)
@@ -165,7 +187,7 @@ class Pairs:
         """Put the far row behind the sorted ones, whose storage may have been overwritten."""
         far = self.sorted[self.present]
         far[:] = 0.0
-        far[: self.layout.dim] = traversal.FAR
+        far[: self.layout.dim] = traversal.FAR_SINGLE if self.single else traversal.FAR
         far[self.slots["H"]] = 1.0
         if "RHO" in self.slots:
             far[self.slots["RHO"]] = 1.0
@@ -200,7 +222,7 @@ class Pairs:
         n = self.present
         self.grid.edge = edge
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
-                   self.sorted[:n], self.columns, self.layout.dim)  # fmt: skip
+                   self.sorted[:n], self.columns, self.layout.dim, self._units, self._vectors)  # fmt: skip
         if self._skips:
             known = n if self.halo is None else own
             cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim)
@@ -224,10 +246,21 @@ class Pairs:
         if self._room > 2 * self.count:  # many have gone to other processes
             self._room = 0
         self._make_room(self.count)
-        self.sorted[: self.count, : rows.shape[1]] = rows
+        self.sorted[: self.count, : rows.shape[1]] = rows * self._units if self.single else rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
     def _run(self, sweep: CompiledFunction, out: np.ndarray, meant: int) -> None:
         self.capacity = traversal.complete_sweep(
             sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
-            self.coefficients, self.capacity, lambda capacity: out, self.rates.view(np.uint32))  # fmt: skip
+            self._constants, self.capacity, lambda capacity: out, self.rates.view(np.uint32))  # fmt: skip
+
+
+def _limited(one: Pass) -> Options:
+    """Return the compiled functions that the law of a pass and its parts call, with `RANGE_OF_SINGLES`."""
+    called = {}
+    for template in (one.law, *one.parts):
+        for name in template.__code__.co_names:
+            function = template.__globals__.get(name)
+            if isinstance(function, CompiledFunction):
+                called[name] = bind_constants(function, **RANGE_OF_SINGLES)
+    return called

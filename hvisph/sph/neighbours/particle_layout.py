@@ -44,6 +44,12 @@ def _components(rank: str, dim: int) -> list[str]:
     raise ValueError(f"unknown rank {rank!r}")
 
 
+# Powers of length of fields, where velocity, density and what follows from them have none; of others 0.
+_LENGTHS = {"x": 1, "h": 1, "ring": 1, "ahead_twice": 1, "free_length": 1, "gu_before": -1, "correction_decay": -1,
+            "density_relaxation": -1, "turn_rate": -1}  # fmt: skip
+_VOLUMES = ("v", "m", "inv_number_density")
+
+
 def aligned_zeros(count: int, width: int) -> np.ndarray:
     """Return zeros (count, width) aligned to cache lines."""
     raw = np.zeros(count * width + 7)
@@ -103,6 +109,18 @@ class RowLayout:
         """Return the length of a row of rates, without a rate of ln(rho)."""
         return -(-self.used_width // 4) * 4
 
+    def single(self) -> RowLayout:
+        """Return the layout of sorted rows in single precision: with what rounding takes of position and velocity."""
+        rests = ("x_rest", "vector"), ("u_rest", "vector")
+        return RowLayout(self.dim, self.fields, (*rests, *self.made))
+
+    def single_units(self, length: float) -> np.ndarray:
+        """Return what the packed slots are multiplied by for a unit of `length` [m], those of mass included."""
+        powers = _LENGTHS | dict.fromkeys(_VOLUMES, self.dim)
+        return np.array(
+            [length ** -powers.get(name, 0) for name, rank in self.fields for _ in _components(rank, self.dim)]
+        )
+
     def mirror_signs(self, axis: int) -> np.ndarray:
         """Return the sign (width,) of each slot under reflection along `axis`."""
         return _mirror_signs(self, axis)
@@ -128,6 +146,15 @@ def slots(dim: int) -> dict[str, int]:
     return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": end,
             "R_CORRECTION": end + 1, "R_SLIP": end + 2, "R_HOOP": end + 3, "R_SPIN": end + 3,
             "R_GRADIENT_BEFORE": end + 3 + SIZE["axial"][dim - 1]}  # fmt: skip
+
+
+def single_units(layout: RowLayout, count: int, length: float) -> np.ndarray:
+    """Return what `count` rates of rows with a unit of `length` [m] are multiplied by: most are for each time."""
+    at, units = slots(layout.dim), np.full(count, 1.0 / length)
+    units[at["R_APPROACH"]] = 1.0
+    if "RING" not in layout.slots():
+        units[at["R_SPIN"] : at["R_GRADIENT_BEFORE"]] = 1.0
+    return units
 
 
 def _write(out, i, a, power, mu, l):

@@ -345,6 +345,6 @@ class _Swept:
 
     def run(self, law: Any, out: Any) -> None:
         """Run a pair law over all particles."""
-        n, sweep = len(self.members), traversal.loop(self._dim, self._dim, specialise(law))
+        n, sweep = len(self.members), traversal.loop(self._dim, specialise(law))
         given = sweep, self._rows, self._columns, self.order, (n, n), self._grid, self._reach, np.zeros(1)
         self._capacity = traversal.complete_sweep(*given, self._capacity, lambda capacity: out)

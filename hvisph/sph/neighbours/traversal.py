@@ -18,11 +18,12 @@ import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, Options, specialise
 from hvisph.compiler.parallel_for import chunk_loop
-from hvisph.compiler.tensors import dot, own_vector
+from hvisph.compiler.tensors import column_vector, dot, own_vector
 from hvisph.compiler.tensors3d import extend_vector
 from hvisph.compiler.vector.api import (
     LANES,
     NUMBERED,
+    SINGLES,
     SIXTEEN,
     append_marked,
     append_near_box,
@@ -37,6 +38,7 @@ from .cells import cell_at, number_of
 
 CHUNK = 256
 FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
+FAR_SINGLE = 1e11  # the same in single precision, in its unit of length: the cube is a number, too
 # Pairs beyond this share of the kernel's reach are left out. Their weight is negligible, but if the reach is a multiple
 # of the spacing, up to a quarter of the pairs of a lattice lie there.
 RIM = 1.0 - 1e-9
@@ -113,9 +115,10 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
 def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, lists, out, overflow):
     """Run the pair law over the particles of a chunk: the template, see the module's text.
 
-    Bound names: DIM, H (slot of the smoothing length), law, ONLY (slot of a vector: rows where it is zero are left out;
-    0 for none), SKIPS (whether the results of undisturbed cells are set to zero, from column FIRST on, without calling
-    the law), LISTS (FORGETS, KEEPS or TAKES) and the templates above.
+    Bound names: DIM, law, ONLY (slot of a vector: rows where it is zero are left out; 0 for none), LANES (neighbours in
+    a vector), UNITS (where the units of results begin in `constants`, 0 for none), SKIPS (whether the results of
+    undisturbed cells are set to zero, from column FIRST on, without calling the law), LISTS (FORGETS, KEEPS or TAKES)
+    and the templates above.
 
     Lists are kept for a later pass as long as a chunk has space for them: how many numbers there are, 0 for none; for
     each group its end and the number of its candidates, their numbers, and for each particle a bit a candidate. A
@@ -172,7 +175,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         if ONLY and not dot(own_vector(rows, i, ONLY, DIM), own_vector(rows, i, ONLY, DIM)) > 0.0:
             group = max(group, i + one)
             continue
-        x = own_vector(rows, i, 0, DIM)
+        x, h = column_vector(columns, i, DIM), columns[DIM, i]
         if i == group and taken > zero:
             group, m = first + np.uint64(kept[at]), np.uint64(kept[at + one])
             at += one + one
@@ -214,12 +217,12 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
                     for k in range(m):
                         words[base + at + k] = numbers[k]
                     at += m
-        n, mark, own = zero, zero, (*extend_vector(x), rows[i, H])
+        n, mark, own = zero, zero, (*extend_vector(x), h)
         marks = (m + np.uint64(2 * SIXTEEN - 1)) // np.uint64(2 * SIXTEEN)
         keeping = keeping and at + marks <= space
         if OWN_REACH and taken == zero:  # shorter ones count as long: with them the mean length is the own one
             for k in range(m):
-                length = max(columns[DIM, np.uint64(numbers[k])], rows[i, H])
+                length = max(columns[DIM, np.uint64(numbers[k])], h)
                 exact[DIM, k], rough[DIM, k] = length, np.float32(length)
         for k in range(zero, m, sixteen):
             shift = k & sixteen
@@ -240,6 +243,9 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
             near[n + k] = n_rows
         padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
         law(near, padded, rows, i, constants, out)
+        if UNITS:
+            for f in range(np.uint64(out.shape[1])):
+                out[i, f] *= constants[np.uint64(UNITS) + f]
     if LISTS == KEEPS:
         words[base] = np.uint32(at) if keeping else np.uint32(0)
     overflow[chunk] = needed
@@ -248,25 +254,25 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
 
 def loop(
     dim: int,
-    h_slot: int,
     law: CompiledFunction,
     only: int = 0,
     own_reach: bool = False,
     first_result: int | None = None,
     lists: int = FORGETS,
+    single: bool = False,
+    units: int = 0,
 ) -> CompiledFunction:
-    """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
+    """Return the traversal compiled for a bound law, with the slot of `Pass.only` in rows.
 
     `own_reach` says that lists hold all that a particle's own kernel reaches; `first_result`, that undisturbed cells
     are left out, and the first column that the law writes; `lists`, whether it keeps lists or takes those of a pass
-    before.
+    before; `single`, whether rows are of float32; `units`, where the units of its results begin in the constants.
     """
     skips_undisturbed: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
     bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach)}
     parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
-    return chunk_loop(
-        specialise(sweep, **bound, **skips_undisturbed, LISTS=lists, H=h_slot, ONLY=only, law=law, **parts), CHUNK
-    )
+    bound |= skips_undisturbed | {"LISTS": lists, "ONLY": only, "LANES": SINGLES if single else LANES, "UNITS": units}
+    return chunk_loop(specialise(sweep, **bound, law=law, **parts), CHUNK)
 
 
 def complete_sweep(

@@ -20,6 +20,8 @@ from .riemann_solver import FRONT, reciprocals
 
 # Least share of their difference by which both states move, twice that in a solid that has not yielded.
 MIN_LIMITER = 0.35
+# Least square of a difference, and largest ratio of slopes, in single precision.
+SQUARE_MIN, RATIO_MAX = 1e-36, 1e4
 
 
 @inline
@@ -60,6 +62,19 @@ def limited_shares(u, of_u, t, of_t, limiter, floor):
     n2, d2 = limiter(u, 2.0 * of_u[1] - u)
     n3, d3 = limiter(t, 2.0 * of_t[0] - t)
     n4, d4 = limiter(t, 2.0 * of_t[1] - t)
+    by_u, by_t = reciprocals(d1 * d2, d3 * d4)
+    shares_u = max(n1 * d2 * by_u, floor), max(n2 * d1 * by_u, floor)
+    return shares_u, (max(n3 * d4 * by_t, floor), max(n4 * d3 * by_t, floor))
+
+
+@inline
+def limited_shares_of_ratios(u, of_u, t, of_t, limiter, floor):
+    """Return `limited_shares` from slopes over the difference: squares of squares leave the range of float32."""
+    by_u, by_t = 2.0 / (u + SQUARE_MIN), 2.0 / (t + SQUARE_MIN)
+    n1, d1 = limiter(1.0, min(of_u[0] * by_u - 1.0, RATIO_MAX))
+    n2, d2 = limiter(1.0, min(of_u[1] * by_u - 1.0, RATIO_MAX))
+    n3, d3 = limiter(1.0, min(of_t[0] * by_t - 1.0, RATIO_MAX))
+    n4, d4 = limiter(1.0, min(of_t[1] * by_t - 1.0, RATIO_MAX))
     by_u, by_t = reciprocals(d1 * d2, d3 * d4)
     shares_u = max(n1 * d2 * by_u, floor), max(n2 * d1 * by_u, floor)
     return shares_u, (max(n3 * d4 * by_t, floor), max(n4 * d3 * by_t, floor))

@@ -1,0 +1,83 @@
+"""Pair laws in single precision against those in double, their frames of reference, and what the loader refuses."""
+
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+from sph_twins import compiled_rates, packed, random_cloud, twin_rates
+
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import MonaghanViscosity
+from hvisph.schemes.standard.scheme import Eulerian
+
+STANDARD = Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), single=True)
+KINDS = pytest.mark.parametrize(
+    ("formulation", "dim"),
+    [
+        pytest.param(STANDARD, 2, id="standard"),
+        pytest.param(Riemann(has_contact=True, friction=0.3, single=True), 2, id="separating"),
+        pytest.param(Riemann(has_contact=True, friction=0.3, unequal_spacings=True, single=True), 3, id="unlike"),
+    ],
+)
+
+
+def error(found, wanted):
+    """Return the root mean square of the differences, each column over that of `wanted`."""
+    size = np.sqrt(np.mean(wanted**2, axis=0))
+    return np.sqrt(np.mean((found - wanted) ** 2, axis=0)) / np.where(size > 0.0, size, 1.0)
+
+
+@KINDS
+def test_rates_are_those_of_double_precision(formulation, dim):
+    cloud = random_cloud(dim)
+    # numbers of 6e-8 in sums that are a tenth of their largest term; limiters amplify where slopes nearly cancel
+    assert error(compiled_rates(cloud, formulation), twin_rates(cloud, formulation)).max() < 5e-6
+
+
+@KINDS
+def test_momentum_and_energy_balance(formulation, dim):
+    cloud = random_cloud(dim, seed=3)
+    rates = compiled_rates(cloud, formulation)
+    force, power = cloud.m[:, None] * rates[:, :dim], cloud.m * rates[:, dim]
+    # either side of a pair rounds for itself, to 6e-8, and errors have either sign
+    assert np.all(np.abs(force.sum(0)) < 1e-7 * np.abs(force).sum(0))
+    work = (force * cloud.u).sum(1)
+    assert abs(work.sum() + power.sum()) < 1e-7 * (np.abs(work) + np.abs(power)).sum()
+
+
+@KINDS
+def test_rates_do_not_know_place_and_velocity_of_the_observer(formulation, dim):
+    cloud = random_cloud(dim)
+    away = replace(cloud, u=cloud.u + 7000.0, x=cloud.x + 1000.0 * cloud.h.max())
+    # differences are rounded after subtraction: 1000 lengths and 7 km/s cost nothing
+    assert error(compiled_rates(away, formulation), compiled_rates(cloud, formulation)).max() < 5e-6
+
+
+@KINDS
+def test_bits_depend_neither_on_order_nor_on_threads(formulation, dim):
+    cloud = random_cloud(dim)
+    rates = compiled_rates(cloud, formulation)
+    numba.set_num_threads(min(2, numba.config.NUMBA_NUM_THREADS))
+    order = np.random.default_rng(2).permutation(len(cloud.x))
+    pairs = packed(cloud, formulation)
+    pairs.rows, pairs.numbers = pairs.rows[order].copy(), pairs.numbers[order].copy()
+    pairs.evaluate(cloud.h.max())
+    numba.set_num_threads(1)
+    assert np.array_equal(pairs.rates[pairs.place[: len(order)]], rates[order])
+
+
+@pytest.mark.parametrize(
+    ("formulation", "named"),
+    [
+        ("{type: riemann, precision: single, contact: {type: frictional, self_contact: all}}", "self_contact"),
+        ("{type: eulerian, precision: single, contact: {type: penalty}}", "penalty"),
+        ("{type: eulerian, precision: single, correction: {type: mixed}}", "correction"),
+        ("{type: total_lagrangian, precision: single}", "riemann and eulerian"),
+    ],
+)
+def test_what_has_no_single_precision_is_refused(formulation, named):
+    with pytest.raises(CaseError, match=named):
+        load_case("al_al_coarse", [f"formulation={formulation}"])
