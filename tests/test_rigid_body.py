@@ -10,6 +10,8 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.rigid_body import flow, mass_properties, quaternion, rotation
 from hvisph.output.reader import read_history
+from hvisph.precheck.advice import advice
+from hvisph.setup.initial_state import begin
 from hvisph.simulation.run import resume, run
 
 LENGTH, SPEED = 10e-3, 1.0
@@ -71,6 +73,37 @@ def test_the_balances_of_an_impact(who, rigid, tmp_path):
     assert abs(kept["momentum_drift"]) < 1e-12
 
 
+@pytest.mark.parametrize(("rigid", "further"), [
+    (True, {"gravity": [2e9, -1e9]}), ("fixed", {"gravity": [-2e9, 0.0]}),
+    (True, {"gravity": [2e9, -1e9], "time": {"end": 6e-7, "integrator": "staggered"}}),
+    ("x", {"kinematics": "plane_stress"}), (True, {"kinematics": "plane_stress"}),
+])  # fmt: skip
+def test_the_balances_under_gravity_and_in_plane_stress(rigid, further, tmp_path):
+    """The work of gravity on the body is that of its way; what holds a fixed one takes its weight, too."""
+    who = int(rigid == "fixed")
+    kept = run(plane(who, rigid, **further), tmp_path / "run").summary["conservation"]
+    assert abs(kept["energy_drift"]) < 1e-12
+    assert abs(kept["momentum_drift"]) < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["uniform", "sphere"])
+def test_a_body_in_free_fall(kind, tmp_path):
+    """It falls by g t^2/2 in a uniform field; in that of a sphere as the mass point at its centre, to (r/R)^2.
+
+    A second body falls beside it, out of reach.
+    """
+    g, end, far = 1e7, 1e-5, 1.0  # strong, so that the way is not lost in round-off
+    field = [0.0, -g] if kind == "uniform" else {
+        "type": "sphere", "mass": g * far**2 / 6.67430e-11, "radius": 0.1, "centre": [0.0, -far]}  # fmt: skip
+    case = plane(0, True, gravity=field, time={"end": end}).model_dump(mode="json")
+    for name, x in zip(case["bodies"], (-5e-3, 5e-3), strict=True):
+        case["bodies"][name] |= {"position": [x, 0.0], "velocity": [0.0, 0.0]}
+    outcome = run(load_case(case), tmp_path / "run")
+    moved = final(tmp_path / "run").fields["displacement"][final(tmp_path / "run").body == 0]
+    assert moved[:, 1].mean() == pytest.approx(-0.5 * g * end**2, rel=1e-9 if kind == "uniform" else 2e-3)
+    assert abs(outcome.summary["conservation"]["energy_drift"]) < (1e-12 if kind == "uniform" else 1e-6)
+
+
 def test_a_resumed_run_has_the_same_bits(tmp_path):
     case = plane(0, "x")
     run(case, tmp_path / "whole")
@@ -83,7 +116,6 @@ def test_a_resumed_run_has_the_same_bits(tmp_path):
     (0, "y", {}, "component along x"), (0, "z", {}, "cannot move along z"), (0, "up", {}, "none of free, fixed"),
     (0, True, {"formulation": {"type": "projection"}}, "need another formulation"),
     (0, True, {"formulation": {"type": "eulerian", "contact": {"type": "bonded"}}}, "`frictional` contact alone"),
-    (0, "x", {"gravity": [0.0, -9.81]}, "gravity"),
     (0, "x", {"time": {"end": 1e-6, "integrator": "predictor_corrector"}}, "one force a step"),
     (0, {"mass": 0.0}, {}, "mass: 0.0 is out of range"), (0, {"inertia": [-1.0]}, {}, "out of range"),
     (0, {"inertia": [1.0, 1.0, 1.0]}, {}, "has 3 moments, needs 1"),
@@ -149,6 +181,50 @@ def test_a_free_top_returns_after_its_period(steps, within):
         energies.append(0.5 * (inertia * now * now).sum())
     assert np.abs(now - w).max() < within
     assert np.ptp(energies) < 3e-6 * (200 / steps) ** 2
+
+
+def hertz(arrangement, across, speed=10.0):
+    """A ball of 6061, elastic, on a rigid wall: case, and largest force [N], contact time [s] by Hertz's theory."""
+    radius, density, modulus, nu = 5e-3, 2700.0, 68.9e9, 0.33
+    stiff, mass = modulus / (1.0 - nu**2), 4.0 / 3.0 * np.pi * radius**3 * density
+    depth = (15.0 * mass * speed**2 / (16.0 * stiff * radius**0.5)) ** 0.4
+    metal = {"density": density, "eos": {"type": "linear", "bulk_modulus": modulus / (3.0 - 6.0 * nu)},
+             "strength": {"type": "elastic", "shear_modulus": modulus / (2.0 + 2.0 * nu)}}  # fmt: skip
+    end = 1.4 * 2.943 * depth / speed
+    case = load_case({
+        "kinematics": "axisymmetric", "resolution": 2.0 * radius / across, "formulation": "total_lagrangian",
+        "bodies": {"ball": {"material": metal, "shape": {"type": "sphere", "diameter": 2.0 * radius},
+                            "arrangement": arrangement, "velocity": [speed, 0.0]},
+                   "wall": {"material": metal, "shape": {"type": "cylinder", "diameter": 6e-3, "length": 2e-3},
+                            "rigid": "fixed"}},
+        "time": {"end": end}, "output": {"every": end, "history_every": 1},
+    })  # fmt: skip
+    return case, 4.0 / 3.0 * stiff * radius**0.5 * depth**1.5, 2.943 * depth / speed
+
+
+def test_a_ball_on_a_wall_by_hertz(tmp_path):
+    """Force 15, time 20 %, speed 1 %: the contact is 0.11 spacings deep at 20 across, and half a spacing soft.
+
+    At 40 and 80 across the force is 0.90 and 1.03 of Hertz's, the time 1.08 and 0.95.
+    """
+    case, force, time = hertz("relaxed", 20)
+    run(case, tmp_path / "run")
+    history = read_history(tmp_path / "run")
+    found = np.gradient(history["support_momentum_x"], history["time"])
+    assert found.max() == pytest.approx(force, rel=0.15)
+    touching = history["time"][found > 0.02 * found.max()]
+    assert np.ptp(touching) == pytest.approx(time, rel=0.2)
+    assert final(tmp_path / "run").fields["velocity"][:, 0].min() < -9.9
+
+
+def test_check_tells_contacts_too_shallow_for_a_lattice():
+    """The front layer of a square lattice is a flat punch: 1.68 and 1.28 times the force measured at 40 and 80."""
+    (text,) = [one for one in advice(hertz("square", 40)[0]) if "Hertz" in one]
+    assert "0.23 spacings deep" in text
+    assert "1.6 times" in text
+    assert "arrangement=relaxed" in text
+    assert not any("Hertz" in one for one in advice(hertz("relaxed", 40)[0]))
+    assert not any("Hertz" in one for one in advice(hertz("square", 40, speed=100.0)[0]))
 
 
 def test_a_symmetric_top_precesses():
@@ -249,6 +325,29 @@ def test_a_resumed_rotation_has_the_same_bits(kind, tmp_path):
     run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 9})}), tmp_path / "part")
     resume(tmp_path / "part", max_steps=10**6)
     assert_same_results(tmp_path / "whole", tmp_path / "part")
+
+
+def test_a_rod_goes_on_from_another_run(tmp_path):
+    """Position, velocity and rotation are those of the snapshot to round-off; other masses and softness are refused."""
+    first = eccentric(2, output={"every": 3e-7})
+    run(first, tmp_path / "first")
+    document = first.model_dump(mode="json") | {"start": {"run": str(tmp_path / "first"), "at": 3e-7}}
+    outcome = run(load_case(document), tmp_path / "run")
+    whole, gone = final(tmp_path / "first"), final(tmp_path / "run")
+    own = whole.body == 0
+    assert shape_of(gone)[1] < 1e-13
+    # forces are evaluated anew at the start: steps differ
+    assert np.abs(gone.fields["velocity"] - whole.fields["velocity"])[own].max() < 0.01 * 300.0
+    assert np.abs(gone.fields["position"] - whole.fields["position"])[own].max() < 0.01 * 2.5e-4
+    assert abs(outcome.summary["conservation"]["energy_drift"]) < 1e-12
+    for rigid, words in ((None, "in both runs or in none"), ({"mass": 2.0}, "mass of the run"),
+                         ({"inertia": [1.0]}, None)):  # fmt: skip
+        document["bodies"]["rod"]["rigid"] = rigid
+        if words:
+            with pytest.raises(CaseError, match=words):
+                begin(load_case(document))
+        else:
+            begin(load_case(document))
 
 
 def test_a_given_mass_is_that_of_the_motion(tmp_path):

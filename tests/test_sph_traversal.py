@@ -5,6 +5,7 @@ import pytest
 from small_runs import DAMAGED, METAL, assert_same_results, row_of
 from sph_twins import compiled_rates, packed, random_cloud
 
+from hvisph.casefile.loader import load_case
 from hvisph.compiler.jit import prange, specialise
 from hvisph.compiler.vector.api import flush_tiny, restore_mode
 from hvisph.compiler.vector.intrinsics import HAS_REGISTER
@@ -281,6 +282,31 @@ def test_undisturbed_cells(dim):
     assert 0 < len(found) < len(plain_cells(x, grid))
 
 
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_cells_within_rigid_bodies_are_undisturbed(dim):
+    """Those that have rows below zero alone in and around them, whatever their stresses."""
+    rng = np.random.default_rng(dim)
+    n = {1: 60, 2: 900, 3: 2500}[dim]
+    x = rng.random((n, dim)) * {1: 60.0, 2: 30.0, 3: 14.0}[dim]
+    rows = np.zeros((n, dim + 3))
+    rows[:, :dim], rows[:, dim], rows[:, dim + 1] = x, 0.4, rng.random(n)
+    rows[:, dim + 2] = np.where(x[:, 0] > x[:, 0].max() / 2, -1.0, 1.0)
+    grid = Grid.from_positions(x, 1.0)
+    order, place, columns = np.zeros(n, np.uint32), np.zeros(n, np.uint32), np.zeros((dim + 1, n + 8))
+    out = np.zeros((n + 1, dim + 3))
+    sort(grid, rows, np.arange(n, dtype=np.uint64), dim, np.zeros(n, np.uint32), order, place, out, columns, dim)
+    slots = np.array([dim + 1], np.uint64)
+    find_undisturbed(grid, order, n, out, slots, slots, dim, dim + 2)
+    cell, shape = np.floor(x).astype(np.int64), np.array(grid.shape)[:dim]
+    apart = abs(cell[:, None] - cell[None]) % shape
+    beside = (np.minimum(apart, shape - apart) <= 1).all(-1)
+    alone = (rows[None, :, dim + 2] < 0.0) | ~beside
+    number = np.searchsorted(grid.starts, place, side="right") - 1
+    found = grid.undisturbed[number] == 1
+    assert np.array_equal(found, alone.all(1))
+    assert 0 < found.sum() < n
+
+
 def plain_cells(x, grid):
     """The cells that hold particles."""
     return set(map(tuple, np.floor(x / grid.edge).astype(np.int64) % np.array(grid.shape)[: x.shape[1]]))
@@ -293,6 +319,16 @@ def test_leaving_out_undisturbed_cells_changes_no_number(formulation, kinematics
     dim = 3 if kinematics == "three_d" else 2
     case = row_of([METAL, METAL, DAMAGED], dim, kinematics=kinematics, formulation={"type": formulation},
                   time={"end": 1e-6, "max_steps": 12})  # fmt: skip
+    assert_nothing_hangs_on_cells_left_out(case, tmp_path, monkeypatch)
+
+
+def test_leaving_out_cells_within_rigid_bodies_changes_no_number(tmp_path, monkeypatch):
+    case = row_of([METAL, METAL], 2, speed=800.0, time={"end": 1e-6, "max_steps": 12}).model_dump(mode="json")
+    next(iter(case["bodies"].values()))["rigid"] = {"move": "free"}
+    assert_nothing_hangs_on_cells_left_out(load_case(case), tmp_path, monkeypatch)
+
+
+def assert_nothing_hangs_on_cells_left_out(case, tmp_path, monkeypatch):
     skipped = []
 
     def leave_out_nothing(grid, *given):

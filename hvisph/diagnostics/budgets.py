@@ -9,7 +9,7 @@ from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators.boundary_forces import LAYER_GROUP, Boundaries
 from hvisph.integrators.gravity import UNIFORM, Gravity
-from hvisph.integrators.prescribed_motion import GROUP_SHIFT, PrescribedMotion
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, PrescribedMotion, is_rigid_particle
 from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.materials.damage.fracture_energy import fracture_work
 from hvisph.materials.slots import DISTENSION, FRACTURE_COMPLIANCE, RHO0
@@ -129,7 +129,7 @@ class Budget:
             particles = self._setup.particles
             self.gravity_energy = self._total_potential() - self.potential
             if self.gravity.kind == UNIFORM:
-                free = (particles.tags[:, FLAGS] & CLAMPED) == 0
+                free = ((particles.tags[:, FLAGS] & CLAMPED) == 0) | is_rigid_particle(particles.tags)
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
         if self.boundaries is not None:  # what else gives momentum is known

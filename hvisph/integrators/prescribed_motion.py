@@ -83,6 +83,7 @@ class PrescribedMotion:
     def __init__(self, motions: tuple[Motion | RigidMotion, ...], dim: int):
         self._motions, self.time, self.work, self.momentum = motions, 0.0, 0.0, np.zeros(dim)
         self.rotation, self._excess = 0.0, np.zeros(1 + dim)
+        self._found: dict[int, np.ndarray] = {}  # rows of each group, as long as the particles lie as they do
 
     @property
     def rigid(self) -> list[RigidMotion]:
@@ -96,11 +97,13 @@ class PrescribedMotion:
 
     def note_contacts(self, stepper: Any) -> None:
         """Note what rigid bodies are near to, after an evaluation."""
+        self._found.clear()
         for motion in self.rigid:
             motion.note_contact(stepper, self._rows(stepper.particles, motion))
 
     def begin(self, stepper: Any, dt: float) -> None:
         """Give all groups their mean velocity of the step `dt` [s], and find work and momentum by the last forces."""
+        self._found.clear()
         particles, exact = stepper.particles, stepper.totals.exact
         mass, dim, end = particles["mass"], particles.dim, self.time + dt
         self.work, self.rotation, self.momentum, self._excess = 0.0, 0.0, np.zeros(dim), np.zeros(1 + dim)
@@ -164,6 +167,7 @@ class PrescribedMotion:
 
     def forget_step(self) -> None:
         """Take the sums for those of the state, not of a step."""
+        self._found.clear()
         self._excess[:] = 0.0
 
     def history(self) -> dict[str, np.ndarray]:
@@ -179,6 +183,7 @@ class PrescribedMotion:
         for motion in self.rigid:
             motion.state, numbers = numbers[: len(motion.state)].copy(), numbers[len(motion.state) :]
 
-    @staticmethod
-    def _rows(particles: Particles, motion: Motion | RigidMotion) -> np.ndarray:
-        return np.flatnonzero(particles.tags[:, FLAGS] >> GROUP_SHIFT == motion.group)
+    def _rows(self, particles: Particles, motion: Motion | RigidMotion) -> np.ndarray:
+        if motion.group not in self._found:
+            self._found[motion.group] = np.flatnonzero(particles.tags[:, FLAGS] >> GROUP_SHIFT == motion.group)
+        return self._found[motion.group]

@@ -23,6 +23,8 @@ import numpy as np
 
 from hvisph.sph.neighbours.particle_layout import slots
 
+from .gravity import UNIFORM
+
 # Parts of the state: centre, velocity, quaternion, angular momentum in space, the last acceleration and torque, how far
 # the stage is ahead [s], and the rate at which the velocity of the contact relaxes [1/s].
 CENTRE, VELOCITY, TURN, SPIN = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)
@@ -223,6 +225,8 @@ class RigidMotion:
         return flow(q, spin, self.inertia, time)
 
     def _energy(self, q: np.ndarray) -> float:
+        if not self.turns:
+            return 0.0
         spin = self.state[SPIN]
         return 0.5 * float(spin @ self._rate(q, spin))
 
@@ -249,16 +253,20 @@ class RigidMotion:
         self._keep_places(particles, rows)
         touched = rows[(stepper.rates[at, : dim + 1] != 0.0).any(axis=1)]
         mass, rates = particles["mass"][touched], stepper.rates[stepper.place[touched]]
-        forces, lever = mass[:, None] * in_space(rates[:, :dim]), in_space(stepper.rows[touched, :dim]) - centre
-        moments, spin = cross(lever, forces), slots(dim)["R_SPIN"]
-        if self.turns and rates.shape[1] > spin and "TURN_RATE" in stepper.row_slots:
-            axial = rates[:, spin : spin + (3 if dim == 3 else 1)]
-            moments[:, 3 - axial.shape[1] :] += mass[:, None] * axial
-        force, torque = (np.array([exact(one) for one in terms.T]) for terms in (forces, moments))
+        forces, torque = mass[:, None] * rates[:, :dim], np.zeros(3)
+        force = np.array([*(exact(one) for one in forces.T), 0.0, 0.0][:3])
+        if self.turns:
+            moments = cross(in_space(stepper.rows[touched, :dim]) - centre, in_space(forces))
+            spin = slots(dim)["R_SPIN"]
+            if rates.shape[1] > spin and "TURN_RATE" in stepper.row_slots:
+                axial = rates[:, spin : spin + (3 if dim == 3 else 1)]
+                moments[:, 3 - axial.shape[1] :] += mass[:, None] * axial
+            torque = np.array([exact(one) for one in moments.T])
+        weight, tilt = self._pull(stepper, rows, centre)
         counted = exact(mass * rates[:, dim])
         self.find_relaxation(stepper, centre, q)
         before, rate, swing = self.velocity, self._rate(q, state[SPIN]), self._energy(q) - self._energy(state[TURN])
-        state[FORCE], state[TORQUE] = self.moves @ force / whole, self._project(torque)
+        state[FORCE], state[TORQUE] = self.moves @ (force + weight) / whole, self._project(torque + tilt)
         state[VELOCITY] += dt * state[FORCE]
         mean, after = 0.5 * (before + state[VELOCITY]), centre - state[CENTRE] + (dt - stage) * state[VELOCITY]
         if self.table is not None:
@@ -267,13 +275,26 @@ class RigidMotion:
         state[SPIN] += dt * state[TORQUE]
         mean_rate = 0.5 * (rate + self._rate(q, state[SPIN]))
         made = dt * float(force @ (mean - seen) + torque @ (mean_rate - seen_rate) - counted)
+        made += float(weight @ (dt * mean - after))  # gravity does its work on the way
         state[CENTRE] += after
         energy, state[TURN] = self._energy(q), q
         state[TURN] = self._flow(dt - stage)
         gained = 0.5 * whole * float(state[VELOCITY] @ state[VELOCITY] - before @ before)
-        work = gained - dt * float(force @ mean) if self.table is not None else 0.0
-        given = whole * (state[VELOCITY] - before) - dt * force
+        work = gained - dt * float((force + weight) @ mean) if self.table is not None else 0.0
+        given = whole * (state[VELOCITY] - before) - dt * (force + weight)
         return given, work, made + swing + self._energy(state[TURN]) - energy
+
+    def _pull(self, stepper: Any, rows: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the force (3,) [N] of gravity on the body at the stage, and its torque (3,) [N m] about `centre`."""
+        gravity, dim, exact = stepper.gravity, stepper.particles.dim, stepper.totals.exact
+        if gravity is None:
+            return np.zeros(3), np.zeros(3)
+        if gravity.kind == UNIFORM:
+            return self.mass.mass * in_space(np.array([gravity.vector]))[0], np.zeros(3)
+        x, mass = stepper.rows[rows, :dim], stepper.particles["mass"][rows]
+        pulls = in_space(mass[:, None] * gravity.acceleration(x))
+        tilt = cross(in_space(x) - centre, pulls) if self.turns else np.zeros((1, 3))
+        return np.array([exact(one) for one in pulls.T]), np.array([exact(one) for one in tilt.T])
 
     def note_contact(self, stepper: Any, rows: np.ndarray) -> None:
         """Note which particles are near others, and where those lie, before other uses of the sorted rows."""
@@ -310,19 +331,20 @@ class RigidMotion:
         Returns kinetic energy [J] and momentum (dim,) [kg m/s] of the body.
         """
         particles, state, dim = stepper.particles, self.state, stepper.particles.dim
+        turned = rotation(state[TURN]) if self.turns else None
         if self._places is not None:  # a step was completed
-            r = multiply_rows(rotation(state[TURN]), self._places) if self.turns else self._places
+            r = self._places if turned is None else multiply_rows(turned, self._places)
             particles["position"][rows] = (state[CENTRE] + r)[:, :dim]
-        self._keep_places(particles, rows)
-        assert self._places is not None
         r = in_space(particles["position"][rows]) - state[CENTRE]
-        rate = self.angular_velocity
-        particles["velocity"][rows] = (state[VELOCITY] + cross(rate[None], r))[:, :dim]
+        velocity, rate = state[VELOCITY], self.angular_velocity
+        particles["velocity"][rows] = (velocity + cross(rate[None], r) if self.turns else velocity)[..., :dim]
         centre, q, velocity, rate = self._ahead(now, stage)
-        r = multiply_rows(rotation(q), self._places) if self.turns else self._places
+        if turned is not None:
+            r = multiply_rows(rotation(q), multiply_rows(turned.T, r))
+            velocity = velocity + cross(rate[None], r)
         first, to = stepper.row_slots["U"], stepper.row_slots.get("TURN_RATE")
         stepper.rows[rows, :dim] = (centre + r)[:, :dim]
-        stepper.rows[rows, first : first + dim] = (velocity + cross(rate[None], r))[:, :dim]
+        stepper.rows[rows, first : first + dim] = velocity[..., :dim]
         if to is not None:
             stepper.rows[rows, to : to + 2 * dim - 3] = rate if dim == 3 else rate[2]
         state[AHEAD], self._places = stage, None

@@ -23,10 +23,8 @@ from hvisph.precheck.material_advice import MATERIAL_CONDITIONS
 from hvisph.precheck.regime import ELASTIC, SHOCK, material_of_body
 
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
-
-if TYPE_CHECKING:
-    pass
 
 # Particles across a projectile from which on it shears out plugs in time, up to which contact SPH slows it, and that
 # resolve the band.
@@ -76,6 +74,38 @@ def _slow(facts: Facts) -> Found:
     if takes_elastic:
         takes = {"instead": "variant: elastic, or total_lagrangian", "setting": "formulation.variant=elastic"}
     return crossings > CROSSINGS and {"scheme": facts.scheme, "lost": lost, "crossings": crossings} | takes
+
+
+def _shallow_contact(facts: Facts) -> Found:
+    """Balls whose elastic contact is less than a spacing deep: the outermost layer of a square lattice is flat.
+
+    Hertz: depth d = (15 m v^2/(16 E* R^(1/2)))^(2/5), E* of both sides. The layer is a punch of radius (R dx)^(1/2) and
+    stiffness 2 E* (R dx)^(1/2), whose largest force is 1.1 (dx/d)^(1/4) of Hertz's.
+    """
+    pair, kind = facts.impact_pair, facts.kind
+    if pair is None or kind.strength is None or not 0.0 < kind.pressure < ELASTIC * kind.strength:
+        return False
+    for name, other in ((pair.first, pair.second), (pair.second, pair.first)):
+        ball, soft = facts.bodies[name], [facts.bodies[one] for one in (name, other)]
+        if ball.shape.type != "sphere" or ball.arrangement == "relaxed" or facts.case.drawing_dimensions != 3:
+            continue
+        compliance = sum(_compliance(body) for body in soft if body.rigid is None)
+        radius, dx = 0.5 * ball.shape.diameter, ball.spacing(facts.case)
+        mass = 4.0 / 3.0 * math.pi * radius**3 * material_of_body(ball).density
+        if not 0.0 < compliance < math.inf:
+            continue
+        depth = (15.0 / 16.0 * mass * kind.velocity**2 * compliance / math.sqrt(radius)) ** 0.4
+        if depth < dx:
+            return {"name": name, "depth": depth / dx, "excess": 1.1 * (dx / depth) ** 0.25, "fits": depth}
+    return False
+
+
+def _compliance(body: Body) -> float:
+    """Return (1 - nu^2)/E of a body [1/Pa]; inf of liquids."""
+    material = material_of_body(body)
+    bulk = material.density * material.bulk_sound_speed**2
+    shear = 0.75 * (material.density * material.longitudinal_sound_speed**2 - bulk)
+    return (3.0 * bulk + 4.0 * shear) / (4.0 * shear * (3.0 * bulk + shear)) if shear > 1e-9 * bulk else math.inf
 
 
 def _yielding(facts: Facts) -> Found:
@@ -151,6 +181,7 @@ FORMULATION_CONDITIONS: dict[str, Condition] = {
     "motionless": lambda f: f.is_motionless and not f.moving,
     "receding": _receding,
     "slow": _slow,
+    "shallow_contact": _shallow_contact,
     "yielding": _yielding,
     "courant_number": lambda f: (
         (f.scheme == "riemann" and f.case.time.step is None and f.case.time.cfl > LONGEST_STEP)

@@ -145,7 +145,7 @@ def add_overburden(case: Case, body: PlacedBody, material: Material, particles: 
     direction of gravity. Density follows from the pressure at the initial energy.
     """
     gravity, overburden = gravity_of(case), case.overburden
-    if gravity is None or overburden is None or body.mean_velocity.any():
+    if gravity is None or overburden is None or body.mean_velocity.any() or body.model.rigid is not None:
         return
     x, energy = body.positions, float(particles["internal_energy"][part][0])
     field = gravity.acceleration(x)

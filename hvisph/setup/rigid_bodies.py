@@ -11,7 +11,7 @@ from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
-from hvisph.integrators.rigid_body import MassProperties, RigidMotion, in_space, mass_properties
+from hvisph.integrators.rigid_body import MassProperties, RigidMotion, cross, in_space, mass_properties
 from hvisph.materials.eos import Linear
 from hvisph.materials.material_table import Material
 from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
@@ -32,7 +32,9 @@ def rigid_material(body: PlacedBody, material: Material) -> Material:
     if rigid is None:
         return material
     density = material.density_at_rest
-    if rigid.mass is not None:  # of the whole body, of which planes of symmetry may keep a part
+    if body.carried:
+        density = float(body.carried["density"][0])
+    elif rigid.mass is not None:  # of the whole body, of which planes of symmetry may keep a part
         density = rigid.mass / float(body.filling.volumes.sum())
     return Material(material.name, density, Linear(material.density * material.bulk_sound_speed**2))
 
@@ -93,7 +95,9 @@ def _motion(
         turns = turns and particles.dim == 3
     r = in_space(x) - found.centre
     velocity = moves @ np.array([exact_sum(mass * one) / found.mass for one in u.T])
-    rate = _rate_of(body, axis) if turns else np.zeros(3)
+    rate = np.zeros(3)
+    if turns:
+        rate = _carried_rate(found, mass, r, u, axis) if body.carried else _rate_of(body, axis)
     table = None
     if rigid.velocity:
         axis_of = "xyz".index(rigid.along)
@@ -131,6 +135,16 @@ def _rate_of(body: PlacedBody, axis: np.ndarray | None) -> np.ndarray:
     return rate if axis is None else axis * float(axis @ rate)
 
 
+def _carried_rate(
+    found: MassProperties, mass: np.ndarray, r: np.ndarray, u: np.ndarray, axis: np.ndarray | None
+) -> np.ndarray:
+    """Return the angular velocity (3,) [rad/s] of particles at `r` (n, 3) from the centre with the velocities `u`."""
+    spin = np.array([exact_sum(mass * one) for one in cross(r, u).T])
+    if axis is None:
+        return np.linalg.solve(found.of_points, spin)
+    return axis * float(axis @ spin) / float(axis @ found.of_points @ axis)
+
+
 def _cut(body: PlacedBody, plane: Plane) -> bool:
     """Return whether a plane of symmetry cuts the body: it stands within a spacing of its particles."""
     return bool(np.abs(body.positions[:, plane.axis] - plane.at).min() < float(body.spacing.max()))
@@ -150,7 +164,8 @@ def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:
     """Return motion, mass, centre and moments of inertia about x, y, z of a rigid body, or its kept part, in words."""
     rigid, axisymmetric = body.model.rigid, KINEMATICS[case.kinematics].axisymmetric
     assert rigid is not None
-    found = _properties(body, rigid_material(body, material).density * body.volumes)
+    mass = body.carried["mass"] if body.carried else rigid_material(body, material).density * body.volumes
+    found = _properties(body, mass)
     words = "moves along x" if axisymmetric and rigid.words == "free" else rigid.words
     kg, metre = (" kg", " m") if case.units == "si" else ("", "")
     unit = kg and kg + ("" if axisymmetric else {1: "/m^2", 2: "/m", 3: ""}[case.dim])

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.case.output import SymmetryPlane
 from hvisph.casefile.document import parse
@@ -158,8 +159,7 @@ def _refuse_other_bodies(case: Case, origin: Origin) -> None:
             message = f"that run has the body '{name}' and this case has not; describe it as there, or use `base`"
             raise CaseError(message, where="start.run")
         now = case.bodies[name]
-        if now.rigid is not None or before.rigid is not None:
-            raise CaseError("a rigid body cannot start from another run", where=f"{where}.rigid")
+        _refuse_other_rigidity(now, before, f"{where}.rigid")
         for what, there, here in (
             ("density", before.material.density, now.material.density),
             ("eos.type", before.material.eos.type, now.material.eos.type),
@@ -175,6 +175,19 @@ def _refuse_other_bodies(case: Case, origin: Origin) -> None:
                 )
         if type(old.damage) is not type(new.damage) and new.remembers:
             raise CaseError("its damage model has a history, and is not that of the run", f"{where}.material.damage")
+
+
+def _refuse_other_rigidity(now: Body, before: Body, where: str) -> None:
+    """Raise an error where a body is rigid in one of both runs, or has another mass; freedom and motion may differ."""
+    if now.rigid is None or before.rigid is None:
+        if now.rigid is not before.rigid:
+            raise CaseError("a body that starts from another run is rigid in both runs or in none", where=where)
+        return
+    if now.rigid.mass != before.rigid.mass:
+        raise CaseError("is the mass of the run; give the same", where=f"{where}.mass")
+    if len(now.rigid.inertia) > 1:
+        message = "is about axes that have turned with the body in the run; leave it out"
+        raise CaseError(message, where=f"{where}.inertia")
 
 
 def _history_of(material: Material, case: Case) -> tuple[str, ...]:

@@ -53,15 +53,12 @@ def _rigid(case: AnyCase) -> Iterator[Problem]:
         if not fields or body.internal_energy or body.temperature or body.formulation:
             what = "a rigid body has no internal_energy, temperature, formulation, nor other initial_velocity than spin"
             yield Problem(path, f"{what} and uniform; leave them out")
-        if case.formulation.type == "projection" or case.kinematics == "plane_stress":
-            what = "rigid bodies need another formulation than projection, and other kinematics than plane_stress"
-            yield Problem(path, what)
+        if case.formulation.type == "projection":
+            yield Problem(path, "rigid bodies need another formulation than projection")
         elif len(case.bodies) > 1 and case.formulation.contact.type != "frictional":
             yield Problem(("formulation", "contact"), "bodies meet a rigid one in `frictional` contact alone")
         if case.time.integrator == "predictor_corrector":
             yield Problem(path, "needs one force a step; use `time.integrator: leapfrog` or `staggered`")
-        if case.gravity is not None:
-            yield Problem(path, "the balance has no work of gravity on a rigid body; leave one of them out")
 
 
 def _is_still(body: Body) -> bool:

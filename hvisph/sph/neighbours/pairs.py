@@ -140,6 +140,7 @@ class Pairs:
         }
         self._sweeps = []
         self._skips = all(one.skips_undisturbed for one in passes)
+        self._rigid = self.slots["BODY"] if any(one.options.get("RIGID") for one in passes) else 0
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
         if single:
             rests = np.arange(self.slots["U_REST"], self.slots["U_REST"] + dim, dtype=np.uint64)
@@ -225,7 +226,8 @@ class Pairs:
                    self.sorted[:n], self.columns, self.layout.dim, self._units, self._vectors)  # fmt: skip
         if self._skips:
             known = n if self.halo is None else own
-            cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim)
+            cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim,
+                                   self._rigid)  # fmt: skip
         failure = None
         for sweep, into_rows in self._sweeps:
             try:
