@@ -192,7 +192,8 @@ def hertz(arrangement, across, speed=10.0):
              "strength": {"type": "elastic", "shear_modulus": modulus / (2.0 + 2.0 * nu)}}  # fmt: skip
     end = 1.4 * 2.943 * depth / speed
     case = load_case({
-        "kinematics": "axisymmetric", "resolution": 2.0 * radius / across, "formulation": "total_lagrangian",
+        "kinematics": "axisymmetric", "resolution": 2.0 * radius / across,
+        "formulation": {"type": "total_lagrangian"},
         "bodies": {"ball": {"material": metal, "shape": {"type": "sphere", "diameter": 2.0 * radius},
                             "arrangement": arrangement, "velocity": [speed, 0.0]},
                    "wall": {"material": metal, "shape": {"type": "cylinder", "diameter": 6e-3, "length": 2e-3},
