@@ -80,6 +80,26 @@ def test_a_crater_whose_floor_moves_on_still_grows():
     assert not found.settled
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_an_emptied_crater_is_without_failed_matter_that_rises(dim):
+    """A bowl of failed matter at 5 m/s with sound grains in it; about it what is sound, or falls back: 1 cm take 0.44."""
+
+    def rise(now):
+        r = np.sqrt((now.fields["position"] ** 2).sum(axis=1))
+        own = now.body == 1
+        now.fields["damage"] = np.where(own & (r < 14 * MM), 1.0, 0.0)
+        now.fields["velocity"][own & (r < 14 * MM), 0] = -0.01
+        now.fields["velocity"][own & (r < 10 * MM), 0] = -5.0
+        grains = own & (r < 7 * MM) & (np.arange(now.count) % 7 == 0)
+        now.fields["damage"][grains] = 0.0
+
+    found = layer(*moments(dim, radius=0.0, velocity=rise))
+    depth, wide = found["crater_depth"].variants, found["crater_outer_diameter"].variants
+    assert depth["face"].value < DX
+    assert depth["emptied"].value == pytest.approx(10 * MM, abs=DX)
+    assert wide["emptied"].value == pytest.approx(20 * MM, abs=2 * DX)
+
+
 def test_the_transient_crater_is_the_one_of_the_greatest_volume(tmp_path):
     """Three moments, the second with the largest crater."""
     files = []

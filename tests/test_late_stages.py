@@ -13,6 +13,7 @@ from hvisph.materials.material_table import Material, late_material, pack
 from hvisph.setup.build import build
 from hvisph.simulation.late_stages import LateStages
 from hvisph.simulation.run import resume, run
+from hvisph.sph.neighbours.particle_layout import slots as rate_slots
 
 SAND = {"name": "sand", "density": 2000.0, "eos": {"type": "linear", "bulk_modulus": 1e8},
         "strength": {"type": "rock", "shear_modulus": 6e7, "cohesion": 0.0, "friction": 0.6, "tension": 0.0}}  # fmt: skip
@@ -118,8 +119,28 @@ def test_the_balance_closes_across_the_switch(tmp_path):
     assert abs(summary["conservation"]["momentum_drift"]) < 1e-12
 
 
+def test_energy_that_softer_sand_gives_back_is_told(tmp_path):
+    """A uniform pressure and deviator by hand; the shock warning, and the default modulus of 30 times the pressure."""
+    setup = build(case := pile([{"at": 0.1}, {"at": 0.2, "bulk_modulus": 1e6}]))
+    particles, stepper = setup.particles, setup.stepper
+    particles["density"], particles["deviator"] = 2000.0 * (1.0 + 1e-3), 0.0
+    particles["deviator"][:, 0], particles["deviator"][:, 1] = 2e3, -2e3
+    late = LateStages(case, setup)
+    stepper.rates[:] = 0.0
+    assert "warning" not in late.switch(0.1, 7)
+    modulus = 30.0 * 1e5
+    assert stepper.late[1] == pytest.approx(modulus, rel=1e-9)
+    volume, squares = float((particles["mass"] / particles["density"]).sum()), 8e6
+    shear = 1.5 * modulus * 0.5 / 1.25
+    by_hand = volume * (0.5 * 1e10 * (1.0 / modulus - 1e-8) + 0.25 * squares * (1.0 / shear - 1.0 / 6e7))
+    assert stepper.late[0] == pytest.approx(by_hand, rel=1e-6)
+    stepper.rates[:, rate_slots(2)["R_APPROACH"]] = 2.3  # c_new is 22.4 m/s
+    particles["density"] = 2000.0
+    assert "close at 2.3 m/s, above a tenth" in late.switch(0.2, 9)
+
+
 def test_two_stages_are_resumed_with_the_same_bits(tmp_path):
-    case = pile([STAGE, {"at": 0.06, "bulk_modulus": 2e5}], end=0.12, dx=0.1)
+    case = pile([{"at": 0.03}, {"at": 0.06, "bulk_modulus": 2e5}], end=0.12, dx=0.1)
     whole = run(case, tmp_path / "whole")
     count = whole.summary["steps"]
     for number, part in enumerate((count // 3, count - 3)):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hvisph.case.materials.material import Material as MaterialModel
 from hvisph.casefile.loader import library, load_material
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
@@ -277,9 +278,10 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
     assert grown(0.3, 0.5e-3, 1.0, 1e-3, 1.0, 1.0, row) == 0.3
 
 
-def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NOTHING, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9):
+def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NOTHING, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9,
+             strain=0.0):  # fmt: skip
     table, models = pack([material])
-    return python_twin(stress_update.update_stress)(table, models, 0, dt, rho, e, s, 0.0, damage, memory, l)
+    return python_twin(stress_update.update_stress)(table, models, 0, dt, rho, e, s, strain, damage, memory, l)
 
 
 def test_cut_off_with_memory_spalls_and_without_heals():
@@ -460,6 +462,60 @@ def test_porous_material_has_the_solids_heat_and_its_share_of_the_strength():
     # what crushing takes, p d(1/rho) of some 0.3 GPa, is heat: 50 K and more, not the 1 K of an expanded solid
     assert crushed["temperature"].min() == pytest.approx(300.0, abs=1.0)
     assert crushed["temperature"][-1] > 350.0
+
+
+SHEARED = GradyKipp(1e-30, 9.0, brittle_ductile=1.23e9, brittle_plastic=2.35e9)  # no flaw that could open
+
+
+def test_shear_breaks_rock_at_a_strain_that_grows_with_the_pressure():
+    """The strains of Collins, Melosh & Ivanov 2004 at the ends of their three regimes, and half way between."""
+    row = Material("rock", 2680.0, EOS, Rock(25e9, 1e8, 3.0, 2.6e9), SHEARED).row().tolist()
+    at = python_twin(grady_kipp.failure_strain)
+    for p, strain in ((-1e9, 0.01), (0.0, 0.01), (0.615e9, 0.03), (1.23e9, 0.05), (1.79e9, 0.075), (2.35e9, 0.1),
+                      (3.525e9, 0.55), (4.7e9, 1.0)):  # fmt: skip
+        assert at(p, row) == pytest.approx(strain, rel=1e-12)
+
+
+@pytest.mark.parametrize("p", [0.0, 0.615e9, 1.79e9])
+def test_sheared_rock_goes_from_its_intact_to_its_broken_surface(p):
+    """Pure shear at a constant pressure: D = (sqrt(3)/2) sum d eps_p/eps_f, Y = (1 - D) Y_i + D Y_b of the step before."""
+    strength = Rock(25e9, 1e8, 3.0, 2.6e9, broken_friction=1.39)
+    rock = Material("rock", 2680.0, Linear(40e9), strength, SHEARED)
+    eps_f = {0.0: 0.01, 0.615e9: 0.03, 1.79e9: 0.075}[p]
+    intact = 1e8 + 3.0 * p / (1.0 + 3.0 * p / 2.5e9)
+    broken = min(1.39 * p, intact)
+    s, strain, damage, shear = (0.0,) * 6, 0.0, 0.0, 0.02 * eps_f
+    memory = (*stress_update.NOTHING[:3], 0.0, *stress_update.NOTHING[4:])
+    l, first = (shear, 0.0, 0.0, 0.0, -shear, 0.0, 0.0, 0.0, 0.0), None
+    for _ in range(120):
+        before, flowed = damage, strain
+        s, strain, damage, _, _, memory = recalled(
+            rock, 2680.0 * (1.0 + p / 40e9), memory=memory, dt=1.0, s=s, l=l, strain=strain, damage=damage)  # fmt: skip
+        assert damage == pytest.approx(min(before + 0.5 * 3.0**0.5 * (strain - flowed) / eps_f, 1.0), rel=1e-9)
+        if strain > flowed:
+            stress = (1.5 * (s[0] ** 2 + s[1] ** 2 + s[2] ** 2)) ** 0.5
+            first = first or stress
+            assert stress == pytest.approx((1.0 - before) * intact + before * broken, rel=1e-6, abs=1.0)
+    assert damage == 1.0
+    assert first == pytest.approx(intact, rel=1e-6)
+    assert stress == pytest.approx(broken, rel=1e-6, abs=1.0)
+
+
+@pytest.mark.parametrize(("keys", "strength", "words"), [
+    ({"brittle_ductile": "1.2 GPa"}, {"type": "rock", "cohesion": "10 MPa", "friction": 1.5}, "go together"),
+    ({"brittle_plastic": "1.2 GPa"}, {"type": "rock", "cohesion": "10 MPa", "friction": 1.5}, "go together"),
+    ({"brittle_ductile": "2 GPa", "brittle_plastic": "2 GPa"},
+     {"type": "rock", "cohesion": "10 MPa", "friction": 1.5}, "must be above brittle_ductile, 2e.09 Pa"),
+    ({"brittle_ductile": "1 GPa", "brittle_plastic": "2 GPa"},
+     {"type": "von_mises", "yield_stress": "1 GPa"}, "belongs to `strength: {type: rock}`, not `von_mises`"),
+])  # fmt: skip
+def test_damage_by_shear_has_both_pressures_and_rock(keys, strength, words):
+    document = {
+        "density": 2680.0, "eos": {"type": "linear", "bulk_modulus": "40 GPa"},
+        "strength": strength | {"shear_modulus": "25 GPa"},
+        "damage": {"type": "grady_kipp", "weibull_k": 1e33, "weibull_m": 6.2} | keys}  # fmt: skip
+    with pytest.raises(ValueError, match=words):
+        MaterialModel.model_validate(document)
 
 
 def test_a_smoothed_rate_forgets_a_tenth_a_step():

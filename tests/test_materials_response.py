@@ -91,7 +91,12 @@ def random_deviator(generator, size):
 
 
 LATER = [(m, NoDamage()) for m in LATER_STRENGTHS] + [(VonMises(G, Y), h) for h in LATER_DAMAGES[:4]]
-LATER += [(LATER_STRENGTHS[-1], LATER_DAMAGES[-1]), (LATER_STRENGTHS[-2], LATER_DAMAGES[0])]
+SHEARED = GradyKipp(4e35, 9.0, 0, 1837.0, 50e9, 1e-9, brittle_ductile=1.23e9, brittle_plastic=2.35e9)
+LATER += [
+    (LATER_STRENGTHS[-2], SHEARED),
+    (LATER_STRENGTHS[-1], LATER_DAMAGES[-1]),
+    (LATER_STRENGTHS[-2], LATER_DAMAGES[0]),
+]
 # All pairs but damage by plastic strain without any strength, which Material refuses.
 PAIRS = [(m, h) for m in STRENGTHS for h in DAMAGES if m.name != "none" or h.name != "johnson_cook"]
 

@@ -67,8 +67,11 @@ class LateStage(StrictModel):
     """Stage at a low sound speed: a bulk modulus in place of equations of state, for craters that open slowly."""
 
     at: PositiveTime = Field(description="Time from which on it holds [s]")
-    bulk_modulus: PositivePressure = Field(
-        description="K_new [Pa], at least ten times the largest pressure then, and 100 rho u^2 of what still moves"
+    bulk_modulus: PositivePressure | None = Field(
+        default=None,
+        description="K_new [Pa], at least ten times the largest pressure then; unless given the largest of 30 times "
+        "it, 100 rho u^2 with the speed that 99 % of what bears pressure stays below, and 100 times the largest von "
+        "Mises stress, but not above that of a material or of the stage before",
     )
     nu: Annotated[float, Quantity(NUMBER, minimum=0, below=0.5)] = Field(
         default=0.25, description="Poisson's ratio, which with K_new gives the shear modulus [-]"

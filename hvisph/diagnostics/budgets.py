@@ -35,6 +35,8 @@ ROTATION_COLUMN = "rigid_rotation"
 SUPPORT_COLUMNS = ("support_momentum_x", "support_momentum_y", "support_momentum_z")
 # Energy that left through open edges, up to the record [J], and momentum [kg m/s].
 EDGE_COLUMNS = ("edge_energy", "edge_momentum_x", "edge_momentum_y", "edge_momentum_z")
+# Energy that the softer moduli of late stages give back beyond those before [J].
+LATE_COLUMN = "late_energy"
 # Highest pressure of any particle up to the record [Pa].
 HIGHEST_COLUMN = "highest_pressure"
 # Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
@@ -302,6 +304,8 @@ class Observer:
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         self._fractures = "band_width" in particles.offsets
         counted = (*counted, FRACTURE_COLUMN) if self._fractures else counted
+        self._late = len(setup.stepper.late) > 1
+        counted = (*counted, LATE_COLUMN) if self._late else counted
         counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
 
@@ -330,6 +334,7 @@ class Observer:
             *((budget.edge_energy, *budget.edge_momentum[: self._setup.particles.dim].tolist()) if self._edged else ()),
             *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
             *((work_of_fracture(self._setup),) if self._fractures else ()),
+            *((float(self._setup.stepper.late[0]),) if self._late else ()),
             budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
         ]  # fmt: skip
 

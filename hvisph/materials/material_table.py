@@ -92,6 +92,11 @@ class Material:
         return float(getattr(self.strength, "shear_modulus", 0.0))
 
     @property
+    def bulk_modulus(self) -> float:
+        """K [Pa] at rest, with its pores."""
+        return self.density_at_rest * self.bulk_sound_speed**2
+
+    @property
     def young_modulus(self) -> float:
         """E [Pa] at rest, zero without strength."""
         return linear.young_modulus(self.density * self.bulk_sound_speed**2, self.shear_modulus)
@@ -325,7 +330,7 @@ def late_material(material: Material, bulk_modulus: float, poisson_ratio: float)
 
     Raises `CaseError` where the bulk modulus is above that of the material.
     """
-    bulk = material.density_at_rest * material.bulk_sound_speed**2
+    bulk = material.bulk_modulus
     if bulk_modulus > bulk:
         raise CaseError(f"is above that of '{material.name}', {bulk:.3g} Pa; give a lower one", where="bulk_modulus")
     strength: Any = material.strength

@@ -346,6 +346,9 @@ def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory
         if torn or 0.5 * (greatest - least) >= row[tensile.SHEAR_STRENGTH]:
             damage = 1.0
     elif damage_tag == tags.GRADY_KIPP:
+        if row[grady_kipp.BRITTLE_DUCTILE] > 0.0 and increment > 0.0:
+            sheared = grady_kipp.INVARIANT * increment / grady_kipp.failure_strain(p, row)
+            damage = min(damage + sheared, 1.0)
         strain = (greatest - solid) * row[grady_kipp.INVERSE_YOUNG]
         damage = grady_kipp.grow_damage(damage, strain, dt, memory[1], memory[2], memory[3], row)
         if strength not in (tags.ROCK, tags.JOHNSON_HOLMQUIST):

@@ -21,7 +21,7 @@ from hvisph.core.text import Plain, PlainMapping
 from . import file_names
 from .sealed_hdf5 import reading, writing
 
-FORMAT_VERSION = 6
+FORMAT_VERSION = 7
 KEPT = 2
 _HEADER = "header"
 _ARRAYS = "arrays"

@@ -117,7 +117,10 @@ def _weak_cohesion(facts: Facts) -> Iterator[Values]:
         strength = body.material.strength
         if strength.type == "rock":
             material = material_of_body(body)
-            bulk = [material.density * material.bulk_sound_speed**2, *(stage.bulk_modulus for stage in facts.case.late)]
+            bulk = [
+                material.density * material.bulk_sound_speed**2,
+                *(stage.bulk_modulus for stage in facts.case.late if stage.bulk_modulus),
+            ]
             least = LATTICE_NOISE * min(bulk)
             if 0.0 < strength.cohesion < least:
                 yield {"name": name, "cohesion": strength.cohesion, "least": least, "share": LATTICE_NOISE}

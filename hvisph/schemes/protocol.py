@@ -24,7 +24,8 @@ class AnyStepper(Protocol):
     Created from initial particles, formulation, materials, the integrator's stage and weight, smoothing length and
     planes of symmetry. `table` and `models` are the packed materials, `lengths` (n,) smoothing lengths [m], `sums` the
     columns of `integrators.sums` from `totals`, `h_max` the largest smoothing length of all processes [m]. With
-    `keeps_order` particles migrate only when the decomposition is repeated.
+    `keeps_order` particles migrate only when the decomposition is repeated. `late` is the energy that softer moduli of
+    late stages give back [J], then their bulk moduli [Pa].
     """
 
     particles: Particles
@@ -37,6 +38,7 @@ class AnyStepper(Protocol):
     h_max: float
     has_energy: bool
     keeps_order: bool
+    late: np.ndarray
 
     @property
     def formulation(self) -> AnyFormulation:

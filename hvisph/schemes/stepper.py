@@ -105,7 +105,8 @@ class Stepper:
     _in_pieces = False  # whether any differs from the body
     motion: PrescribedMotion | None = None
     boundaries: Boundaries | None = None
-    _later: Sequence[tuple[np.ndarray, np.ndarray]] = ()  # packed materials of the late stages
+    _later: list[tuple[np.ndarray, np.ndarray]] = []  # noqa: RUF012 packed materials of the late stages
+    late = np.zeros(1)  # energy that their softer moduli give back beyond those before [J], and their bulk moduli [Pa]
     turns_back = True  # whether particles that pass a plane of symmetry are put back
     keeps_order = False  # whether particles stay with their process until space is cut anew
 
@@ -124,6 +125,7 @@ class Stepper:
         self.coefficients = formulation.coefficients()
         self.gravity = gravity
         self._later = [pack(stage) for stage in later]
+        self.late = np.zeros(1 + len(later))
         layout = formulation.layout(dim)
         self.pairs = Pairs(
             layout,
@@ -272,8 +274,13 @@ class Stepper:
             self.boundaries.finish(self, stage)
         self._sum_up()
 
-    def use_late_materials(self, number: int) -> None:
-        """Take the materials of a late stage in place of those before it; `predict` shows them to the neighbours."""
+    def use_late_materials(self, number: int, materials: Sequence[Material] = ()) -> None:
+        """Take the materials of a late stage in place of those before it; `predict` shows them to the neighbours.
+
+        `materials` replace those given at the start.
+        """
+        if materials:
+            self._later[number] = pack(materials)
         self.table, self.models = self._later[number]
 
     def split(self, pieces: np.ndarray) -> None:

@@ -119,7 +119,8 @@ def _late_option(case: Case, materials: list[Material]) -> dict[str, Any]:
     later = []
     for number, stage in enumerate(case.late):
         try:
-            later.append([late_material(one, stage.bulk_modulus, stage.nu) for one in materials])
+            modulus = stage.bulk_modulus or min(one.bulk_modulus for one in materials)  # until the state decides
+            later.append([late_material(one, modulus, stage.nu) for one in materials])
         except CaseError as error:
             raise CaseError(error.message, where=f"late.{number}.{error.where}") from None
     return {"later": later}

@@ -109,6 +109,7 @@ class CheckpointContent:
                        "gravity_energy": budget.gravity_energy,
                        "potential": budget.potential, "scale": budget.scale, "weight": budget.weight.tolist(),
                        "highest_pressure": budget.highest()},
+            "late": self.setup.stepper.late.tolist(),
             "first_step": self.checks.first,
             "files": vars(self.files),
             "series": self.series,
@@ -170,6 +171,7 @@ class CheckpointContent:
             "scale",
         ):
             setattr(budget, name, header["budget"][name])
+        stepper.late[...] = header["late"]
         self.checks.first = header["first_step"]
         self.series[:] = [(time, name) for time, name in header["series"]]
         for name in vars(self.files):

@@ -57,7 +57,8 @@ def _late(case: AnyCase) -> Iterator[Problem]:
     for number, (one, following) in enumerate(pairwise(case.late), 1):
         if not following.at > one.at:
             yield Problem(("late", number, "at"), f"{following.at:g} is not later than that of the stage before it")
-        if not following.bulk_modulus < one.bulk_modulus:
+        given = one.bulk_modulus, following.bulk_modulus
+        if None not in given and not given[1] < given[0]:
             yield Problem(
                 ("late", number, "bulk_modulus"), f"{following.bulk_modulus:g} is not below that of the stage before it"
             )

@@ -196,6 +196,22 @@ class GradyKippDamage(_Spalling):
     )
     weibull_m: PositiveNumber = Field(description="Weibull's m [-], above 0")
     seed: int = Field(default=0, ge=0, le=2**31, description="Seed of the random flaws; another one, other fragments")
+    brittle_ductile: PositivePressure | None = Field(
+        default=None,
+        description="p_bd, where broken `rock` is as strong as intact [Pa]: below it shear breaks at a strain of 0.01 "
+        "to 0.05; no damage by shear unless given",
+    )
+    brittle_plastic: PositivePressure | None = Field(
+        default=None, description="p_bp, above p_bd [Pa]: up to it shear breaks at 0.05 to 0.1, beyond at more"
+    )
+
+    @model_validator(mode="after")
+    def _both_pressures(self) -> Self:
+        if (self.brittle_ductile is None) != (self.brittle_plastic is None):
+            raise ValueError("brittle_ductile and brittle_plastic go together: give both, or neither")
+        if self.brittle_ductile is not None and self.brittle_plastic <= self.brittle_ductile:  # type: ignore[operator]
+            raise ValueError(f"brittle_plastic must be above brittle_ductile, {self.brittle_ductile:g} Pa")
+        return self
 
 
 class GradySpallDamage(_Failing):

@@ -262,6 +262,12 @@ class Material(StrictModel):
                     ("damage", "d5"), "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
                 )
         yield from self._cracks(has_shear)
+        if getattr(self.damage, "brittle_ductile", None) is not None and self.strength.type != "rock":
+            yield Problem(
+                ("damage", "brittle_ductile"),
+                f"damage by shear belongs to `strength: {{type: rock}}`, not `{self.strength.type}`; leave out "
+                "brittle_ductile and brittle_plastic",
+            )
         yield from self._ceramic()
         yield from self._anisotropic()
         yield from self._thermal()

@@ -6,17 +6,20 @@
     growth           d(D^(1/3))/dt = n_act^(1/3) c_g/R,  D^(1/3) <= (n_act/n)^(1/3)
     strain           eps = max(sigma_1, 0)/E, sigma_1 the greatest principal stress before damage is applied
     felt             (1 - D) S, and (1 - D) p for p < 0
+    shear of `rock`  D += (sqrt(3)/2) d eps_p/eps_f; eps_f 0.01 for p <= 0, 0.05 at p_bd, 0.1 at p_bp, 1 at 2 p_bp
 
 c_g = 0.4 c_l, R = (3V/4 pi)^(1/3) with the volume V of the particle. Flaws are assigned at random
 until each particle has one, about ln N each; where the Weibull law has more active flaws, k V eps^m
 replaces their number, otherwise strength at high rates would depend on the spacing. Results depend
 on the seed. k is per cubic metre (1e6 times a value per cm^3). Grady & Kipp 1980, Int. J. Rock
-Mech. Min. Sci. 17, 147; Benz & Asphaug 1994, Icarus 107, 98; 1995, CPC 87, 253.
+Mech. Min. Sci. 17, 147; Benz & Asphaug 1994, Icarus 107, 98; 1995, CPC 87, 253. Shear
+adds to the same damage, after Collins, Melosh & Ivanov 2004, Meteorit. Planet. Sci. 39, 217, whose
+strain is sqrt(3)/2 of the equivalent one; beyond p_bp as the public code SWIFT.
 """
 
 from dataclasses import dataclass
 from hashlib import sha256
-from math import pi
+from math import pi, sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -29,6 +32,10 @@ CRACK_SPEED_OVER_RADIUS = slots.DAMAGE[0]  # c_g/R [1/s]
 INVERSE_YOUNG = slots.DAMAGE[1]  # 1/E [1/Pa]
 FLAWS = slots.DAMAGE[2]  # k V, flaws of a particle at a strain of one [-]
 EXPONENT = slots.DAMAGE[3]  # Weibull's m [-]
+BRITTLE_DUCTILE = slots.DAMAGE[4]  # p_bd [Pa]; 0 where shear does no damage
+BRITTLE_PLASTIC = slots.DAMAGE[5]  # p_bp [Pa]
+INVARIANT = 0.5 * sqrt(3.0)  # root of the second invariant of a strain over the equivalent strain
+BRITTLE, DUCTILE, PLASTIC = 0.01, 0.05, 0.1  # failure strains without pressure, at p_bd and at p_bp
 
 
 @dataclass(frozen=True)
@@ -41,6 +48,8 @@ class GradyKipp:
     crack_speed: float = 0.0  # c_g [m/s]
     young_modulus: float = 0.0  # E [Pa]
     particle_volume: float = 0.0  # V [m^3]
+    brittle_ductile: float = 0.0  # p_bd [Pa]; 0 where shear does no damage
+    brittle_plastic: float = 0.0  # p_bp [Pa]
 
     speed_share: ClassVar[float] = 0.4  # c_g over c_l
     name: ClassVar[str] = "grady_kipp"
@@ -48,7 +57,9 @@ class GradyKipp:
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "weibull_k", "weibull_m")
-        slots.require_not_negative(self, "crack_speed", "young_modulus", "particle_volume")
+        slots.require_not_negative(self, "crack_speed", "young_modulus", "particle_volume", "brittle_ductile")
+        if self.brittle_ductile > 0.0 and not self.brittle_plastic > self.brittle_ductile:
+            raise CaseError(f"brittle_plastic {self.brittle_plastic!r} is not above brittle_ductile", where=self.name)
         if self.seed < 0:
             raise CaseError(f"seed is {self.seed!r}, but must not be below zero", where=self.name)
 
@@ -62,6 +73,7 @@ class GradyKipp:
         if self.particle_volume > 0.0:
             row[CRACK_SPEED_OVER_RADIUS] = self.crack_speed / self.radius
         row[FLAWS], row[EXPONENT] = self.weibull_k * self.particle_volume, self.weibull_m
+        row[BRITTLE_DUCTILE], row[BRITTLE_PLASTIC] = self.brittle_ductile, self.brittle_plastic
         if self.young_modulus > 0.0:
             row[INVERSE_YOUNG] = 1.0 / self.young_modulus
 
@@ -102,6 +114,17 @@ class GradyKipp:
         exponent = np.ones(count)
         exponent[several] = np.log(number[several]) / np.log(most[several] / least[several])
         return np.column_stack([least, exponent, number])
+
+
+@inline
+def failure_strain(p, row):
+    """Return the strain [-] at which shear has broken rock under the pressure `p` [Pa]."""
+    ductile, plastic = row[BRITTLE_DUCTILE], row[BRITTLE_PLASTIC]
+    if p <= ductile:
+        return BRITTLE + (DUCTILE - BRITTLE) * max(p, 0.0) / ductile
+    if p <= plastic:
+        return DUCTILE + (PLASTIC - DUCTILE) * (p - ductile) / (plastic - ductile)
+    return PLASTIC + (1.0 - PLASTIC) * (p - plastic) / plastic
 
 
 @inline

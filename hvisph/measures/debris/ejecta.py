@@ -31,7 +31,7 @@ def _launch(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndar
     rows = np.flatnonzero((depth < -ABOVE * scene.spacing) & (velocity @ normal < 0.0))
     height, up = -depth[rows], -(velocity[rows] @ normal)
     along = velocity[rows] @ np.array(plate.basis[1:]).reshape(-1, len(normal)).T
-    pull = _pull(scene, normal)
+    pull = pull_of(scene, normal)
     first = np.sqrt(np.maximum(up**2 + 2.0 * pull * height, 0.0))
     since = 2.0 * height / (first + up)
     place = plate.in_plane(scene.position[rows]) - along * since[:, None]
@@ -39,7 +39,7 @@ def _launch(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndar
     return rows, np.hypot(first, across), np.arctan2(first, across), np.sqrt((place**2).sum(axis=1))
 
 
-def _pull(scene: Scene, normal: np.ndarray) -> float:
+def pull_of(scene: Scene, normal: np.ndarray) -> float:
     """Return the acceleration towards the layer, along its normal [m/s^2]."""
     field: PlainMapping = scene.now.metadata.get("gravity", {})
     if "mass_parameter" in field:

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hvisph.measures.debris.ejecta import pull_of
 from hvisph.measures.debris.fragments import FEWEST
+from hvisph.measures.debris.groups import NEAR, connected_groups
 from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.frame.target_geometry import RIM, Plate
 from hvisph.measures.projectile.lengths import require_hole
@@ -201,17 +203,19 @@ class Crater:
     time: float  # [s]
 
 
+EARTH = 9.81  # gravity where the case has none [m/s^2]
 WIDE = 2.0  # [dx] width of a cell
 FLOOR = 0.8  # of the greatest depth: cells as deep are the floor
 GROWING = 0.1  # share of the depth that the floor would go on in the time so far, from which on it grows
 
 
 @memoize
-def crater_of(scene: Scene, plate: Plate) -> Crater:
+def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     """Return the crater of a layer that holds.
 
     Its surface is the foremost attached particle of each cell, but those that fly: above the struck face by 2 dx,
-    and so fast that they would have come from there within the time of the run.
+    and so fast that they would have come from there within the time of the run. An `emptied` crater is without what is
+    loose.
     """
     _require(scene, plate, perforated=False)
     rows, depth, across = _attached_particles(scene, plate)
@@ -219,6 +223,8 @@ def crater_of(scene: Scene, plate: Plate) -> Crater:
     bulge = float(depth[~plate.is_beyond(across, RIM)].max(initial=0.0)) + 0.5 * spacing - plate.thickness
     velocity = scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
     flies = (depth < -2.0 * spacing) & (velocity * scene.now.time < depth)
+    if emptied:
+        flies |= _is_loose(scene, plate, rows, velocity)
     rows, depth, across, velocity = (one[~flies] for one in (rows, depth, across, velocity))
     inner = ~plate.is_beyond(across, RIM)
     if not inner.any():
@@ -254,6 +260,28 @@ def crater_of(scene: Scene, plate: Plate) -> Crater:
     return Crater(deepest, float(hollow.sum()), diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.now.time)
 
 
+def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Return whether attached particles (n,) of a velocity along the normal (n,) [m/s] leave the crater in time.
+
+    It is failed matter that rises faster than what falls back from its initial depth to the struck face, under the
+    gravity of the case or of the Earth, and what holds to the rim by such matter alone.
+    """
+    assert scene.start is not None
+    order = np.argsort(scene.start.id)
+    at = order[np.searchsorted(scene.start.id, scene.now.id[rows], sorter=order)]
+    place = scene.start.fields["position"].reshape(scene.start.count, -1)[at]
+    pull = pull_of(scene, np.array(plate.basis[0])) or EARTH
+    edge = scene.rim(plate.body)[rows]
+    rest = float(velocity[edge].mean()) if edge.any() else 0.0
+    rises = rest - velocity > np.sqrt(2.0 * pull * np.maximum(plate.depth(place), 0.0))
+    loose = (scene.now.fields.get("damage", np.zeros(scene.now.count))[rows] >= 1.0) & rises
+    holds = np.flatnonzero(~loose)
+    sizes = scene.spacings(rows)
+    groups = connected_groups(place[holds], sizes[holds] if isinstance(sizes, np.ndarray) else sizes, NEAR)
+    loose[holds] = ~np.isin(groups, groups[edge[holds]])
+    return loose
+
+
 def _transient(scene: Scene, plate: Plate) -> Crater | str:
     """Return the crater at the moment of its greatest volume so far, or why it is not known."""
     timeline = scene.timeline
@@ -278,6 +306,10 @@ def crater(scene: Scene, plate: Plate) -> Outcomes:
     diameters: dict[str, Outcome] = {"face": now.diameter, "rim": now.rim_diameter}
     largest = _transient(scene, plate)
     volumes: dict[str, Outcome] = {"face": now.volume}
+    emptied = crater_of(scene, plate, True) if scene.start is not None and scene.has_motion else None
+    depths["emptied"] = emptied.depth if emptied else "needs the start and velocities"
+    diameters["emptied"] = emptied.diameter if emptied else "needs the start and velocities"
+    volumes["emptied"] = emptied.volume if emptied else "needs the start and velocities"
     for variants, name in ((depths, "depth"), (diameters, "diameter"), (volumes, "volume")):
         found = largest if isinstance(largest, str) else getattr(largest, name)
         variants["transient"] = found if isinstance(found, str) else Result(found, time=getattr(largest, "time", None))

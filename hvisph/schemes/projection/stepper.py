@@ -31,6 +31,7 @@ class ProjectionStepper:
     """
 
     has_energy = keeps_order = False
+    late = np.zeros(1)
     workspace = None
     stored_energy = contact_energy = 0.0
 
