@@ -13,7 +13,7 @@ from hvisph.casefile.errors import validate_values
 from hvisph.casefile.paths import SET, data_folder
 
 Words = Annotated[str, Field(min_length=1, max_length=4000)]
-JudgeName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spall", "fragments"]
+JudgeName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spall", "fragments", "planetary"]
 
 
 class Across(StrictModel):

@@ -17,7 +17,7 @@ Form = Literal["full", "second", "coarse"]
 SHOT = f"{EXPERIMENT}shot"
 GROUP = f"{EXPERIMENT}group"
 ACROSS = f"{EXPERIMENT}across"  # the length that particles are counted over, where a shot's is another
-UNITS = {"-": 1.0, "mm": 1e-3, "m/s": 1.0, "km/s": 1e3, "us": 1e-6, "GPa": 1e9, "MPa": 1e6, "g": 1e-3}
+UNITS = {"-": 1.0, "mm": 1e-3, "m/s": 1.0, "km/s": 1e3, "us": 1e-6, "GPa": 1e9, "MPa": 1e6, "g": 1e-3, "cm^3": 1e-6}
 CONFIDENCE = ("seen", "derived", "recalled")
 WORDS = {"yes": 1.0, "no": 0.0}
 

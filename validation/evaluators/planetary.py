@@ -1,0 +1,47 @@
+"""Craters in rock and peak pressures of a strengthless sphere on its like.
+
+Peak pressures are medians of the target's particles within three tenths of the sphere's radius R of the place of
+contact, and the power n with which they fall with the distance along the shot line between 1.5 and 3 R.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
+
+from hvisph.verification.problem import vectors
+
+CONTACT = 0.3  # radii within which the contact is flat
+NEAR, FAR = 1.5, 3.0  # radii between which the power is fitted
+ASIDE = 0.5  # radii about the shot line
+
+
+def _each(shot: Shot) -> dict[Key, Value]:
+    if shot.name.startswith("al"):
+        return _pressures(shot)
+    results = shot.ran.summary["layers"][0]["measures"]
+    names = {"depth": "crater_depth", "diameter": "crater_outer_diameter", "volume": "crater_volume"}
+    return {(name, None): measure_of(results[measure]["variants"], "emptied") for name, measure in names.items()}
+
+
+def _pressures(shot: Shot) -> dict[Key, Value]:
+    first, last = shot.ran.first, shot.ran.last
+    radius = 0.5 * shot.ran.case.bodies["projectile"].shape.diameter
+    own = first.body == 1
+    place = vectors(first, "position")[own][np.argsort(first.id[own])]
+    there = np.flatnonzero(last.body == 1)
+    there = there[np.argsort(last.id[there])]
+    peak = last.fields["peak_pressure"][there]
+    place = place[np.isin(np.sort(first.id[own]), last.id[there])]
+    distance = np.sqrt((place**2).sum(axis=1))
+    contact = distance < CONTACT * radius
+    along = (distance > NEAR * radius) & (distance < FAR * radius) & (np.abs(place[:, 1]) < ASIDE * radius)
+    power, _ = np.polyfit(np.log(distance[along]), np.log(peak[along]), 1)
+    return {("contact", None): Value(float(np.median(peak[contact]))), ("power", None): Value(-float(power))}
+
+
+JUDGE = Judge(
+    {"depth": "crater depth", "diameter": "crater diameter", "volume": "crater volume", "contact": "contact pressure",
+     "power": "power of the pressure over distance"},
+    _each,
+)  # fmt: skip
