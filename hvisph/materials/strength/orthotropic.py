@@ -7,7 +7,9 @@ stiffness at rest C whatever c0 is, and leaves p the isotropic part at high pres
 bulk modulus K0, T is the deviator. The tangent K_s I I + (C - K0 I I) is positive as long as the bulk modulus K_s of
 the state is above K0 - K_R, with K_R = 1/sum S_ij (Reuss). Best K0 lies between K_R and K_V = sum C_ij/9 (Voigt).
 
-Waves along n have the squares of speeds of Christoffel's tensor G_ik = C_ijkl n_j n_l over rho. Anderson et al. 1994,
+Waves along n have the squares of speeds of Christoffel's tensor G_ik = C_ijkl n_j n_l over rho. A disc in rotation, 25
+spacings in radius, has stresses and rim of the closed form within 0.8 % in `total_lagrangian`; in `riemann` they are 14
+to 23 % too large at 4 layers of particles, 1 to 9 % at 12. Anderson et al. 1994,
 Comput. Mech. 15, 201; Hiermaier et al. 1999, ESA CR(P) 4397 (AMMHIS); Auld 1973, Acoustic Fields and Waves in Solids.
 """
 
