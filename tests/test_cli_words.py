@@ -6,7 +6,8 @@ import pytest
 from typer.testing import CliRunner
 
 from hvisph.casefile.loader import load_case
-from hvisph.casefile.search import SUBJECTS, search
+from hvisph.casefile.search import search
+from hvisph.casefile.spellings import spellings
 from hvisph.cli.commands.run import sparkline
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
@@ -41,11 +42,11 @@ FIRST = {
 
 
 def test_the_right_place_comes_first():
-    """SUBJECTS name words that are no names here; what they lead to must exist."""
+    """Subjects are words that are no names here; what they lead to must exist."""
     commands = [(name, "") for name in ("ballistic-limit", "check", "resume", "sweep", "converge", "correlations")]
-    for word, place in (SUBJECTS | FIRST).items():
+    for word, place in (spellings("subjects") | FIRST).items():
         assert search(word, commands)[0].name.endswith(place) or place in search(word, commands)[0].name, word
-    assert len(SUBJECTS | FIRST) >= 30
+    assert len(spellings("subjects") | FIRST) >= 30
 
 
 def test_a_unit_without_a_power_sign_suggests_the_one_meant():

@@ -20,7 +20,8 @@ from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-MOST_LINES = 6350  # of all prose documentation
+MOST_LINES = 4100  # of the prose documentation: all pages but those made from code and results
+GENERATED = ("case-file/", "models/", "commands.md", "verification.md", "validation.md")
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 PROSE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(DOCS / page for page in PAGES)]
 LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
@@ -118,7 +119,10 @@ def test_lines_of_prose_are_short(page):
 
 def test_the_documentation_stays_short():
     """A budget of lines: what is added has to say something that no other page does."""
-    assert sum(len(page.read_text(encoding="utf-8").splitlines()) for page in PROSE) <= MOST_LINES
+    written = [
+        page for page in PROSE if not page.relative_to(ROOT).as_posix().removeprefix("docs/").startswith(GENERATED)
+    ]
+    assert sum(len(page.read_text(encoding="utf-8").splitlines()) for page in written) <= MOST_LINES
 
 
 def test_messages_of_the_page_on_errors_are_in_the_code():

@@ -28,7 +28,7 @@ import hvisph
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import read_snapshot
-from hvisph.parallel.mpi_launch import launched_rank
+from hvisph.parallel import launched_rank
 from hvisph.parallel.subdomain import Parts
 from hvisph.simulation.run import run
 

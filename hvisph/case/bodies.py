@@ -113,7 +113,7 @@ VelocityField = Annotated[
 
 __all__ = ["Axis", "Body", "Position", "Rotation", "Shape"]
 
-if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
+if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
     Arrangement = str
 else:
     Arrangement = Literal[tuple(ARRANGEMENTS)]

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
-from hvisph.case.checks.axisymmetric import about_axis
 from hvisph.case.checks.consistency import problems_of
 from hvisph.case.formulations.projection import default_step
-from hvisph.case.formulations.riemann import gas_formulation
+from hvisph.case.formulations.riemann import gas_formulation, is_gas
+from hvisph.case.output import LateStages, RunLimits, Time, Witness, default_courant
 from hvisph.core.catalogues import KINEMATICS, SHAPES, Kinematics, arrangements_of
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import measures_of
@@ -21,14 +21,19 @@ from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
 from .model import StrictModel, refuse
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
-from .time import LateStages, RunLimits, Time, Witness, default_courant
 from .units import PositiveLength, PositiveTime, PositiveVelocity
 
-if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
+if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
     KinematicsName = str
 else:
     KinematicsName = Literal[tuple(KINEMATICS)]
 
+# What solids leave out about the axis unless set otherwise: pairs push in the plane alone, and no hoop balances that.
+DEFAULTS: dict[str, Plain] = {
+    "eulerian": {"viscosity_in_shear": "reduced"},
+    "adaptive": {"artificial_stress": {"type": "none"}},
+}
+_VECTORS = ("velocity", "position")
 SNAPSHOTS = 20  # of a run after its start, unless a case says how often
 
 BodyName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,63}$")]
@@ -231,3 +236,70 @@ def _body_defaults(shape: object, kinematics: Kinematics) -> Plain:
     if isinstance(shape, str) and shape in SHAPES[kinematics.drawing_dimensions]:
         defaults["arrangement"] = arrangements_of(kinematics.dim, shape)[0]
     return defaults
+
+
+def about_axis(data: Plain) -> Plain:
+    """Convert the plain form of an axisymmetric case from 3D to the half-plane (x, r).
+
+    Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis
+    say nothing about a solid of revolution.
+    """
+    filled = dict(data)
+    if isinstance(filled.get("bodies"), dict):
+        filled["bodies"] = {name: _flatten(body) for name, body in filled["bodies"].items()}
+    planes = filled.get("symmetry")
+    if isinstance(planes, list | tuple):
+        filled["symmetry"] = [plane for plane in planes if not _through_axis(plane)]
+    scheme = filled.get("formulation")
+    if isinstance(scheme, dict):
+        gas = isinstance(filled.get("bodies"), dict) and any(map(is_gas, filled["bodies"].values()))
+        filled["formulation"] = ({} if gas else DEFAULTS.get(str(scheme.get("type")), {})) | scheme
+    return filled
+
+
+def _flatten(body: object) -> object:
+    if not isinstance(body, dict):
+        return body
+    short = dict(body)
+    for key in _VECTORS:
+        value = short.get(key)
+        if isinstance(value, list | tuple) and len(value) == 3 and value[2] == 0:
+            short[key] = list(value[:2])
+    grading = short.get("grading")
+    if isinstance(grading, dict):
+        fine = grading.get("fine")
+        if isinstance(fine, list | tuple) and len(fine) == 3 and fine[1] == fine[2]:
+            short["grading"] = grading | {"fine": list(fine[:2])}
+    if short.get("arrangement") == "cubic":
+        short["arrangement"] = "square"
+    if "shape" in short:
+        short["shape"] = _in_space(short["shape"])
+    return short
+
+
+def _in_space(shape: object) -> object:
+    """Return a raw shape in 3D whose parts may stand at places of the half-plane, (x, y) for (x, y, 0)."""
+    if not isinstance(shape, dict):
+        return shape
+    whole = dict(shape)
+    for key in ("whole", "shape"):
+        if key in whole:
+            whole[key] = _in_space(whole[key])
+    for key in ("parts", "removed"):
+        if isinstance(whole.get(key), list | tuple):
+            whole[key] = [_in_space(part) for part in whole[key]]
+    if isinstance(whole.get("vectors"), list | tuple):
+        whole["vectors"] = [_extend_vector(vector) for vector in whole["vectors"]]
+    if "position" in whole:
+        whole["position"] = _extend_vector(whole["position"])
+    return whole
+
+
+def _extend_vector(vector: object) -> object:
+    return [*vector, 0] if isinstance(vector, list | tuple) and len(vector) == 2 else vector
+
+
+def _through_axis(plane: object) -> bool:
+    if isinstance(plane, SymmetryPlane):
+        return plane.axis != "x" and plane.at == 0.0
+    return isinstance(plane, dict) and plane.get("axis") in ("y", "z") and plane.get("at", 0) == 0

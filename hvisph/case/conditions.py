@@ -104,7 +104,6 @@ def edge_problems(case: AnyCase) -> Iterator[Problem]:
 
 
 def _moving_plane(case: AnyCase, plane: SymmetryPlane, path: Path) -> Iterator[Problem]:
-    """Yield the errors of a plane of symmetry that moves."""
     yield from table_problems([time for time, _ in plane.velocity], path)
     if case.formulation.type == "projection":
         yield Problem(path, "projection has no planes that move; use another formulation, or leave the velocity out")

@@ -34,7 +34,6 @@ def _percentage(value: object, info: ValidationInfo) -> object:
 
 
 def _expectation(dimension: Dimension) -> type[Expectation]:
-    """Return the model of an expected value of one dimension."""
     name = dimension.name.split()[-1].capitalize() + "Expectation"
     value = Annotated[float, Quantity(dimension)]
     tolerance = Annotated[float, Quantity(dimension, minimum=0), BeforeValidator(_percentage)]
@@ -65,7 +64,7 @@ _FIELDS: Plain = {
     name: (_BY_UNIT[measure.unit] | None, Field(default=None, description=measure.meaning))
     for name, measure in CATALOGUE.items()
 }
-if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
+if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
     Expectations = _Expectations
     MeasureName = str
 else:

@@ -28,7 +28,7 @@ class Problem(NamedTuple):
     """Error that involves several fields."""
 
     path: Path  # keys from the checked model down to the field to blame
-    message: str  # what is wrong, what is allowed, what to do
+    message: str  # the fault, the allowed values, the remedy
 
 
 def refuse(problems: Sequence[Problem]) -> None:

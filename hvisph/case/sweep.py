@@ -33,14 +33,9 @@ Span = create_model(  # `from` is a word of Python's
 )
 
 
-def _range_or_list(value: object) -> str:
-    """Return whether values are a span or a list."""
-    return "span" if isinstance(value, dict | Span) else "list"
-
-
 Values = Annotated[
     Annotated[Span, Tag("span")] | Annotated[list[Value], Tag("list")],  # type: ignore[valid-type]
-    Discriminator(_range_or_list),
+    Discriminator(lambda value: "span" if isinstance(value, dict | Span) else "list"),
 ]
 
 
@@ -61,7 +56,7 @@ class Listed(StrictModel):
     file: File | None = Field(
         default=None,
         description="A CSV file beside this one: heads are paths of settings, or `experiment.NAME` for a column that "
-        "is carried along beside what is computed",
+        "is carried along beside the computed values",
     )
 
     @model_validator(mode="after")
@@ -109,14 +104,11 @@ def _distribution(value: object) -> object:
     return value
 
 
-def _distribution_type(value: Any) -> str:
-    """Return the type of a distribution."""
-    return next(name for name, kind in DISTRIBUTIONS.items() if isinstance(value, kind) or name in value)
-
-
 Distribution = Annotated[
     Annotated[Uniform, Tag("uniform")] | Annotated[Normal, Tag("normal")] | Annotated[Choice, Tag("choice")],
-    Discriminator(_distribution_type),
+    Discriminator(
+        lambda value: next(name for name, kind in DISTRIBUTIONS.items() if isinstance(value, kind) or name in value)
+    ),
     BeforeValidator(_distribution),
 ]
 

@@ -57,8 +57,8 @@ def parse(text: str, name: str) -> Document:
     `text`: YAML.
     `name`: what messages call the text: the file's name, or the override.
 
-    Raises `CaseError` for what is no YAML, or uses what a case may not: tags, several documents, keys twice, keys that
-    are not text, recursive anchors, excessive depth or size.
+    Raises `CaseError` for invalid YAML, and for features that a case may not use: tags, several documents,
+    keys twice, keys that are not text, recursive anchors, excessive depth or size.
     """
     try:
         text.encode("utf-8")
@@ -68,18 +68,12 @@ def parse(text: str, name: str) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         reason = " ".join(filter(None, (error.context, error.problem)))
-        if mark is not None and "\t" in _indent(text, mark.line):
+        line = text.splitlines()[mark.line : mark.line + 1] if mark is not None else []
+        if line and "\t" in line[0][: len(line[0]) - len(line[0].lstrip())]:
             reason = "the line is indented by a tab; YAML wants spaces"
         raise CaseError(f"is no YAML: {reason}", file=name, line=mark.line + 1 if mark else None) from None
     except yaml.YAMLError as error:
         raise CaseError(f"is no YAML: {str(error).splitlines()[0]}", file=name) from None
-
-
-def _indent(text: str, line: int) -> str:
-    """Return the indentation and list marks of a line."""
-    lines = text.splitlines()
-    whole = lines[line] if line < len(lines) else ""
-    return whole[: len(whole) - len(whole.lstrip())]
 
 
 def dump(value: object, width: int = 100) -> str:

@@ -34,14 +34,6 @@ class CaseErrors(CaseError):  # noqa: N818 - a collection, not a kind
         super().__init__("\n".join([f"{len(errors)} errors in the case:", *(f"  {line}" for line in lines)]))
 
 
-def raise_all(errors: Sequence[CaseError]) -> None:
-    """Raise one error as it is, several as `CaseErrors`; do nothing if there are none."""
-    if len(errors) == 1:
-        raise errors[0]
-    if errors:
-        raise CaseErrors(errors)
-
-
 def translate(
     error: ValidationError, root: type[BaseModel], data: object, places: Mapping[Path, Place]
 ) -> list[CaseError]:
@@ -65,8 +57,8 @@ def validate_values(model: type[M], value: object, places: Mapping[Path, Place],
     try:
         return model.model_validate(value, context=context)
     except ValidationError as error:
-        raise_all(translate(error, model, value, places))
-        raise
+        errors = translate(error, model, value, places)
+        raise errors[0] if len(errors) == 1 else CaseErrors(errors) if errors else error from None
 
 
 def locate_error(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:
@@ -176,7 +168,6 @@ def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str
 
 @cache
 def _paths_by_key(root: type[BaseModel]) -> dict[str, set[str]]:
-    """Return the paths of every key below `root`."""
     paths: dict[str, set[str]] = {}
     for path, *_ in places(root):
         paths.setdefault(path.rpartition(".")[2], set()).add(path)

@@ -62,7 +62,9 @@ def case_manual() -> dict[str, str]:
     for page, (title, paths) in PAGES.items():
         blocks = paths or tuple(name for name in Case.model_fields if name not in (*named, "measures", "expected"))
         sections = _Sections()
-        parts[f"{page}.md"] = [f"# {title}\n", *(text for path in blocks for text in sections.sections(path))]
+        texts = [text for path in blocks for text in sections.sections(path)]
+        same = [_wrap(f"Blocks described elsewhere: {', '.join(sections.same)}.")] if sections.same else []
+        parts[f"{page}.md"] = [f"# {title}\n", *texts, *same]
     parts["measures.md"] = ["# Measures and expectations\n", *_measures()]
     return {name: "\n".join(text).rstrip() + "\n" for name, text in parts.items()}
 
@@ -80,6 +82,7 @@ class _Sections:
 
     def __init__(self) -> None:
         self.described: dict[tuple[type[BaseModel], ...], str] = {}
+        self.same: list[str] = []  # blocks of models that are described elsewhere
 
     def sections(self, path: str, spot: Spot | None = None, *, first: bool = True) -> Iterator[str]:
         """Yield the sections of the block at a path as Markdown."""
@@ -89,13 +92,10 @@ class _Sections:
         if not spot.models or (not first and any(path in paths for _, paths in PAGES.values())):
             return
         models = tuple(spot.models.values())
-        if not first and (page := _described_on(models)):
-            if not path.startswith(f"{page}."):
-                yield f"`{path}`: as `{page}`.\n"
-            return
-        if models in self.described:
-            if not path.startswith(f"{self.described[models]}."):
-                yield f"`{path}`: as `{self.described[models]}`.\n"
+        pages = [page for _, paths in PAGES.values() for page in paths if not first and _models_at(page) == models]
+        if other := (pages or [self.described.get(models, "")])[0]:
+            if not path.startswith(f"{other}."):
+                self.same.append(f"`{path}` as `{other}`")
             return
         self.described[models] = path
         yield f"## `{path}`\n"
@@ -105,12 +105,6 @@ class _Sections:
         fields = {name: info for model in reversed(models) for name, info in model.model_fields.items()}
         for name in dict.fromkeys(name for model in models for name in model.model_fields):
             yield from self.sections(f"{path}.{name}", spot_of(fields[name].annotation, fields[name]), first=False)
-
-
-def _described_on(models: tuple[type[BaseModel], ...]) -> str:
-    """Return the path whose page describes these models; empty without one."""
-    paths = (path for _, paths in PAGES.values() for path in paths)
-    return next((path for path in paths if _models_at(path) == models), "")
 
 
 @cache
@@ -235,7 +229,6 @@ def explain(path: str) -> str:
 
 
 def _of_type(keys: list[str], model: type[BaseModel]) -> str:
-    """Return the description of a model and its keys, a line each."""
     lines = [f"{'.'.join(keys[:-1])}: {{type: {keys[-1]}}}", f"  {(model.__doc__ or '').strip().splitlines()[0]}"]
     for name, info in model.model_fields.items():
         if name != "type":

@@ -197,7 +197,6 @@ def _letters(name: str) -> str:
 
 
 def _materials_of(file: Path) -> dict[str, Document]:
-    """Return the documents of the materials in a file, by name."""
     document = read_yaml(file)
     if {"density", "base"} & set(document.value):
         return {file.stem: document}

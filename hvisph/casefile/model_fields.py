@@ -55,7 +55,8 @@ def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
             choices += inner.choices
             integer = integer or inner.integer
         elif isinstance(option, type) and issubclass(option, BaseModel):
-            models[tag_of(option)] = option
+            field = option.model_fields.get("type")
+            models[str(get_args(field.annotation)[0]) if field else ""] = option
         elif get_origin(option) is tuple:
             item = get_args(option)[0]
         elif get_origin(option) is dict:
@@ -65,12 +66,6 @@ def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
         elif option is int:
             integer = True
     return Spot(models, item, quantity, tuple(choices), integer, info, tagged, short, named)
-
-
-def tag_of(model: type[BaseModel]) -> str:
-    """Return the `type` of `model`, empty if it has none."""
-    field = model.model_fields.get("type")
-    return str(get_args(field.annotation)[0]) if field else ""
 
 
 def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None) -> Spot | None:

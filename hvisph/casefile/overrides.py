@@ -34,7 +34,7 @@ def merge(base: Document, changes: Document) -> Document:
 
 
 def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> object:
-    if not isinstance(old, dict) or not isinstance(new, dict) or _other_type(old, new):
+    if not isinstance(old, dict) or not isinstance(new, dict) or new.get("type") not in (None, old.get("type")):
         _replace_places(path, places, new_places)
         return _without_null(new, path) if isinstance(new, dict) else new
     result = _making_way(old, new)
@@ -49,10 +49,6 @@ def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_
             _replace_places(below, places, new_places)
             result[key] = _without_null(item, below) if isinstance(item, dict) else item
     return result
-
-
-def _other_type(old: Plain, new: Plain) -> bool:
-    return new.get("type") is not None and old.get("type") != new["type"]
 
 
 def _making_way(old: Plain, new: Plain) -> Plain:

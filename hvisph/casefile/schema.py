@@ -47,11 +47,6 @@ def case_schema() -> Plain:
     }
 
 
-def sweep_schema() -> Plain:
-    """Return the JSON schema of a sweep's file."""
-    return {"$schema": DIALECT, "$id": IDENTIFIER + "sweep", "title": "hvisph sweep", **Sweep.model_json_schema()}
-
-
 def schema_text() -> str:
     """Return the JSON schema as the text of `schemas/case.schema.json`."""
     return json.dumps(case_schema(), indent=1, ensure_ascii=False) + "\n"
@@ -61,9 +56,10 @@ def generated_files(root: Path) -> dict[Path, str]:
     """Return the files of a source tree at `root` that come from the models, with their text."""
     from .manual import case_manual
 
+    sweep = {"$schema": DIALECT, "$id": IDENTIFIER + "sweep", "title": "hvisph sweep", **Sweep.model_json_schema()}
     return {
         root / "schemas/case.schema.json": schema_text(),
-        root / "schemas/sweep.schema.json": json.dumps(sweep_schema(), indent=1, ensure_ascii=False) + "\n",
+        root / "schemas/sweep.schema.json": json.dumps(sweep, indent=1, ensure_ascii=False) + "\n",
     } | {root / "docs/case-file" / name: text for name, text in case_manual().items()}
 
 

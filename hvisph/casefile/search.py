@@ -13,62 +13,8 @@ from hvisph.core.measure_catalogue import SECTIONS
 from .material_library import Library
 from .model_fields import inner_of, places
 from .paths import bundled_cases
+from .spellings import spellings
 
-# What people call things that have another name here.
-SYNONYMS = {
-    "jc": "johnson_cook",
-    "johnsoncook": "johnson_cook",
-    "mg": "mie_gruneisen",
-    "gruneisen": "mie_gruneisen",
-    "tl": "total_lagrangian",
-    "con": "riemann",
-    "ulsph": "eulerian",
-    "sav": "monaghan",
-    "dx": "resolution",
-    "spacing": "resolution",
-    "courant": "cfl",
-    "erosion": "damage",
-    "friction": "contact",
-    "mirror": "symmetry",
-    "wall": "symmetry",
-    "tnt": "jwl",
-    "explosive": "jwl",
-    "detonation": "jwl",
-    "bumper": "whipple",
-}
-# Pages for words that are no names in hvisph.
-SUBJECTS = {
-    "v50": "hvisph ballistic-limit",
-    "limit": "hvisph ballistic-limit",
-    "cost": "hvisph check",
-    "restart": "hvisph resume",
-    "sobol": "hvisph sweep",
-    "uncertainty": "hvisph converge",
-    "calibrate": "docs/howto/calibration.md",
-    "calibration": "docs/howto/calibration.md",
-    "efp": "docs/models/eos.md",
-    "liner": "docs/models/eos.md",
-    "tank": "docs/shapes.md",
-    "rigid": "docs/case-file/conditions.md",
-    "mpi": "docs/processes.md",
-    "cluster": "docs/processes.md",
-    "gpu": "docs/performance.md",
-    "rod": "docs/measuring.md",
-    "beta": "measures.beta",
-    "rha": "docs/materials.md",
-    "armour": "docs/materials.md",
-    "unit": "docs/case-file/README.md",
-    "units": "docs/case-file/README.md",
-    "threads": "docs/performance.md",
-    "hugoniot": "docs/models/eos.md",
-    "gurney": "hvisph correlations",
-    "debris": "docs/measuring.md",
-    "taylor": "shapes/taylor_bar",
-    "mesh": "docs/shapes.md",
-    "stl": "docs/shapes.md",
-    "spall": "docs/models/damage.md",
-    "citation": "docs/citing.md",
-}
 MOST = 40
 # Titles and headings of the documentation, made by `python tools/commands.py --write`.
 PAGES = Path(__file__).with_name("pages.json")
@@ -93,8 +39,8 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     `commands`: names and texts of commands.
     """
     asked = word.strip().lower().replace("-", "_")
-    subject = SUBJECTS.get(asked)
-    wanted = {asked, SYNONYMS.get(asked.replace("_", ""), asked), ALLOY.sub(r"aluminium_\1", asked)}
+    subject = spellings("subjects").get(asked)
+    wanted = {asked, spellings("synonyms").get(asked.replace("_", ""), asked), ALLOY.sub(r"aluminium_\1", asked)}
     everything = list(_entries(commands))
     scored = [
         (9 if one.name == subject else max(_score(one, each) for each in wanted), k, one)

@@ -21,7 +21,7 @@ import typer
 
 from hvisph.cli.text.formatting import say
 from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, suggest_nearest
-from hvisph.parallel.mpi_launch import is_first
+from hvisph.parallel import is_first
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -120,17 +120,13 @@ def ends_like_ctrl_c() -> Iterator[None]:
     before = {number: signal.getsignal(number) for number in ENDING} if ours else {}
     for number, handler in before.items():
         if handler is signal.SIG_DFL:
-            signal.signal(number, _interrupt)
+            signal.signal(number, signal.default_int_handler)
     try:
         yield
     finally:
         for number, handler in before.items():
             if handler is signal.SIG_DFL:
                 signal.signal(number, handler)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
 
 
 def _note(number: int, frame: FrameType | None) -> None:

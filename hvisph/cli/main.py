@@ -16,15 +16,6 @@ from hvisph.core.errors import suggest_nearest
 from .commands import check, compare, doctor, library, measure, pictures, references, run, sweep, verify
 from .guard import guard_errors
 
-# What people try, and what it is called here.
-MEANT = {
-    "view": "report", "picture": "plot", "draw": "plot", "show": "report", "movie": "animate", "video": "animate",
-    "film": "animate", "start": "run", "restart": "resume", "continue": "resume", "validate": "check", "info": "check",
-    "estimate": "check", "list": "cases", "examples": "cases", "test": "verify", "diff": "compare", "search": "help",
-    "history": "watch", "monitor": "watch", "tail": "watch", "parameter": "sweep", "html": "report",
-    "bisect": "ballistic-limit",
-}  # fmt: skip
-
 
 class Group(TyperGroup):
     """Commands with suggestions."""
@@ -36,7 +27,7 @@ class Group(TyperGroup):
             commands = self.list_commands(ctx)
             if name in spellings("commands"):
                 _refuse(f"`hvisph {name}` is now `hvisph {spellings('commands')[name]}`")
-            meant = MEANT.get(name.lower())
+            meant = spellings("meant").get(name.lower())
             hint = f"; did you mean '{meant}'?" if meant in commands else suggest_nearest(name[:64], commands)
             _refuse(f"there is no command '{name[:64]}'{hint}")
         command = super().resolve_command(ctx, args)

@@ -17,7 +17,7 @@ class HvisphError(Exception):
 class CaseError(HvisphError):
     """Bad input: the case, an override or a command-line value cannot be used.
 
-    `message`: what is wrong, what is allowed and what is nearest.
+    `message`: the fault, the allowed values and the nearest one.
     `where`: dotted path of the field, such as ``bodies.target.material``.
     `file`, `line`: place in the case file, where known.
     """

@@ -108,7 +108,7 @@ class Budget:
         self._free = free
 
     def record(self, sums: np.ndarray, dt: float, pressures: np.ndarray) -> None:
-        """Take account of a step [s]: forces on clamped particles, works, slip, what is pending, the pressures (n,)."""
+        """Take account of a step [s]: forces on clamped particles, works, slip, pending terms, pressures (n,)."""
         self.highest_pressure = max(self.highest_pressure, float(pressures.max(initial=0.0)))
         self.slip_work += dt * float(sums[column.SLIPPING])
         self.plastic_work += float(sums[column.PLASTIC])
@@ -165,7 +165,7 @@ class Budget:
         return work_of_fracture(setup, False) if "band_width" in setup.particles.offsets else None
 
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:
-        """Return the energies by kind [J; per metre in 2D] of what is computed; None for what is not known."""
+        """Return the energies by kind [J; per metre in 2D] of the computed part; None for unknown ones."""
         kept = self._has_energy
         energies = {"initial": self.energy, "kinetic": float(sums[column.KINETIC]),
                  "internal": float(sums[column.INTERNAL]) if kept else None,
@@ -245,7 +245,6 @@ def angular_momentum(setup: Setup) -> np.ndarray:
 
 
 def _rigid_bodies(setup: Setup) -> list[RigidMotion]:
-    """Return the rigid bodies of a run."""
     motion: PrescribedMotion | None = getattr(setup.stepper, "motion", None)
     return [] if motion is None else motion.rigid
 

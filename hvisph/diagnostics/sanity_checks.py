@@ -24,6 +24,15 @@ TORN = (
     "give it a damage, as {type: pressure_cutoff, pressure: ...}"
 )
 
+# What is wrong where these criteria limit a step.
+WRONG_STEPS = {
+    "not_finite": "a rate is not finite",
+    "inverted": "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
+    "bear; let particles turn Eulerian (formulation adaptive)",
+    "passed_through": "bodies pass through each other: particles from within one stand in the midst of another, "
+    "because the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
+}
+
 
 class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
     """Stop of a run by a sanity check: criterion, message with the likely cause, particle, time [s] and step."""
@@ -72,40 +81,16 @@ class SanityChecks:
 
     def check_step(self, limit: GlobalLimit, time: float, step: int) -> None:
         """Check the step limit: finite rates, no collapse of the step."""
-        if limit.criterion == "not_finite":
-            raise self._failure(
-                "not_finite", self._setup.subdomain.look_up(limit.number), time, step, "a rate is not finite"
-            )
-        if limit.criterion == "inverted":
-            raise self._failure(
-                "inverted",
-                self._setup.subdomain.look_up(limit.number),
-                time,
-                step,
-                "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
-                "bear; let particles turn Eulerian (formulation adaptive)",
-            )
-        if limit.criterion == "passed_through":
-            raise self._failure(
-                "passed_through",
-                self._setup.subdomain.look_up(limit.number),
-                time,
-                step,
-                "bodies pass through each other: particles from within one stand in the midst of another, because "
-                "the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
-            )
+        if limit.criterion in WRONG_STEPS:
+            seen, text = self._setup.subdomain.look_up(limit.number), WRONG_STEPS[limit.criterion]
+            raise self._failure(limit.criterion, seen, time, step, text)
         if self.first is None:
             self.first = limit.dt
         smallest = self._limits.step_over_initial
         if limit.dt < smallest * self.first:
-            raise self._failure(
-                "step_collapse",
-                self._setup.subdomain.look_up(limit.number),
-                time,
-                step,
-                f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
-                f"'{limit.criterion}'",
-            )
+            text = f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
+            seen = self._setup.subdomain.look_up(limit.number)
+            raise self._failure("step_collapse", seen, time, step, f"{text}'{limit.criterion}'")
 
     def check_state(self, drift: float | None, time: float, step: int) -> None:
         """Check the state after a step: finite, bounded speeds and densities, total energy conserved."""
@@ -116,42 +101,25 @@ class SanityChecks:
                 raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
         if not sums[column.FASTEST] <= self.speed_limit:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
-            worst = self._setup.subdomain.worst(speed)
-            assert worst is not None
-            raise self._failure(
-                "runaway",
-                worst,
-                time,
-                step,
-                f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of "
-                f"{self.speed_limit:.4g} m/s",
+            text = (
+                f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of {self.speed_limit:.4g} m/s"
             )
+            raise self._failure("runaway", self._setup.subdomain.worst(speed), time, step, text)
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
         missing, allowed = self._missing_energy(), self._limits.negative_energy
         if allowed is not None and missing > allowed:
             particles = self._setup.particles
             coldest = self._setup.subdomain.worst(-particles["mass"] * particles["internal_energy"])
-            raise self._failure(
-                "negative_energy",
-                coldest,
-                time,
-                step,
-                f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
-                f"more than {100.0 * allowed:g} %; it is lowest in",
-            )
+            text = f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
+            text += f"more than {100.0 * allowed:g} %; it is lowest in"
+            raise self._failure("negative_energy", coldest, time, step, text)
         most = self._limits.energy_drift
         if most is not None and drift is not None and not abs(drift) <= most:
             stepper = self._setup.stepper
             hottest = self._setup.subdomain.worst(np.abs(stepper.rates[stepper.place, self._power]))
-            raise self._failure(
-                "energy_drift",
-                hottest,
-                time,
-                step,
-                f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than "
-                f"{100.0 * most:g} %; energy changes fastest in",
-            )
+            text = f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than {100.0 * most:g} %; "
+            raise self._failure("energy_drift", hottest, time, step, f"{text}energy changes fastest in")
 
     def warning(self, time: float) -> str:
         """Return a warning on the state after a step, each once; empty if there is none."""
@@ -195,16 +163,13 @@ class SanityChecks:
         worst, count = self._first_of(outside), int(share.total(np.array([outside.sum()]))[0])
         if worst:
             material = int(share.gather_values(np.array([worst.number]), particles.tags)[0, MATERIAL])
-            raise self._failure(
-                "density",
-                worst,
-                time,
-                step,
+            text = (
                 f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
                 f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3, as of {count} of "
                 f"{share.count} particles (where these are few, in a jet or a spike, limits.density: false goes on "
-                "without this limit)",
+                "without this limit)"
             )
+            raise self._failure("density", worst, time, step, text)
 
     def _first_of(self, chosen: Any) -> ParticleReport | None:
         """Return the particle of smallest number among the `chosen` (n,), bool, of all processes."""
@@ -220,9 +185,8 @@ class SanityChecks:
             return self._failure("not_finite", lost, time, step, "a position is not finite")
         cells = np.floor(position / edge).astype(np.int64)
         _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-        return self._failure(
-            "collapse", self._setup.subdomain.worst(crowd[member.ravel()].astype(float)), time, step, str(error)
-        )
+        crowded = self._setup.subdomain.worst(crowd[member.ravel()].astype(float))
+        return self._failure("collapse", crowded, time, step, str(error))
 
     def _failure(self, criterion: str, seen: ParticleReport | None, time: float, step: int, what: str) -> Failure:
         assert seen is not None  # there are particles

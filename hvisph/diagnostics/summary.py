@@ -1,15 +1,16 @@
 """Summary of a run: cost, conservation, measures, expectations, and mass fractions beyond the models."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hvisph import __version__
+from hvisph.case.bodies import Body
+from hvisph.case.case import Case
 from hvisph.casefile.loader import case_hash
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import HvisphError
@@ -19,7 +20,8 @@ from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import MELT_TEMPERATURE
 from hvisph.materials.validity_limits import outside_range, range_of
 from hvisph.measures.compare import compare_expected
-from hvisph.measures.measure import angular_velocity, measure_in_time, undefined_measures
+from hvisph.measures.measure import measure_in_time, undefined_measures
+from hvisph.measures.table import angular_velocity
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.precheck.correlation_input import correlations_of
@@ -27,11 +29,6 @@ from hvisph.precheck.impact_pair import compare_peak_pressure
 from hvisph.setup.materials import material_of
 
 from .warnings import Holds, remarks
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
-
 
 BELOW_ZERO = 1e-9  # share of the mean energy of the start below which a negative energy is round-off
 
@@ -139,7 +136,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
             if name in plain
         },
         "remarks": [*_remarks(case, whole, start, now, snapshots), *(() if restores else apart)],
-        "correlations": [one.as_dict() for one in correlations_of(case)[0]],
+        "correlations": [asdict(one) for one in correlations_of(case)[0]],
         "energies": {
             name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
         },

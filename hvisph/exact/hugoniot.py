@@ -121,18 +121,11 @@ _MOST = 0.9  # compression
 def last_waves(material: Material, velocities: Sequence[float], strength: bool = True) -> list[float]:
     """Return the speed of the last wave [m/s] behind which matter moves with each of the particle velocities [m/s].
 
-    Parameters
-    ----------
-    material
-        The material, without pores.
-    velocities
-        Particle velocities [m/s], above zero.
-    strength
-        Whether its strength counts.
+    `material`: the material, without pores.
+    `velocities`: particle velocities [m/s], above zero.
+    `strength`: whether its strength counts.
 
-    Returns
-    -------
-    Speeds in the laboratory; not a number beyond where the material's models end.
+    Returns speeds in the laboratory; not a number beyond where the material's models end.
     """
     ups, speeds = _integrate_wave(
         _stress(material, strength and material.shear_modulus > 0.0), material, max(velocities)

@@ -117,24 +117,16 @@ def with_reflections(
     to about 1e-3, and plateaus are good to as much. Late, when very many are alive, more are left
     out (see `fronts.track`), and momentum balances to a few 1e-3.
 
-    Parameters
-    ----------
-    plates
-        (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
-    end
-        Time to follow [s].
-    strain_step
-        Change of ln(rho) by which rarefactions are cut into fronts.
+    `plates`: (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
+    `end`: time to follow [s].
+    `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
 
-    Returns
-    -------
-    Free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.
+    Returns free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.
     """
     return track(_layers(plates, SolidLaw), end, strain_step, weakest=5e-4, alike=1e-2)
 
 
 def _layers(plates: Sequence[tuple[Material, float, float, float]], law_of: Callable[[Material], Law]) -> list[Layer]:
-    """Return the layers of plates, with one law a material."""
     laws = {material: law_of(material) for material, *_ in plates}
     return [Layer(laws[material], begin, finish, velocity) for material, begin, finish, velocity in plates]
 
@@ -159,17 +151,10 @@ def layered_impact(
 ) -> Tracked:
     """Follow the impact of barotropic layers.
 
-    Parameters
-    ----------
-    layers
-        (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
-    end
-        Time to follow [s].
-    strain_step
-        Change of ln(rho) by which rarefactions are cut into fronts.
+    `layers`: (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
+    `end`: time to follow [s].
+    `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
 
-    Returns
-    -------
-    Histories by `.sample(position, times, "velocity")`, profiles by `.profile(time)`.
+    Returns histories by `.sample(position, times, "velocity")`, profiles by `.profile(time)`.
     """
     return track(_layers(layers, barotropic_law), end, strain_step)

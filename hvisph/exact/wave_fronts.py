@@ -160,15 +160,12 @@ def track(
             tracker.alive.append(clusters[-1])
     tracker.alive.append(Front(float(bounds[-1]), 0.0, 0.0, at_rest[-1], None, layers[-1].end))
     for front in clusters:
-        if front.left and front.right and _differ(front.left, front.right):
+        ahead, behind = front.left, front.right
+        if ahead and behind and (ahead.velocity, ahead.stress) != (behind.velocity, behind.stress):
             i = tracker.alive.index(front)
             tracker.meet(i, i, 0.0)
     tracker.run(end)
     return Tracked(layers, bounds, tracker.dead + tracker.alive, end, weakest * tracker.highest)
-
-
-def _differ(left: State, right: State) -> bool:
-    return left.velocity != right.velocity or left.stress != right.stress
 
 
 def _checked_bounds(layers: Sequence[Layer]) -> np.ndarray:

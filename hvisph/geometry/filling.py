@@ -28,7 +28,7 @@ from hvisph.geometry.lattices import (
     fill_rings,
     make_filling,
 )
-from hvisph.geometry.shapes import Intersection, Shape
+from hvisph.geometry.shapes import Box, Intersection, Placed, Shape
 
 REACH = 1.5  # of the pair force, in close-packed distances
 ROUNDS = 80
@@ -60,8 +60,6 @@ def fill_relaxed(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
 
 def _clip_to_octant(shape: Shape, middle: np.ndarray, even: tuple[int, ...]) -> Shape:
     """Return the part of the shape above its middle planes."""
-    from hvisph.geometry.shapes import Box, Placed
-
     low, high = shape.bounds()
     corner = np.where(np.isin(np.arange(shape.dim), even), middle, low - (high - low))
     size = 2 * high - low - corner
@@ -266,7 +264,6 @@ def _stretch_to_mass(shape: Shape, dx: float, arrange: Callable[[Shape, float], 
 
 
 def _note(shape: Shape, filling: Filling, dx: float, share: float) -> str:
-    """Return the adjustment in words."""
     notes = []
     change = float(filling.spacing / dx - 1)
     if abs(change) > ROUND_OFF:

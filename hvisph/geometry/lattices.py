@@ -292,9 +292,11 @@ def fill_graded(shape: Shape, dx: float, grading: Grading, even: tuple[int, ...]
     widths = grid([np.diff(e) for e in edges])
     positions = grid([(e[1:] + e[:-1]) / 2 for e in edges])
     longest = widths.max(axis=1)
+    layers = list(map(np.diff, edges))
+    steepest = max(float(np.max(np.maximum(w[1:] / w[:-1], w[:-1] / w[1:]), initial=1.0)) for w in layers)
     note = (
         f"graded from {min(float(w.min()) for w in map(np.diff, edges)):.4g} to {float(longest.max()):.4g}, "
-        f"by {_steepest(edges):.3g} a layer at most"
+        f"by {steepest:.3g} a layer at most"
     )
     return Filling(positions, widths.prod(axis=1), shape.extent(), longest, note)
 
@@ -342,7 +344,3 @@ def _layer_thicknesses(rest: float, dx: float, grading: Grading) -> np.ndarray |
         middle = 0.5 * (low + high)
         low, high = (middle, high) if layers(count, middle).sum() < rest else (low, middle)
     return layers(count, high)
-
-
-def _steepest(edges: list[np.ndarray]) -> float:
-    return max(float(np.max(np.maximum(w[1:] / w[:-1], w[:-1] / w[1:]), initial=1.0)) for w in map(np.diff, edges))

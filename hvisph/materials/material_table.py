@@ -309,12 +309,8 @@ def _isentrope(eos: Any, density: float, ambient: float) -> np.ndarray:
 def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
     """Pack materials for compiled loops.
 
-    Returns
-    -------
-    table
-        Parameters, float64 of shape (materials, width), columns as in `slots`; then isentropes and grids.
-    models
-        Tags of equation of state, strength and damage, int64 of shape (materials, 3).
+    Returns parameters, float64 of shape (materials, width), columns as in `slots`; then isentropes and grids. Tags of
+    equation of state, strength and damage, int64 of shape (materials, 3).
     """
     rows = [material.whole_row for material in materials]
     table = np.zeros((len(materials), max((len(row) for row in rows), default=slots.SLOT_COUNT)))

@@ -48,7 +48,7 @@ SURE_STRESS = 22  # this, at any rate and strain [Pa]
 SPALL_INVERSE = 23  # see `damage.pressure_cutoff`: 1 over the least tension that does harm [1/Pa]
 SPALL_POWER = 24  # 1/m - 1
 SPALL_GROWTH = 25  # rate of damage at that tension [1/s]; 0 where one spall strength holds for all rates
-MOLTEN_ENERGY = 26  # energy from which what is drawn has melted, and fails [J/kg]; infinite where unknown
+MOLTEN_ENERGY = 26  # energy from which material in tension has melted, and fails [J/kg]; infinite where unknown
 
 FRACTURE_COMPLIANCE = 27  # 1/(2 G_f) [m^2/J], see `damage.fracture_energy`; 0 where failure takes no energy
 FITTED_LENGTH = 28  # L_0, width at which the strain to failure was fitted [m]; 0 where it holds for any

@@ -109,26 +109,15 @@ def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
 def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     """Advance a particle's stress by `dt`.
 
-    Parameters
-    ----------
-    table, models, m
-        Packed materials and the row of this one, uint64.
-    dt
-        Time step [s]; with zero an admissible deviator comes back as it was.
-    rho, e
-        Density [kg/m^3] and specific internal energy [J/kg] at the end of the step.
-    s
-        Deviator [Pa] at its start: xx, yy, zz, xy, xz, yz.
-    plastic_strain, damage
-        Equivalent plastic strain and damage at its start.
-    memory
-        Nine more numbers, see `NOTHING`.
-    l
-        Velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
+    `table`, `models`, `m`: packed materials and the row of this one, uint64.
+    `dt`: time step [s]; with zero an admissible deviator comes back as it was.
+    `rho`, `e`: density [kg/m^3] and specific internal energy [J/kg] at the end of the step.
+    `s`: deviator [Pa] at its start: xx, yy, zz, xy, xz, yz.
+    `plastic_strain`, `damage`: equivalent plastic strain and damage at its start.
+    `memory`: nine more numbers, see `NOTHING`.
+    `l`: velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
 
-    Returns
-    -------
-    The deviator [Pa], plastic strain, damage, pressure [Pa], bulk sound speed [m/s] and memory.
+    Returns the deviator [Pa], plastic strain, damage, pressure [Pa], bulk sound speed [m/s] and memory.
     """
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
@@ -192,7 +181,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
         shear *= share
     if FURTHER and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
-        s = multiply(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
+        s = multiply(1.0 / (1.0 - felt), s)  # the stress of the part without cracks
     shear *= filled
     if FURTHER and models[m, EOS_TAG] == tags.LATE:  # the matter between pores bears the stress
         filled = memory[1]

@@ -171,7 +171,7 @@ def circumstances(strength, rho, e, p, rate, felt, row):
 def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
 
-    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows, that of
+    The yield stress is infinite for an elastic solid and for a fluid, zero for failed material that flows, that of
     friction for rubble, as far as the whole material bears it. Of porous material it is that of the solid at rest or
     denser, an upper limit.
     """

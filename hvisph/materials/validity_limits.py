@@ -92,7 +92,7 @@ def outside_range(
     `material`: what the states are of.
     `density`, `energy`: [kg/m^3] and [J/kg], each (n,).
     `temperature`: [K], (n,); not looked at unless given, nor where it is not a number.
-    `pressure`, `damage`: [Pa] and [-], (n,): what has failed, or is cut off at the least pressure that it bears, has
+    `pressure`, `damage`: [Pa] and [-], (n,): material that has failed, or is at its least pressure, has
         opened, and its mean density may be as low as it will.
 
     Returns booleans (n,).

@@ -17,12 +17,10 @@ Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 """
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from math import cos, inf, pi, sqrt
 
 import numpy as np
-
-from hvisph.core.text import Plain
 
 CM, KM, KSI = 1e-2, 1e3, 6.894757e6
 DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
@@ -139,10 +137,6 @@ class Correlation:
     range: str
     source: str
 
-    def as_dict(self) -> Plain:
-        """Return the plain form for JSON."""
-        return asdict(self)
-
 
 def crater_depth(impact: Impact, wall: Wall, alloy: Alloy) -> float:
     """Return the depth of the crater in a thick wall by Cour-Palais [m]."""
@@ -177,7 +171,7 @@ def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float)
     """Return the diameter of the sphere that just perforates a Whipple shield's rear wall, by Christiansen [m]."""
     rho_p, rho_b = impact.density * 1e-3, bumper.density * 1e-3  # [g/cm^3]
     t_b, t_w, gap = bumper.thickness / CM, wall.thickness / CM, wall.gap / CM
-    angle = min(impact.obliquity, 1.1344640137963142)  # what is above 65 degrees counts as 65
+    angle = min(impact.obliquity, 1.1344640137963142)  # angles above 65 degrees count as 65
     sigma = strength / KSI
 
     def slow(v: float) -> float:
@@ -259,10 +253,6 @@ class LambertJonas:
         """Return the residual velocity [m/s]; 0 below the limit."""
         return lambert_jonas_velocity(np.asarray(velocity, float), self.a, self.p, self.limit)
 
-    def as_dict(self) -> Plain:
-        """Return the plain form for JSON."""
-        return asdict(self)
-
 
 def lambert_jonas_velocity(v: np.ndarray, a: float, p: float, limit: float) -> np.ndarray:
     """Return the residual velocity a (v^p - limit^p)^(1/p), 0 below the limit [m/s]."""
@@ -280,7 +270,11 @@ def limit_speeds(impact: Impact) -> list[Correlation]:
     None where a correlation has it perforated, or not, over all of its range.
     """
     speeds = np.linspace(0.5, 8.0, 301) * KM
-    marks = [[one for one in correlations(replace(impact, speed=float(speed))) if _judges(one)] for speed in speeds]
+    judging = ("least thickness", "critical diameter")  # quantities that decide on perforation
+    marks = [
+        [one for one in correlations(replace(impact, speed=float(speed))) if one.quantity.startswith(judging)]
+        for speed in speeds
+    ]
     limits = []
     for name in dict.fromkeys(one.name for some in marks for one in some):
         there = [(k, one) for k, some in enumerate(marks) for one in some if one.name == name]
@@ -291,11 +285,6 @@ def limit_speeds(impact: Impact) -> list[Correlation]:
         speed = float(0.5 * (speeds[before] + speeds[after]))
         limits.append(Correlation(name, "speed from which it is perforated", speed, "m/s", "", one.range, one.source))
     return limits
-
-
-def _judges(one: Correlation) -> bool:
-    """Return whether a correlation decides on perforation."""
-    return one.quantity.startswith(("least thickness", "critical diameter"))
 
 
 def _single_wall(impact: Impact) -> Iterator[Correlation]:

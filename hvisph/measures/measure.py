@@ -19,17 +19,18 @@ from hvisph.measures.debris.fragments import FEWEST, BodyFragments, Fragments
 from hvisph.measures.frame.impact_geometry import PROJECTILE
 from hvisph.measures.frame.measurement_frame import InitialReference, Scene
 from hvisph.measures.frame.symmetry_completion import Whole
-from hvisph.measures.target.target_damage import plug_of
+from hvisph.measures.projectile.lengths import plug_of
 from hvisph.measures.target.targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
+from hvisph.output import file_names, reader
 from hvisph.output.snapshot import Snapshot
 
 from .result import MASS_UNITS, Result, evaluate, undefined_result
+from .table import body_table
 
 History = Mapping[str, np.ndarray]
 LATELY = 0.1  # share of the run over which a swing counts
 MOST = 3  # earlier moments that are measured for it
 LARGE = 300_000  # particles from which on one is enough
-ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component is zero
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Measures:
     `bodies`: of every body: ``mass`` [kg], ``velocity`` (mass mean, list) [m/s] and ``kinetic_energy`` [J].
     `fragments`: of every body, in the order of bodies: its connected groups with masses and velocities.
     `layers`: the damage of every layer, in the order along the shot line.
-    `whole`: how the whole model, which is what is measured, follows from what was computed.
-    `projectile`: what is left of the projectile, by name.
+    `whole`: how the whole model, which is measured, follows from the computed part.
+    `projectile`: the residual projectile, by name.
     `cloud`: the debris behind the perforated layers.
     `profile`: outline of a bar: ``distance`` from its foot and ``diameter`` [m]; empty where there is none.
     `series`: all moments in the order of time, where all were measured. This one is the last.
@@ -180,42 +181,6 @@ def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
     return tuple(roles)
 
 
-def body_table(scene: Scene) -> dict[str, Plain]:
-    """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
-    if not scene.has_motion:
-        return {}
-    velocity = scene.shot.back(scene.now.fields["velocity"].reshape(scene.now.count, -1))
-    velocity = velocity + np.array(scene.shot.drift or (0.0,))
-    table = {}
-    for body in scene.now.present:
-        own = scene.now.body == body
-        mass = scene.now.fields["mass"][own]
-        whole = float(mass.sum())
-        mean = mass @ velocity[own] / whole if whole > 0.0 else np.zeros(velocity.shape[1])
-        mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[own]).max(initial=0.0), mean, 0.0)
-        energy = 0.5 * float(mass @ (velocity[own] ** 2).sum(axis=1))
-        values = np.array([whole, *mean, energy])
-        if np.isfinite(values).all():
-            table[scene.name(body)] = {"mass": whole, "velocity": mean.tolist(), "kinetic_energy": energy}
-    return table
-
-
-def angular_velocity(position: np.ndarray, velocity: np.ndarray, mass: np.ndarray) -> list[float]:
-    """Return the angular velocity of a rigid body [rad/s]: about z in 2D, about x, y, z in 3D, else none.
-
-    `position` [m] and `velocity` [m/s] (n, dim) and `mass` [kg] (n,) are those of its particles.
-    """
-    dim = position.shape[1] if position.ndim > 1 else 1
-    if dim == 1:
-        return []
-    r, u = np.zeros((2, len(mass), 3))
-    r[:, :dim] = position - mass @ position / mass.sum()
-    u[:, :dim] = velocity - mass @ velocity / mass.sum()
-    inertia = np.eye(3) * (mass @ (r * r).sum(axis=1)) - (mass[:, None] * r).T @ r
-    rate = np.linalg.lstsq(inertia, mass @ np.cross(r, u), rcond=1e-9)[0]
-    return [float(one) for one in rate[0 if dim == 3 else 2 :]]
-
-
 def undefined_measures(now: Snapshot, reason: str) -> Measures:
     """Return what there is of a moment that cannot be measured: every measure without a value."""
     results = {name: undefined_result(CATALOGUE[name].unit, reason) for name in reported_measures(now.dimensions)}
@@ -298,9 +263,6 @@ def measure(
         raise CaseError(f"no such run folder or snapshot: {path}")
     if not (at is None or at == "all" or (isinstance(at, int | float) and np.isfinite(at))):
         raise CaseError(f"{at!r} is no time; allowed: a time in seconds, or 'all'", where="at")
-    from hvisph.output import file_names as files_of
-    from hvisph.output import reader
-
     convention = reader.Convention(names or {}, units)
 
     def read(file: Path) -> Snapshot:
@@ -316,7 +278,7 @@ def measure(
     # the start is unknown where the first snapshots are gone
     start = first if first.step == 0 else None
     # a folder of another code's files has no history; a damaged one is an error
-    history = reader.read_history(path) if (path / files_of.HISTORY).exists() else None
+    history = reader.read_history(path) if (path / file_names.HISTORY).exists() else None
     if at == "all":
         return _measure_series(files, None if start is None else InitialReference(start), history, str(path), read)
     if at is not None:
@@ -339,8 +301,6 @@ def measure_in_time(
     `files` are the snapshots up to it in order of time, `start` is the first of them, if it is the run's first, and
     `read` reads one of them; `history` and `source` are as in `measure_snapshot`.
     """
-    from hvisph.output import file_names, reader
-
     initial = None if start is None else InitialReference(start)
     read = read or partial(reader.read_snapshot, lazily=True)
     scene = Scene.from_snapshot(now, initial)

@@ -141,7 +141,7 @@ def _fall(time: np.ndarray, velocity: np.ndarray, until: float) -> tuple[float, 
 
 NEAR, FAR = 10.0, 0.5  # nearest [dx] and farthest [share of the nearer end's distance] particle taken
 FEWEST = 5  # particles for a mean
-WHOLE = 0.97  # of the highest mean stress of any moment: what is below has been released
+WHOLE = 0.97  # of the highest mean stress of any moment: lower stresses have been released
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,8 @@ def plateau(scene: Scene) -> Plateau:
     if "pressure" not in scene.now.fields:
         raise UndefinedMeasureError("the snapshot has no pressure")
     x = scene.position[:, 0]
-    stress = longitudinal_stress(scene)
+    pressure, deviator = scene.now.fields["pressure"], scene.now.fields.get("deviator")
+    stress = pressure if deviator is None else pressure - deviator[:, 0]  # -sigma_xx
     projectile, target = scene.is_projectile, scene.is_target
     interface = 0.5 * (x[projectile].max() + x[target].min())
     top = np.quantile(stress[projectile | target], 0.99)
@@ -194,19 +195,12 @@ def plateau(scene: Scene) -> Plateau:
 def before_release(plateaus: Sequence[tuple[float, Plateau]]) -> Plateau:
     """Return the longest plateau, before releases from the free faces reached it, from times [s] and plateaus."""
     highest = max(one.stress.value or 0.0 for _, one in plateaus)
-    whole = min(WHOLE * highest, highest)  # of what is in tension only the least is whole
+    whole = min(WHOLE * highest, highest)  # in tension only the least
     time, best = max(
         ((time, one) for time, one in plateaus if (one.stress.value or 0.0) >= whole),
         key=lambda pair: (pair[1].count, pair[0]),
     )
     return Plateau(replace(best.stress, time=time), replace(best.velocity, time=time), best.count)
-
-
-def longitudinal_stress(scene: Scene) -> np.ndarray:
-    """Return -sigma_xx of every particle, positive in compression, shape (n,) [Pa]."""
-    pressure = scene.now.fields["pressure"]
-    deviator = scene.now.fields.get("deviator")
-    return pressure if deviator is None else pressure - deviator[:, 0]
 
 
 def _reach(x: np.ndarray, stress: np.ndarray, level: float) -> float:

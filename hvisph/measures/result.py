@@ -7,18 +7,15 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib import import_module
 from pkgutil import walk_packages
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 import hvisph.measures as measures_package
 from hvisph.core.measure_catalogue import SECTIONS, Measure, reported_measures
 from hvisph.core.text import Plain, PlainMapping
-
-if TYPE_CHECKING:
-    from hvisph.measures.frame.measurement_frame import Scene
-    from hvisph.measures.frame.target_geometry import Plate
-
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.target_geometry import Plate
 
 SETTLED = 0.02  # relative change over the last tenth of the run below which a number is settled
 MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}  # per area in 1D and per depth in 2D
@@ -122,7 +119,7 @@ def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> 
 
 
 F = TypeVar("F", bound=Callable[..., Any])
-Outcome = float | Result | str  # a number, or with what is known of it, or why there is none
+Outcome = float | Result | str  # a number, or one with its uncertainty, or the reason why there is none
 Outcomes = Mapping[str, Outcome | Mapping[str, Outcome]]  # by name of the measure; of several variants by their names
 # SI units of quantities whose discretization error is estimated by the number of particles across the projectile.
 ESTIMATED = ("m/s", "Pa", "kg", "N s", "J", "rad")

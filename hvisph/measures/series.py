@@ -142,7 +142,7 @@ def _write(path: str | os.PathLike[str], head: Sequence[str], body: Iterable[Seq
 
 
 def _cell(value: object) -> str:
-    """Return a number with the fewest digits that give it back; nothing for what has no value."""
+    """Return a number with the fewest digits that give it back; empty without a value."""
     if isinstance(value, np.generic):
         value = value.item()
     if value is None or (isinstance(value, float) and not np.isfinite(value)):

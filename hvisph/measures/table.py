@@ -1,10 +1,13 @@
-"""Measures as rows of text, in units of the field."""
+"""Masses, velocities and energies of bodies, and measures as rows of text, in units of the field."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from hvisph.core.measure_catalogue import HEADLINES, PER_DEPTH, NumberFormat, format_of
 from hvisph.core.text import Plain, PlainMapping
+from hvisph.measures.frame.measurement_frame import Scene
 
 from .gurney import DRIVEN
 from .result import Result
@@ -12,9 +15,46 @@ from .result import Result
 # Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
 UNSIZED = ("", "%", "deg")
 LEAST = 1e-6
+ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component is zero
 KILO = 1e4  # [J]; kinetic energies of bodies from here on are shown in kJ
 MOST_HEADLINES = 8  # measures that end a run
 _TIME = NumberFormat("time", "t", "us", 2)
+
+
+def body_table(scene: Scene) -> dict[str, Plain]:
+    """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
+    if not scene.has_motion:
+        return {}
+    velocity = scene.shot.back(scene.now.fields["velocity"].reshape(scene.now.count, -1))
+    velocity = velocity + np.array(scene.shot.drift or (0.0,))
+    table = {}
+    for body in scene.now.present:
+        own = scene.now.body == body
+        mass = scene.now.fields["mass"][own]
+        whole = float(mass.sum())
+        mean = mass @ velocity[own] / whole if whole > 0.0 else np.zeros(velocity.shape[1])
+        mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[own]).max(initial=0.0), mean, 0.0)
+        energy = 0.5 * float(mass @ (velocity[own] ** 2).sum(axis=1))
+        values = np.array([whole, *mean, energy])
+        if np.isfinite(values).all():
+            table[scene.name(body)] = {"mass": whole, "velocity": mean.tolist(), "kinetic_energy": energy}
+    return table
+
+
+def angular_velocity(position: np.ndarray, velocity: np.ndarray, mass: np.ndarray) -> list[float]:
+    """Return the angular velocity of a rigid body [rad/s]: about z in 2D, about x, y, z in 3D, else none.
+
+    `position` [m] and `velocity` [m/s] (n, dim) and `mass` [kg] (n,) are those of its particles.
+    """
+    dim = position.shape[1] if position.ndim > 1 else 1
+    if dim == 1:
+        return []
+    r, u = np.zeros((2, len(mass), 3))
+    r[:, :dim] = position - mass @ position / mass.sum()
+    u[:, :dim] = velocity - mass @ velocity / mass.sum()
+    inertia = np.eye(3) * (mass @ (r * r).sum(axis=1)) - (mass[:, None] * r).T @ r
+    rate = np.linalg.lstsq(inertia, mass @ np.cross(r, u), rcond=1e-9)[0]
+    return [float(one) for one in rate[0 if dim == 3 else 2 :]]
 
 
 @dataclass(frozen=True)

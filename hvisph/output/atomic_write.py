@@ -22,6 +22,15 @@ NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 
 @contextmanager
+def write_errors(path: str | Path) -> Iterator[None]:
+    """Raise `OutputError` that names `path` where it cannot be written in this block."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {reason(error)}") from error
+
+
+@contextmanager
 def replacing(path: str | Path) -> Iterator[BinaryIO]:
     """Give a binary file, open for writing and reading, that becomes `path` when the block ends well.
 
@@ -29,7 +38,7 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
     """
     target = Path(path)
     partial = target.with_name(target.name + PARTIAL)
-    try:
+    with write_errors(target):
         if target.is_symlink():
             raise FileExistsError(errno.EEXIST, "it is a link, and nothing is written over links")
         file = _new(partial)
@@ -44,8 +53,6 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
                 partial.unlink()
             raise
         _sync_folder(target.parent)
-    except OSError as error:
-        raise OutputError(f"cannot write {target}: {reason(error)}") from error
 
 
 def _new(path: Path) -> BinaryIO:
@@ -55,7 +62,7 @@ def _new(path: Path) -> BinaryIO:
             path.unlink()
     except FileNotFoundError:
         pass
-    # never through a link, and never into what somebody else has just put there
+    # never through a link, and never into a file that another process has just created
     handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
     return os.fdopen(handle, "w+b")
 

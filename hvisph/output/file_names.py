@@ -50,7 +50,7 @@ def number_of(path: Path) -> int | None:
 
 
 def own_files(folder: Path) -> Iterator[Path]:
-    """Yield what there is of hvisph's own in a run's folder, by name: files, and what is being written.
+    """Yield hvisph's own files in a run's folder, by name, unfinished ones included.
 
     The mark is left out. A link, or anything else that is no file, is yielded as well: see `is_plain`.
     """

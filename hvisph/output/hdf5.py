@@ -21,9 +21,10 @@ import numpy as np
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.fields import CATALOGUE, Derived
 from hvisph.core.text import Plain
-from hvisph.output import field_layout, file_names
+from hvisph.output import file_names
 from hvisph.output.sealed_hdf5 import LABELS, naming, reading, writing
-from hvisph.output.snapshot import Snapshot
+
+from .snapshot import FORMAT_VERSION, INDICES, Snapshot, header_text, snapshot_from, to_vtk
 
 if TYPE_CHECKING:
     import h5py
@@ -58,7 +59,7 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None
     """
     with writing(path) as h5:
         more: Plain = {"constants_in": form.constants_in} if form.constants_in else {}
-        text = field_layout.header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
+        text = header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
         h5.create_dataset("hvisph/header", data=np.bytes_(text)).attrs["crc32"] = np.uint32(crc32(text))
 
 
@@ -72,19 +73,13 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     """
     with reading(path, "a snapshot", verified=not (lazily and _has_sums(path))) as h5:
         header = _header(h5)
-        if header["format_version"] != field_layout.FORMAT_VERSION:
-            raise OutputError(
-                f"its format is version {header['format_version']}, this hvisph reads {field_layout.FORMAT_VERSION}"
-            )
+        if header["format_version"] != FORMAT_VERSION:
+            raise OutputError(f"its format is version {header['format_version']}, this hvisph reads {FORMAT_VERSION}")
         places = {name: f"VTKHDF/PointData/{name}" for name in h5["VTKHDF/PointData"]}
         places["position"] = "VTKHDF/Points"
         lazily = lazily and h5[places["position"]].shape[0] > _SMALL
         sums = header.get("sums", {}) if lazily else {}  # else the seal holds them
-        arrays = {
-            name: _array(h5, places[name], sums)
-            for name in (field_layout.INDICES if lazily else places)
-            if name in places
-        }
+        arrays = {name: _array(h5, places[name], sums) for name in (INDICES if lazily else places) if name in places}
     if lazily:  # what few values need
         arrays |= {name: arrays[name].astype(np.int32) for name in ("body", "material") if name in arrays}
     if "constants_in" in header:
@@ -97,7 +92,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
             return _array(h5, places[name], sums)
 
     with naming(path, "a snapshot"):
-        return field_layout.snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)
+        return snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)
 
 
 def _has_sums(path: str | Path) -> bool:
@@ -170,7 +165,7 @@ def write_labels(root: h5py.Group, bodies: Sequence[str], materials: Sequence[st
     """Write names as texts of the field data, in the order of the numbers `body` and `material`."""
     import h5py
 
-    # VTK reads texts of variable length that claim to be ASCII, and takes what is in them for UTF-8
+    # VTK reads texts of variable length that claim to be ASCII, and reads their content as UTF-8
     kind = h5py.string_dtype("ascii")
     for label, words in zip(LABELS, (bodies, materials), strict=True):
         texts = [word.replace("\0", " ").encode() for word in words]
@@ -185,7 +180,7 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
 
     def put(group: h5py.Group, place: str, values: np.ndarray, name: str = "") -> h5py.Dataset:
         """Write an array, a field as ParaView expects it, a piece at a time."""
-        shape = field_layout.to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
+        shape = to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
         pieces = (
             {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1, "shuffle": True}
             if form.compress and n
@@ -194,7 +189,7 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
         made = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
         size, total = PIECE if form.compress else _AT_ONCE, 0
         for begin in range(0, len(values), size):
-            piece = field_layout.to_vtk(name, values[begin : begin + size], snapshot.dimensions)
+            piece = to_vtk(name, values[begin : begin + size], snapshot.dimensions)
             made[begin : begin + size] = piece
             total = crc32(np.ascontiguousarray(piece).data, total)
         sums[made.name.removeprefix("/")] = total
@@ -212,7 +207,7 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
     for name in snapshot.fields:  # one at a time
         if name != "position" and name not in left_out:
             _describe(put(data, name, snapshot.fields[name], name), name, units)
-    for name in field_layout.INDICES:
+    for name in INDICES:
         if name not in left_out:
             _describe(put(data, name, getattr(snapshot, name)), name, units)
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))

@@ -13,7 +13,7 @@ from types import TracebackType
 from hvisph.core.errors import OutputError
 from hvisph.core.text import PlainMapping
 
-from .atomic_write import reason, write_text
+from .atomic_write import reason, write_errors, write_text
 
 
 class NoHistory:
@@ -86,11 +86,9 @@ class HistoryWriter:
         self._pending: list[Sequence[object]] = []
         self.last_step: int | None = None  # of the last record that a resumed file holds
         self._last = time.monotonic()
-        try:
+        with write_errors(path):
             self._handle: int | None = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
             self._size = os.fstat(self._handle).st_size
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {reason(error)}") from error
 
     def append(self, record: PlainMapping | Sequence[object]) -> None:
         """Add one record: a value for each column, by name or in their order."""
@@ -129,10 +127,8 @@ class HistoryWriter:
         if self._handle is None:
             return
         self.flush()
-        try:
+        with write_errors(self.path):
             os.fsync(self._handle)
-        except OSError as error:
-            raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
 
     def close(self) -> None:
         """Write pending records, flush them to the disk, and close the file."""

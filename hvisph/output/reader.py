@@ -176,7 +176,7 @@ def list_snapshots(run: str | Path) -> list[Path]:
 def snapshots_in(run: str | Path) -> list[Path]:
     """Return what `list_snapshots` finds.
 
-    Raises `CaseError` when that is nothing: it says what is there, and what to give instead.
+    Raises `CaseError` without any: it names the content of the folder and the remedy.
     """
     files = list_snapshots(run)
     if files:

@@ -16,7 +16,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.text import sanitize
 
 from . import atomic_write, file_names
-from .atomic_write import NO_LINK, reason, write_bytes
+from .atomic_write import NO_LINK, reason, write_bytes, write_errors
 
 
 class RunLog:
@@ -36,14 +36,12 @@ class RunLog:
         """
         stamp = datetime.now().astimezone().isoformat(sep=" ", timespec="milliseconds")
         block = "".join(f"{stamp}  {sanitize(line)}\n" for line in text.splitlines() or [""])
-        try:
+        with write_errors(self.path):
             if self.path.exists() and self.path.lstat().st_nlink > 1:  # a backup of hard links shares the file
                 write_bytes(self.path, self.path.read_bytes())
             handle = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINK, 0o666)
             with os.fdopen(handle, "a", encoding="utf-8", errors="replace", newline="\n") as file:
                 file.write(block)
-        except OSError as error:
-            raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
 
 
 class SilentLog(RunLog):
@@ -116,7 +114,7 @@ class RunFolder:
         folder = Path(path)
         if folder.exists() and not folder.is_dir():
             raise CaseError(f"{folder} is a file, not a folder; nothing was changed", where="--out")
-        try:
+        with write_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
             if not looks_like_a_run(folder) and any(folder.iterdir()):
                 raise CaseError(f"{folder} is not empty and not a run of hvisph; nothing was changed", where="--out")
@@ -128,14 +126,13 @@ class RunFolder:
                         raise CaseError(
                             f"{folder} holds a run; --force replaces it; nothing was changed", where="--out"
                         )
-                    delete_own(folder)
+                    for path in filter(file_names.is_plain, file_names.own_files(folder)):
+                        path.unlink()
                 for name in file_names.MADE:
                     (folder / name).mkdir(exist_ok=True)
             except BaseException:
                 lock.release()
                 raise
-        except OSError as error:
-            raise OutputError(f"cannot write {folder}: {reason(error)}") from error
         return cls(folder, lock)
 
     @classmethod
@@ -245,13 +242,6 @@ def refuse_links(folder: Path) -> None:
         )
 
 
-def delete_own(folder: Path) -> None:
-    """Delete what hvisph wrote into a run's folder, and only that; raises `OSError`."""
-    for path in file_names.own_files(folder):
-        if file_names.is_plain(path):
-            path.unlink()
-
-
 def clear_unfinished(folder: str | Path) -> None:
     """Delete what a killed writer of hvisph left unfinished in a run's folder."""
     for path in file_names.own_files(Path(folder)):
@@ -287,7 +277,7 @@ def forget_snapshots(path: Path, last: bool) -> None:
 
     Only files that a run writes there, by their names; never through a link.
     """
-    for series in (file_names.SERIES, file_names.TIME_SERIES):  # of what is no more
+    for series in (file_names.SERIES, file_names.TIME_SERIES):  # of deleted snapshots
         if file_names.is_plain(path / series):
             (path / series).unlink()
     for name in file_names.FOLDERS:

@@ -1,14 +1,21 @@
-"""One moment of a run, as written to and read from files: the common form of HDF5 and VTU."""
+"""Snapshot: the particles at one time, and the layout of its fields in files for ParaView.
+
+Vectors get zeros up to 3 components, gradients up to 9 (row-major). Symmetric tensors get 6 components in VTK's order
+xx, yy, zz, xy, yz, xz, which is not the order inside hvisph (xx, yy, zz, xy, xz, yz). Going there and back returns
+every number bit for bit.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from hvisph.core.fields import transform_arrays
-from hvisph.core.text import Plain
+from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH, transform_arrays
+from hvisph.core.text import Plain, sanitize
 
 
 @dataclass
@@ -57,3 +64,161 @@ class Snapshot:
         """Return the particles with the indices `chosen` alone."""
         fields = transform_arrays(self.fields, lambda _, values: values[chosen])
         return replace(self, fields=fields, body=self.body[chosen], material=self.material[chosen], id=self.id[chosen])
+
+
+FORMAT_VERSION = 1
+# Columns of VTK's symmetric tensor, as columns of hvisph's.
+VTK_SYMMETRIC = (0, 1, 2, 3, 5, 4)
+INDICES = ("body", "material", "id")
+# What kinds of values a header has, and the metadata that measures read.
+_HEADER: Plain = {
+    "time": int | float,
+    "step": int,
+    "dimensions": int,
+    "bodies": list,
+    "materials": list,
+    "fields": list,
+    "metadata": dict,
+}
+_AXIAL_COLUMNS: dict[int, list[int]] = {1: [], 2: [2], 3: [0, 1, 2]}  # what turns in the plane turns about z
+_NUMBERS = ("spacing", "face", "thickness", "width", "kernel_reach")
+_TEXTS = ("title", "units", "kinematics", "code_version", "case")
+
+
+def to_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
+    """Return field `name` in `dim` dimensions as ParaView expects it; unknown names stay as they are."""
+    rank = _rank(name)
+    if rank == "vector":
+        return _pad_columns(values, 3, range(dim))
+    if rank == "axial":
+        return _pad_columns(values, 3, _AXIAL_COLUMNS[dim])
+    if rank == "symmetric":
+        return _pad_columns(values, 6, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]])
+    if rank == "gradient":
+        return _pad_columns(values, 9, _gradient_columns(dim))
+    return values
+
+
+def from_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
+    """Return what `to_vtk` was given."""
+    rank = _rank(name)
+    if rank == "vector":
+        return np.ascontiguousarray(values[:, :dim])
+    if rank == "axial":
+        return np.ascontiguousarray(values[:, _AXIAL_COLUMNS[dim]])
+    if rank == "symmetric":
+        return np.ascontiguousarray(values[:, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]]])
+    if rank == "gradient":
+        return np.ascontiguousarray(values[:, _gradient_columns(dim)])
+    return values
+
+
+def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
+    """Return everything of `snapshot` but its arrays, and what there is `more` to say, as JSON text."""
+    header = {
+        "format_version": FORMAT_VERSION,
+        "time": float(snapshot.time),
+        "step": int(snapshot.step),
+        "dimensions": int(snapshot.dimensions),
+        "bodies": list(snapshot.bodies),
+        "materials": list(snapshot.materials),
+        "fields": list(snapshot.fields),
+        "metadata": snapshot.metadata,
+    } | (more or {})
+    return json.dumps(header, default=_plain, ensure_ascii=True)
+
+
+def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
+    """Return the snapshot with this header and these arrays, named and laid out as in the file.
+
+    Raises `KeyError`, `TypeError` or `ValueError` when something is missing, or is not of the kind that hvisph
+    writes.
+    """
+    for key, kind in _HEADER.items():
+        if not isinstance(header[key], kind) or isinstance(header[key], bool):
+            raise ValueError(f"its {key} is no {kind.__name__ if isinstance(kind, type) else 'number'}")
+    dim, number = header["dimensions"], arrays["id"]
+    if dim not in SYMMETRIC_LENGTH:
+        raise ValueError(f"it has {dim} dimensions")
+    ordered = number.ndim == 1 and bool((number[1:] > number[:-1]).all())  # as we write them
+    if number.ndim != 1 or not (ordered or len(np.unique(number)) == len(number)):
+        raise ValueError("its particles are not numbered, each once")
+    for name in ("bodies", "materials"):
+        if not header[name] or not all(isinstance(entry, str) for entry in header[name]):
+            raise ValueError(f"its {name} have no names")
+    for name, most in (("body", len(header["bodies"])), ("material", len(header["materials"])), ("id", 2**62)):
+        values = arrays[name]
+        fits = values.shape == number.shape and values.dtype.kind in "iu"
+        if not fits or (len(values) and not (values.min() >= 0 and values.max() < most)):
+            raise ValueError(f"'{name}' is no index for each particle")
+    _check_metadata(header["metadata"], dim)
+    fields = transform_arrays(arrays, lambda name, values: _field(name, values, dim, len(number)), header["fields"])
+    if "position" not in fields:
+        raise ValueError("its particles have no positions")
+    return Snapshot(
+        time=float(header["time"]),
+        step=header["step"],
+        dimensions=dim,
+        fields=fields,
+        body=arrays["body"],
+        material=arrays["material"],
+        id=number,
+        bodies=[sanitize(name) for name in header["bodies"]],
+        materials=[sanitize(name) for name in header["materials"]],
+        metadata=dict(header["metadata"])
+        | {name: sanitize(header["metadata"][name]) for name in _TEXTS if name in header["metadata"]},
+    )
+
+
+def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
+    """Return one field as hvisph has it; raises `ValueError` when it has not the shape that it is written with."""
+    rows = {"scalar": (), "vector": (3,), "axial": (3,), "symmetric": (6,), "gradient": (9,), "quaternion": (4,)}[
+        _rank(name)
+    ]
+    if (
+        values.dtype.kind not in "fiu"
+        or values.shape[:1] != (count,)
+        or (name in CATALOGUE and values.shape[1:] != rows)
+    ):
+        raise ValueError(f"'{name}' has shape {values.shape} for {count} particles")
+    if values.dtype.kind == "f":  # as whoever computes with it expects, however it was stored
+        values = values.astype(np.float64, copy=False)
+    return from_vtk(name, values, dim)
+
+
+def _check_metadata(metadata: Plain, dim: int) -> None:
+    """Raise `ValueError` where something that measures rely on is of another kind."""
+    for name, value in metadata.items():
+        if name in _NUMBERS and not _is_number(value):
+            raise ValueError(f"its {name} is no number")
+        if name in _TEXTS and not isinstance(value, str):
+            raise ValueError(f"its {name} is no text")
+    if "spacing" in metadata and not metadata["spacing"] > 0.0:
+        raise ValueError("its spacing is not positive")
+    axis = metadata.get("axis", [0.0] * (dim - 1))
+    if not isinstance(axis, list) or len(axis) != dim - 1 or not all(map(_is_number, axis)):
+        raise ValueError("its axis is no line across the other coordinates")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+
+
+def _rank(name: str) -> str:
+    return CATALOGUE[name].rank if name in CATALOGUE else "scalar"
+
+
+def _pad_columns(values: np.ndarray, width: int, columns: Any) -> np.ndarray:
+    out = np.zeros((len(values), width), dtype=values.dtype)
+    out[:, list(columns)] = values
+    return out
+
+
+def _gradient_columns(dim: int) -> list[int]:
+    return [3 * i + j for i in range(dim) for j in range(dim)]
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"a snapshot's metadata holds plain numbers and text, not {type(value).__name__}")

@@ -17,7 +17,7 @@ import numpy as np
 from hvisph.core.errors import OutputError
 
 from . import file_names
-from .atomic_write import reason
+from .atomic_write import write_errors
 from .hdf5 import CONSTANTS, mark_vtk, names_in, write_labels
 from .sealed_hdf5 import LABELS, reading
 
@@ -51,15 +51,13 @@ def write_time_series(folder: str | os.PathLike[str]) -> None:
     target = home / file_names.TIME_SERIES
     partial = target.with_name(target.name + file_names.PARTIAL)
     outlines = _outlines(home / file_names.SNAPSHOTS)
-    try:
+    with write_errors(target):
         if not outlines:
             target.unlink(missing_ok=True)
             return
         with h5py.File(partial, "w") as h5:
             _write(h5, outlines)
         os.replace(partial, target)
-    except OSError as error:
-        raise OutputError(f"cannot write {target}: {reason(error)}") from error
 
 
 def _outlines(place: Path) -> list[_Outline]:

@@ -19,11 +19,10 @@ import numpy as np
 
 from hvisph.core.errors import OutputError
 
-from . import field_layout
 from .atomic_write import reason, replacing, write_text
 from .foreign import SI, Convention, snapshot_of_another_code
 from .sealed_hdf5 import append_seal, has_seal, verify_seal
-from .snapshot import Snapshot
+from .snapshot import INDICES, Snapshot, header_text, snapshot_from, to_vtk
 
 HEADER = "hvisph_header"
 TIME = "TimeValue"  # the name under which ParaView looks for the time
@@ -42,7 +41,7 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
         kind = f'type="UnstructuredGrid" version="1.0" byte_order="{order}" header_type="UInt64"'
         file.write(f"<VTKFile {kind}>\n".encode())
         file.write(f'<UnstructuredGrid>\n<Piece NumberOfPoints="{n}" NumberOfCells="{n}">\n<Points>\n'.encode())
-        _write_array(file, "Points", snapshot.fields["position"], lambda one: field_layout.to_vtk("position", one, dim))
+        _write_array(file, "Points", snapshot.fields["position"], lambda one: to_vtk("position", one, dim))
         file.write(b"</Points>\n<Cells>\n")
         _write_array(file, "connectivity", np.arange(n))
         _write_array(file, "offsets", np.arange(1, n + 1))
@@ -50,11 +49,11 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
         file.write(b"</Cells>\n<PointData>\n")
         for name in snapshot.fields:  # one at a time
             if name != "position":
-                _write_array(file, name, snapshot.fields[name], partial(field_layout.to_vtk, name, dim=dim))
-        for name in field_layout.INDICES:
+                _write_array(file, name, snapshot.fields[name], partial(to_vtk, name, dim=dim))
+        for name in INDICES:
             _write_array(file, name, getattr(snapshot, name))
         file.write(b"</PointData>\n</Piece>\n<FieldData>\n")
-        header = np.frombuffer(field_layout.header_text(snapshot).encode("ascii"), dtype=np.uint8)
+        header = np.frombuffer(header_text(snapshot).encode("ascii"), dtype=np.uint8)
         for name, values in ((TIME, np.array([snapshot.time])), (HEADER, header)):
             _write_array(file, name, values, further=f'NumberOfTuples="{len(values)}"')
         file.write(b"</FieldData>\n</UnstructuredGrid>\n</VTKFile>\n")
@@ -83,7 +82,7 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
                 verify_seal(file)
         header = json.loads(np.asarray(mesh.field_data[HEADER], dtype=np.uint8).tobytes())
         arrays = dict(mesh.point_data) | {"position": mesh.points}
-        return field_layout.snapshot_from(header, arrays)
+        return snapshot_from(header, arrays)
     except OutputError as error:
         raise OutputError(f"cannot read {path}: {error}") from error
     except OSError as error:

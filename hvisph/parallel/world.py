@@ -15,7 +15,7 @@ import numpy as np
 from hvisph.compiler.self_test import build_id
 from hvisph.core.errors import CaseError, HvisphError
 
-from .mpi_launch import launched_rank
+from . import launched_rank
 
 T = TypeVar("T")
 MESSAGE = 1 << 28  # bytes at most; what counts them may be of 32 bits

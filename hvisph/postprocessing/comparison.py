@@ -33,7 +33,7 @@ def complete(
 
     `entry`: an entry of `hvisph.postprocessing.comparison.entries`.
     `threads`, `listener`: as of `hvisph.simulation.run.run`.
-    `force`: run again what has been run.
+    `force`: run cases again that have been run.
 
     Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process is
     running the case.
@@ -46,7 +46,7 @@ def complete(
         try:
             return resume(entry.folder, threads=threads, listener=listener)
         except (CaseError, OutputError):
-            begun = True  # what is there cannot be gone on with: begin again, or fail for the same reason
+            begun = True  # its files cannot be continued: begin again, or fail for the same reason
     return run(entry.case, entry.folder, force=begun, threads=threads, listener=listener)
 
 
@@ -60,7 +60,7 @@ class Entry:
 
     name: str  # its name among the others
     folder: Path  # where the run is or goes; of another code's run, its folder or snapshot
-    case: Case | None = None  # what to run; None for what has only to be read
+    case: Case | None = None  # the case to run; None for files that are only read
     file: Path | None = None  # the case's file
     group: str = ""  # name of the folder that it comes from
 

@@ -4,18 +4,16 @@ Layers without strength whose pressure depends on density alone are exact in clo
 solved by the jump conditions of an elastic-plastic solid, to about 1e-3 (both in `exact.plate_impact`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph.case.case import Case
+from hvisph.case.output import Gauge
 from hvisph.casefile.loader import load_case
-from hvisph.core.errors import CaseError, OutputError, RunError
+from hvisph.core.errors import CaseError, RunError
 from hvisph.core.fields import component_names
 from hvisph.core.text import Plain
 from hvisph.exact.plate_impact import layered_impact, with_reflections
@@ -23,16 +21,11 @@ from hvisph.exact.wave_curves import State
 from hvisph.exact.wave_fronts import Tracked
 from hvisph.measures.compare import mean_difference
 from hvisph.output import file_names
-from hvisph.output.atomic_write import reason, write_text
+from hvisph.output.atomic_write import write_errors, write_text
 from hvisph.output.reader import read_history
 from hvisph.setup.bodies import PlacedBody, placed_bodies
 from hvisph.setup.materials import material_of
 from hvisph.visualization.curves import Curve, curves_picture, gauge_panels, steps
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
-    from hvisph.case.output import Gauge
-
 
 # What a state of the exact solution says of the columns of a gauge.
 COLUMNS = {
@@ -165,10 +158,8 @@ def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list
     Raises `OutputError` when something cannot be written.
     """
     folder = Path(folder)
-    try:
+    with write_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot write {folder}: {reason(error)}") from error
     unitless, end = case.units == "none", case.time.end
     files: list[Path] = []
     panels: Plain = {}

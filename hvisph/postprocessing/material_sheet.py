@@ -1,15 +1,15 @@
 """Derived properties of a material: wave speeds, impedance, elastic limit, Hugoniot and curves."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.materials.material import Material as MaterialModel
+from hvisph.casefile.material_library import Notes
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import HvisphError
 from hvisph.exact.hugoniot import last_waves, shock
@@ -18,14 +18,9 @@ from hvisph.materials.material_table import Material, pack
 from hvisph.materials.strength import Orthotropic
 from hvisph.materials.thermodynamics import flow_stress
 from hvisph.materials.validity_limits import range_of
-from hvisph.setup.material_point import drive, flow_at, knows_heat
+from hvisph.setup.material_point import PointRecord, drive, flow_at, knows_heat
 from hvisph.setup.materials import material_of
 from hvisph.visualization.curves import Panel, panels_picture
-
-if TYPE_CHECKING:
-    from hvisph.case.materials.material import Material as MaterialModel
-    from hvisph.casefile.material_library import Notes
-    from hvisph.setup.material_point import PointRecord
 
 SHOCKS = (250.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0)  # particle velocities [m/s]
 RATES = (1.0, 1e3, 1e6)  # [1/s]

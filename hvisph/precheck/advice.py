@@ -7,24 +7,35 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.case.bodies import Body
+from hvisph.case.case import Case
 from hvisph.case.formulations.options import PenaltyContact
 from hvisph.case.formulations.riemann import following
-from hvisph.case.time import COURANT_OF
+from hvisph.case.output import COURANT_OF
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.text import recommend
-from hvisph.precheck.facts import BALLISTIC, POINTED, Condition, Facts, Found, Rule, Values
 from hvisph.precheck.impact_pair import hugoniot_warnings, impact_pair
 from hvisph.precheck.material_advice import MATERIAL_CONDITIONS
-from hvisph.precheck.regime import ELASTIC, SHOCK, material_of_body
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
+from hvisph.precheck.regime import (
+    BALLISTIC,
+    ELASTIC,
+    POINTED,
+    SHOCK,
+    Condition,
+    Facts,
+    Found,
+    Rule,
+    Values,
+    material_of_body,
+)
+from hvisph.setup.formulations import contact_of
+from hvisph.setup.materials import material_of
+from hvisph.setup.shapes import shape_of
+from hvisph.sph.kernels import KERNELS
 
 # Particles across a projectile from which on it shears out plugs in time, up to which contact SPH slows it, and that
 # resolve the band.
@@ -163,8 +174,6 @@ def _eroding(facts: Facts) -> Found:
 
 def _thin_walls(facts: Facts) -> Iterator[Values]:
     """Meshes of sheet that the spacing does not resolve; of shapes with sizes these are refused."""
-    from hvisph.setup.shapes import shape_of
-
     for name, body in facts.bodies.items():
         if body.shape.type != "mesh":
             continue
@@ -295,10 +304,6 @@ def contact_warnings(case: Case) -> list[str]:
     chosen = isinstance(model, PenaltyContact) or getattr(model, "stiffness", None) is not None
     if not chosen or len(case.bodies) < 2:
         return []
-    from hvisph.setup.formulations import contact_of
-    from hvisph.setup.materials import material_of
-    from hvisph.sph.kernels import KERNELS
-
     contact, kernel = contact_of(model), KERNELS[case.formulation.kernel]
     pair = impact_pair(case)
     bodies = list(case.bodies.values())[:2] if pair is None else [case.bodies[pair.first], case.bodies[pair.second]]

@@ -1,25 +1,21 @@
 """Correlations of a case: a sphere on plates or on a thick layer, and metal driven by an explosive."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.bodies import Body
+from hvisph.case.case import Case
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
 from hvisph.measures.correlations import GROUNDS, Correlation, Impact, Wall, alloy_of, correlations
 from hvisph.measures.gurney import GURNEY_VELOCITY, HEAVIEST, LIGHTEST, driven, plate_velocity, shell_velocity
+from hvisph.setup.shapes import shape_of
 
 from .impact_pair import TOUCHING, body_boxes, impact_pair
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
-
 
 WIDE = 4.0  # width of a slab of explosive over its thickness, above which little is lost at its edges
 SHELLS = {("cylinder", "tube"): 0.5, ("sphere", "hollow_sphere"): 0.6}  # share of the products that moves with them
@@ -89,8 +85,6 @@ def _density(body: Body) -> float:
 
 
 def _mass(case: Case, body: Body) -> float:
-    from hvisph.setup.shapes import shape_of
-
     return _density(body) * shape_of(body.shape, case.drawing_dimensions).volume
 
 

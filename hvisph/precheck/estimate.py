@@ -4,29 +4,24 @@ Steps follow from the time-step criterion at the start of the impact, time from 
 a laptop core: both are there to tell a minute from a day.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from hvisph.case.bodies import Body
+from hvisph.case.case import Case
+from hvisph.compiler.jit import missing_loops
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.memory import free_memory
 from hvisph.core.particles import BASE_FIELDS
 from hvisph.geometry.filling import estimated_count
 from hvisph.geometry.section import Section
-from hvisph.geometry.shapes import Shape
 from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.setup.bodies import PlacedBody, placed_bodies
 from hvisph.setup.build import build
 from hvisph.setup.materials import material_of, start_of
 from hvisph.setup.shapes import shape_of
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
 
 # Bodies of more particles than this are counted by their volumes instead of being filled.
 MOST_FILLED = 2_000_000
@@ -116,7 +111,8 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     steps = estimated_steps(case)
     threads = min(threads, fed_threads(case, particles)) if threads else worthwhile_threads(case, particles)
     snapshots = 1 + math.ceil(case.duration / case.snapshot_interval - 1e-9)
-    written = _snapshot_bytes(case.dim) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
+    numbers = sum(PADDED[CATALOGUE[name].rank] for name in BASE_FIELDS)
+    written = (8 * numbers + SNAPSHOT_EXTRAS) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
     return Estimate(
         bodies=bodies,
         counted=counted,
@@ -184,14 +180,10 @@ def _rough(body: Body, case: Case) -> float:
     """Return the number of a body's particles by volume; a graded body is taken to be fine throughout."""
     if body.shape.type == "particles":
         return 0.0
-    whole = estimated_count(_filled_shape(body, case), body.spacing(case))
-    return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
-
-
-def _filled_shape(body: Body, case: Case) -> Shape:
-    """Return the region filled by particles: of a solid of revolution its section."""
     shape = shape_of(body.shape, case.drawing_dimensions)
-    return shape if case.drawing_dimensions == case.dim else Section(shape)
+    filled = shape if case.drawing_dimensions == case.dim else Section(shape)
+    whole = estimated_count(filled, body.spacing(case))
+    return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
 
 
 def estimated_steps(case: Case) -> int:
@@ -276,10 +268,7 @@ def memory_each(case: Case) -> float:
     return MEMORY[kind][dim] + listed
 
 
-def _snapshot_bytes(dim: int) -> int:
-    padded = {"scalar": 1, "vector": 3, "symmetric": 6, "gradient": 9}
-    return 8 * sum(padded[CATALOGUE[name].rank] for name in BASE_FIELDS) + SNAPSHOT_EXTRAS
-
+PADDED = {"scalar": 1, "vector": 3, "symmetric": 6, "gradient": 9}  # numbers in a snapshot by rank
 
 # Time on one core, by formulation and dimensions [us a particle-step].
 MICROSECONDS = {
@@ -332,8 +321,6 @@ def step_seconds(case: Case, particles: int, threads: int) -> float:
 
 def compilation() -> tuple[int, float]:
     """Return how many loops of the objects built in this process are not in the cache, and the time they take [s]."""
-    from hvisph.compiler.jit import missing_loops
-
     missing = missing_loops()
     return len(missing), sum(COMPILATION.get(name, OTHER_LOOP) for name in missing)
 

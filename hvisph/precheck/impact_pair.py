@@ -1,24 +1,22 @@
 """Impact pair: the first two bodies in contact and their closing speed, from bounding boxes; time of first contact."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.case.bodies import Body
+from hvisph.case.case import Case
+from hvisph.casefile.material_library import Library, Notes, library_of
 from hvisph.core.errors import CaseError, HvisphError
 from hvisph.core.text import recommend
-from hvisph.geometry.placement import Solid, touch
+from hvisph.exact.hugoniot import Impact, impedance_match
+from hvisph.geometry.placement import Solid, rotation_matrix, touch
 from hvisph.geometry.shapes import Placed
 from hvisph.setup.bodies import PlacedBody
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
-    from hvisph.casefile.material_library import Library, Notes
-    from hvisph.exact.hugoniot import Impact
+from hvisph.setup.materials import material_of
+from hvisph.setup.shapes import shape_of
+from hvisph.setup.velocities import initial_velocity
 
 # Lower and upper corner, (dim,) each [m].
 Box = tuple[np.ndarray, np.ndarray]
@@ -58,7 +56,7 @@ def impact_pair(case: Case) -> ImpactPair | None:
         threads = not closing[1:].any() and _threads(case, boxes, names, a, b)
         one, other = boxes[a], boxes[b]
         turn = turns[a] if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]) else turns[b]
-        if turn is not None:  # along the axes of what is struck, so that a shot turned as a whole is the same
+        if turn is not None:  # along the axes of the struck body, so that a shot turned as a whole is the same
             one, other = (_box(bodies[k], case, shifts[k], turn) for k in (a, b))
             closing = closing @ turn
         met = None if threads else _contact_time(one, other, closing)
@@ -92,8 +90,6 @@ def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> 
 
 def _velocity(body: Body, box: Box) -> np.ndarray:
     """Return the velocity of a body's middle, where fields that turn and spread about it have none."""
-    from hvisph.setup.velocities import initial_velocity
-
     ends = np.nan_to_num(np.array(box), posinf=0.0, neginf=0.0)  # particles of a file have no sides here
     middle = 0.5 * (ends[0] + ends[1])
     try:
@@ -103,8 +99,6 @@ def _velocity(body: Body, box: Box) -> np.ndarray:
 
 
 def _impedance(body: Body) -> float:
-    from hvisph.setup.materials import material_of
-
     material = material_of(body.material, body.internal_energy)
     return material.density_at_rest * material.bulk_sound_speed
 
@@ -132,8 +126,6 @@ def _length(box: Box) -> float:
 
 
 def _turn(body: Body, case: Case) -> np.ndarray | None:
-    from hvisph.geometry.placement import rotation_matrix
-
     return (
         None
         if body.rotation is None
@@ -146,9 +138,6 @@ def _box(body: Body, case: Case, shift: float = 0.0, axes: np.ndarray | None = N
 
     It stands `shift` [m] further along x. The box is along the columns of `axes`, those of the case unless given.
     """
-    from hvisph.geometry.shapes import Placed
-    from hvisph.setup.shapes import shape_of
-
     centre, turn = np.zeros(case.drawing_dimensions), _turn(body, case)
     if body.position is not None:
         centre[: case.dim] = body.position
@@ -257,14 +246,9 @@ def plane_shock(case: Case) -> tuple[Impact | None, str]:
         return None, "there is only one body"
     if case.kinematics == "plane_stress":
         return None, "a sheet in plane stress thickens before it bears the pressure of a shock"
-    from .impact_pair import impact_pair
-
     pair = impact_pair(case)
     if pair is None:
         return None, "no two bodies approach each other"
-    from hvisph.exact.hugoniot import impedance_match
-    from hvisph.setup.materials import material_of
-
     try:
         bodies = [case.bodies[name] for name in (pair.first, pair.second)]
         projectile, target = (material_of(body.material, body.internal_energy) for body in bodies)
@@ -277,10 +261,6 @@ def plane_shock(case: Case) -> tuple[Impact | None, str]:
 
 def hugoniot_warnings(case: Case) -> list[str]:
     """Return a warning for each of the bodies that meet first whose material is known to miss measured shocks here."""
-    from hvisph.casefile.material_library import library_of
-
-    from .impact_pair import impact_pair
-
     matched, pair = plane_shock(case)[0], impact_pair(case)
     if matched is None or pair is None:
         return []

@@ -1,20 +1,22 @@
 """Advice on materials: strength, damage, cracks, melting; conditions, each with its sentence and page."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from hvisph.case.bodies import Body
 from hvisph.case.formulations.riemann import bears_any_tension
+from hvisph.casefile.material_library import library_of, load_material, material_names
 from hvisph.core.catalogues import KINEMATICS
+from hvisph.materials.damage.fracture_energy import largest_widths
+from hvisph.materials.damage.johnson_cook import TRIAXIALITY_LIMIT
+from hvisph.precheck.impact_pair import plane_shock
+from hvisph.precheck.regime import BALLISTIC, Condition, Facts, Found, Values
+from hvisph.setup.formulations import formulation_of
+from hvisph.setup.material_point import flow_at
 
-from .facts import BALLISTIC, Condition, Facts, Found, Values
 from .regime import SHOCK, material_of_body
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
 
 # Impact pressure up to which strength matters [Pa], and materials of the library that are liquids.
 FELT = 20e9
@@ -40,8 +42,6 @@ def _spalling(facts: Facts) -> Found:
 
 def _spalling_like(body: Body) -> dict[str, object]:
     """Return the material of nearest density in the library with a spall strength [Pa]."""
-    from hvisph.casefile.material_library import load_material, material_names
-
     known: dict[float, dict[str, object]] = {}
     for material in map(load_material, material_names()):
         strength = getattr(material.damage, "spall_strength", None)
@@ -57,8 +57,6 @@ def _strain_alone(body: Body) -> bool:
 
 def _brittle(facts: Facts) -> Iterator[Values]:
     """Fits of the strain to failure that fall to zero in tension."""
-    from hvisph.materials.damage.johnson_cook import TRIAXIALITY_LIMIT
-
     for name, body in facts.bodies.items() if facts.overload >= 1.0 else ():
         damage: Any = body.material.damage
         if damage.type != "johnson_cook" or damage.high_triaxiality == "void_growth":
@@ -71,8 +69,6 @@ def _brittle(facts: Facts) -> Iterator[Values]:
 
 def _liquid(facts: Facts) -> Iterator[Values]:
     """Solids of the library without a strength, where an impact is weak enough for strength to matter."""
-    from hvisph.casefile.material_library import library_of
-
     if facts.kind.velocity <= 0.0 or facts.kind.pressure > FELT or facts.case.units != "si":
         return
     library = library_of()
@@ -132,10 +128,6 @@ def _cracks(facts: Facts) -> Iterator[tuple[str, float, float, float]]:
     The flow stress at onset is that at a strain of `AT_ONSET`, slow and cold; the tension is the spall strength or the
     cut-off, else the mean stress of uniaxial tension. w_f is that of flow; of what never yields, that of tension.
     """
-    from hvisph.materials.damage.fracture_energy import largest_widths
-    from hvisph.setup.formulations import formulation_of
-    from hvisph.setup.material_point import flow_at
-
     for name, body in facts.bodies.items():
         damage: Any = body.material.damage
         material = material_of_body(body)
@@ -190,9 +182,6 @@ def _too_narrow(facts: Facts) -> Iterator[Values]:
 
 def _molten(facts: Facts) -> Iterator[Values]:
     """Bodies whose first shock leaves them molten, with an equation of state that has no liquid and no vapour."""
-    from hvisph.casefile.material_library import library_of
-    from hvisph.precheck.impact_pair import plane_shock
-
     pair, shock = facts.impact_pair, plane_shock(facts.case)[0]
     if pair is None or shock is None:
         return

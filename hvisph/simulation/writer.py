@@ -23,10 +23,9 @@ from hvisph.materials.slots import EOS_TAG
 from hvisph.measures.frame.measurement_frame import reference
 from hvisph.output import file_names
 from hvisph.output.atomic_write import reason
-from hvisph.output.field_layout import INDICES
 from hvisph.output.hdf5 import Form, write_hdf5
 from hvisph.output.run_folder import RunFolder
-from hvisph.output.snapshot import Snapshot
+from hvisph.output.snapshot import INDICES, Snapshot
 from hvisph.output.time_series import write_time_series
 from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.parallel.parallel_output import SLAB, Moment, Slabs, load_arrays

@@ -1,6 +1,7 @@
 """Analysis of the results of a sweep, its finding in a sentence, and further cases of a bisection."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from math import sqrt
 
 import numpy as np
@@ -156,7 +157,7 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
         "shots": shots,
         "undecided": undecided,
         "open": _open(limits, without, beyond, decided, undecided),
-        "lambert_jonas": None if curve is None else curve.as_dict(),
+        "lambert_jonas": None if curve is None else asdict(curve),
     }
 
 
@@ -198,7 +199,7 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
             continue
         values = [float(measure["value"]) for measure, _ in known]
         uncertain = [_noise(measure) for measure, _ in known]
-        verdicts[name] = convergence(values, [h for _, h in known], uncertain).as_dict() | {
+        verdicts[name] = asdict(convergence(values, [h for _, h in known], uncertain)) | {
             "unit": known[0][0]["unit"],
             "spacings": [h for _, h in known],
             "values": values,

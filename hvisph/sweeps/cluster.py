@@ -117,9 +117,7 @@ class DaskCrew:
 def _work(command: list[str]) -> tuple[int, str]:
     """Run the command of a worker: in a process of its own, which hears signals and outlives no machine.
 
-    Returns
-    -------
-    Its exit code, and the end of what it said on standard error.
+    Returns its exit code, and the end of what it said on standard error.
     """
     nothing = subprocess.DEVNULL
     done = subprocess.run(  # noqa: S603 our own command

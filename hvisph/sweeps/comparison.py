@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 
@@ -21,16 +22,11 @@ from .plan import Plan
 def against_experiment(rows: Sequence[Row]) -> Plain:
     """Return each measure beside its column of the experiment, by name.
 
-    Parameters
-    ----------
-    rows
-        Cases that are done. A column counts where its name is that of a measure, and its cell is a number,
-        with a unit or in SI.
+    `rows`: cases that are done. A column counts where its name is that of a measure, and its cell is a number, with a
+        unit or in SI.
 
-    Returns
-    -------
-    By measure: ``unit``, ``cases`` (numbers), ``measured`` and ``computed`` [SI], and ``mean`` and ``worst``, the
-    mean and the largest of (computed - measured)/measured with its sign; None where all that was measured is zero.
+    Returns by measure: ``unit``, ``cases`` (numbers), ``measured`` and ``computed`` [SI], and ``mean`` and ``worst``,
+    the mean and the largest of (computed - measured)/measured with its sign; None where all that was measured is zero.
     """
     verdicts = {}
     for head in dict.fromkeys(head for row in rows for head in row["values"] if head.startswith(EXPERIMENT)):
@@ -83,7 +79,7 @@ def beside_limit(plan: Plan, limit: PlainMapping) -> Plain:
     impact, _ = impact_of(case)
     beside: Plain = {}
     if impact is not None and (named := limit_speeds(impact)):
-        beside["correlations"] = [one.as_dict() for one in named]
+        beside["correlations"] = [asdict(one) for one in named]
     masses = _masses(case)
     if masses is not None:
         factor = FACTORS[limit["unit"]]

@@ -1,7 +1,7 @@
 """Execution of a sweep: beginning, workers, rounds and results.
 
-All decisions of the driver follow from the folder: if the driver is killed, workers finish what is there; a new driver
-continues.
+All decisions of the driver follow from the folder: if the driver is killed, workers finish the present cases; a
+new driver continues.
 """
 
 import json
@@ -132,7 +132,9 @@ class Driver:
 
     def go(self) -> Iterator[Row]:
         """Compute the remaining cases, yield the row of each at its end, and write the results."""
-        self._take_up()
+        for member in self.members:
+            if self.folder.standing(member).status in self.selection.statuses:
+                self.folder.begin_again(member)
         try:
             while True:
                 yield from self._round()
@@ -152,21 +154,12 @@ class Driver:
         for limit in results.get("limits", []):
             limit |= beside_limit(self.plan, limit)
         if (results.get("fit") or {}).get("material"):
-            self._write_material(results["fit"])
+            fit = results["fit"]  # dated by its last run
+            day = max((self.folder.run_folder(member) / file_names.SUMMARY).stat().st_mtime for member in self.members)
+            document = material_document(fit, date.fromtimestamp(day).isoformat(), __version__)
+            atomic_write.write_text(self.folder.path / f"{fit['material']['name']}.yaml", dump(document))
         atomic_write.write_text(self.folder.path / RESULTS, json.dumps(results, indent=2, ensure_ascii=False) + "\n")
         return results
-
-    def _write_material(self, fit: Plain) -> None:
-        """Write the fitted material; its date is that of the last run."""
-        day = max((self.folder.run_folder(member) / file_names.SUMMARY).stat().st_mtime for member in self.members)
-        document = material_document(fit, date.fromtimestamp(day).isoformat(), __version__)
-        atomic_write.write_text(self.folder.path / f"{fit['material']['name']}.yaml", dump(document))
-
-    def _take_up(self) -> None:
-        """Let cases that are asked for by their status be taken again."""
-        for member in self.members:
-            if self.folder.standing(member).status in self.selection.statuses:
-                self.folder.begin_again(member)
 
     def _left(self) -> list[Member]:
         return [member for member in self.members if self.selection.takes(member, self.folder.standing(member))]
@@ -176,7 +169,8 @@ class Driver:
         failures = len(self._failures())
         while left:
             begun = time.monotonic()
-            self.crew.keep(self._worker_count(len(left)))
+            alone = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()  # it compiles for all
+            self.crew.keep(1 if alone else min(self.workers, len(left)))
             time.sleep(POLL)
             still = []
             for member in left:
@@ -192,11 +186,6 @@ class Driver:
                 return
             # looking at ten thousand cases takes a while: spend little of the time on it
             time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
-
-    def _worker_count(self, left: int) -> int:
-        """Return how many workers there should be: where none waits for another's loops, at first one alone."""
-        alone = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()
-        return 1 if alone else min(self.workers, left)
 
     def _prolong(self) -> bool:
         """Let shots of a limit that are not decided go on to twice their time; False where none may."""
@@ -217,7 +206,6 @@ class Driver:
         return [member for member in self.members if self.folder.standing(member).status in ENDED[1:]]
 
     def _bisection_round(self) -> list[Member]:
-        """Return the next round of a bisection or a fit."""
         if self._failures():
             return []
         points = getattr(self.sweep.vary, "points", None) or self.workers

@@ -59,16 +59,8 @@ class SweepFolder:
     def begin(self, plan: Plan, members: Sequence[Member]) -> list[Member]:
         """Write the sweep, or find it as it was; cases may have been added to it.
 
-        Returns
-        -------
-        All its cases, those of earlier rounds included.
-
-        Raises
-        ------
-        CaseError
-            When the folder holds something else, or a sweep whose cases are others.
-        OutputError
-            When it cannot be written.
+        Returns all its cases, those of earlier rounds included. Raises `CaseError` when the folder holds something
+        else, or a sweep whose cases are others; `OutputError` when it cannot be written.
         """
         if self.exists:
             known = self.members()
@@ -80,11 +72,9 @@ class SweepFolder:
                 return known
         elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
             raise CaseError(f"{self.path} is not empty and not a sweep; nothing was changed", where="--out")
-        try:
+        with atomic_write.write_errors(self.path):
             for name in (RUNS, CLAIMS):
                 (self.path / name).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(f"cannot write {self.path}: {atomic_write.reason(error)}") from error
         atomic_write.write_text(self.path / BASE, dump(plan.base.value))
         effective = plan.sweep.model_dump(mode="json", exclude_unset=True, by_alias=True) | {"case": BASE, "set": {}}
         if effective["vary"].get("file"):
@@ -157,11 +147,8 @@ class SweepFolder:
         """Add a line to a case's claim: event, time and process."""
         line = {"event": event, "pid": os.getpid(), "time": time.time(), **more}
         path = self.path / CLAIMS / f"{member.number:05d}.jsonl"
-        try:
-            with path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(line) + "\n")
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {atomic_write.reason(error)}") from error
+        with atomic_write.write_errors(path), path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
 
     def standing(self, member: Member, *, held: bool = False) -> Standing:
         """Return the state of a case; `held` where this process holds its claim."""

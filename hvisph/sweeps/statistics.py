@@ -50,10 +50,6 @@ class Convergence:
     index: float | None = None  # grid convergence index of the finest, relative; None unless converging
     difference: float | None = None  # between the two finest
 
-    def as_dict(self) -> Plain:
-        """Return the plain form for JSON."""
-        return asdict(self)
-
 
 def observed_order(f: Sequence[float], h: Sequence[float]) -> float | None:
     """Return the order p of three results at three spacings, finest first; None where they are not monotone."""

@@ -43,20 +43,13 @@ class Surrogate:
 def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> Plain | None:
     """Return how results depend on inputs; None for too few cases.
 
-    Parameters
-    ----------
-    x
-        Inputs, (n, d).
-    y
-        Results, (n,).
-    distributions
-        Of each input, frozen ones of `scipy.stats`.
+    `x`: inputs, (n, d).
+    `y`: results, (n,).
+    `distributions`: of each input, frozen ones of `scipy.stats`.
 
-    Returns
-    -------
-    Lists by input: ``slope`` with its standard ``error``, ``swing`` (change over 5 to 95 % of the input), ``share`` of
-    the variance, ``first`` and ``total`` Sobol indices of a polynomial; ``r2`` of the slopes, and ``surrogate`` with
-    its ``leave_one_out`` error as a share of the deviation.
+    Returns lists by input: ``slope`` with its standard ``error``, ``swing`` (change over 5 to 95 % of the input),
+    ``share`` of the variance, ``first`` and ``total`` Sobol indices of a polynomial; ``r2`` of the slopes, and
+    ``surrogate`` with its ``leave_one_out`` error as a share of the deviation.
     """
     n, d = x.shape
     if n < d + 3 or not np.ptp(y) > 0.0:

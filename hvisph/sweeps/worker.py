@@ -122,7 +122,8 @@ class Worker:
             return True
         interrupted = outcome.summary["status"] == "interrupted"
         self.folder.note(member, "end", reason="limit" if listener.reached else "signal" if interrupted else "")
-        self._tidy(outcome)
+        if outcome.summary["status"] == "done" and self.sweep.keep != "all":
+            forget_snapshots(Path(outcome.folder), last=self.sweep.keep == "last")
         return not interrupted or listener.reached
 
     def _run(self, member: Member, listener: Listener) -> Outcome:
@@ -132,7 +133,7 @@ class Worker:
             try:
                 return resume(path, self.folder.extended_end(member), threads=self.threads, listener=listener)
             except (CaseError, OutputError):
-                pass  # what is there cannot be gone on with: begin again, or fail for the same reason
+                pass  # its files cannot be continued: begin again, or fail for the same reason
         case = self.plan.case(member.values, member.number)
         return run(case, path, force=path.exists(), threads=self.threads, listener=listener)
 
@@ -141,7 +142,3 @@ class Worker:
         if not self.stepping:
             self.stepping = True
             (self.folder.path / STEPPING).touch()
-
-    def _tidy(self, outcome: Outcome) -> None:
-        if outcome.summary["status"] == "done" and self.sweep.keep != "all":
-            forget_snapshots(Path(outcome.folder), last=self.sweep.keep == "last")

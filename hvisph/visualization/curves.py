@@ -22,7 +22,7 @@ from .style import store
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
-SIZED = ("s", "m")  # of which the unit goes by what is shown
+SIZED = ("s", "m")  # whose unit follows the shown values
 # Of what runs along an axis.
 AXES = {"x": "m", "time": "s"}
 STYLES = ("-", "--", ":")  # of the curves beyond the colours
@@ -88,7 +88,7 @@ def curves_picture(
                 colour = numbers.setdefault(curve.label, len(numbers))
                 style = {"color": COLOURS[colour % len(COLOURS)], "lw": 1.4}
                 style |= {"ls": STYLES[colour // len(COLOURS) % len(STYLES)]}
-                if curve.marked:  # thinner one by one: what is covered can still be seen
+                if curve.marked:  # thinner one by one: covered curves can still be seen
                     style |= {"lw": max(1.0, 2.6 - 0.4 * colour), "marker": "o", "ms": max(2.5, 5.0 - 0.6 * colour)}
             (line,) = axis.plot(x_scale * curve.x, y_scale * curve.y, label=curve.label or "_", **style)
             if curve.label:
@@ -146,7 +146,7 @@ def label_and_scale(
 ) -> tuple[str, float]:
     """Return a column's name with the unit that it is shown in, and how many of that are one of SI's.
 
-    `given` is its unit in SI, where it is not named after a field; `shown` what is drawn, by which lengths and times
+    `given` is its unit in SI, where it is not named after a field; `shown` the drawn values, by which lengths and times
     have the unit that suits them.
 
     Raises `ValueError` for a column without a unit: metres are no plain number.
@@ -252,7 +252,6 @@ def _is_drawn(name: str) -> bool:
 
 
 def _panel_kind(name: str, unit: str) -> str:
-    """Return the panel that a column belongs to."""
     if name == "target_fragments" or name.endswith(".number"):
         return "number"
     if unit == "m" and name in PLUG_AND_LIP:

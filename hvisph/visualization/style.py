@@ -32,7 +32,7 @@ LOOK: dict[str, tuple[str, float, str, bool]] = {
 }
 BODY_COLOURS = ("#1b4f72", "#b9770e", "#1e8449", "#6c3483", "#922b21", "#515a5a")
 DISC = 2.0**0.5  # diameter in spacings: discs about the cells of the lattice, so that sound bodies are closed
-SHARES = ("body", "material")  # what is coloured by number
+SHARES = ("body", "material")  # fields coloured by number
 OUTSIDE = 0.005  # share of particles that a colour scale may leave beyond each of its ends
 
 
@@ -89,7 +89,6 @@ def field_of(snapshot: Snapshot, field: str) -> np.ndarray:
 
 
 def _components(snapshot: Snapshot, field: str) -> Sequence[str]:
-    """Return the names of the components of a field; none of a scalar."""
     names = component_names(field, snapshot.dimensions) if field in CATALOGUE else ()
     return () if field in names else names
 

@@ -13,6 +13,7 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import NumberFormat, format_of
 from hvisph.core.text import PlainMapping, format_differences
+from hvisph.measures.correlations import LambertJonas
 
 from .style import store
 
@@ -171,8 +172,6 @@ def _limits(verdicts: Sequence[PlainMapping]) -> Figure:
             axes.axvspan(*sorted((one["below"], one["above"])), color=FAINT, alpha=0.3)
         curve = one["lambert_jonas"]
         if curve:
-            from hvisph.measures.correlations import LambertJonas
-
             x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(one["unit"]), 200)
             axes.plot(x / _to_si(one["unit"]), LambertJonas(**curve).residual(x), color=FAINT)
         if "recht_ipson" in one:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from hvisph.core.text import Plain
-from hvisph.exact.gas import GasState
 from hvisph.exact.plate_impact import layered_impact
 from hvisph.verification.problem import (
     Figure,
@@ -23,7 +22,7 @@ from hvisph.verification.problem import (
     vectors,
 )
 from hvisph.verification.problems.hugoniot import flat_impact
-from hvisph.verification.problems.sod import tube
+from hvisph.verification.problems.sod import GasState, tube
 
 ALUMINIUM, COPPER = "aluminium-howell-ball-mie-gruneisen", "copper-ofhc"
 LONG = 200  # particles along a plate

@@ -40,7 +40,6 @@ def body_problems(case: AnyCase) -> Iterator[Problem]:
 
 
 def _rigid(case: AnyCase) -> Iterator[Problem]:
-    """Yield the errors of rigid bodies."""
     rigid = {name: body for name, body in case.bodies.items() if body.rigid is not None}
     for number, (name, body) in enumerate(rigid.items()):
         path: Path = ("bodies", name, "rigid")
@@ -67,7 +66,6 @@ def _is_still(body: Body) -> bool:
 
 
 def _rigid_motion(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
-    """Yield the errors of the motion of a rigid body."""
     assert body.rigid is not None
     rigid, move, axisymmetric = body.rigid, body.rigid.move, case.kinematics == "axisymmetric"
     axes = AXES[: 1 if axisymmetric else case.dim]
@@ -105,7 +103,6 @@ def _rigid_motion(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
 
 
 def _rigid_mass(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
-    """Yield the errors of mass and inertia of a rigid body."""
     assert body.rigid is not None
     moments, needed = body.rigid.inertia, {1: 0, 2: 1, 3: 3}[1 if case.kinematics == "axisymmetric" else case.dim]
     if moments and len(moments) != needed:
@@ -148,7 +145,6 @@ def spacing_warnings(case: AnyCase) -> Iterator[str]:
 
 
 def _inclusions(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
-    """Yield the errors of spheres in a body."""
     own = body.inclusions
     if own is None:
         return

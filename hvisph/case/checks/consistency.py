@@ -7,16 +7,18 @@ from hvisph.case.bodies import Body
 from hvisph.case.conditions import edge_problems, gravity_problems, gravity_warnings, start_problems, table_problems
 from hvisph.case.model import AnyCase, Path, Problem
 from hvisph.case.output import Clamp, SymmetryPlane, box_problems, gauge_problems, region_problems
+from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
 from hvisph.core.text import format_value, recommend
 
-from .axisymmetric import axisymmetric_problems, axisymmetric_warnings
 from .bodies import body_problems, spacing_warnings
 from .plausible import implausible
 
 BAROTROPIC = ("linear", "elastic")  # equations of state without energy
 MOST_SNAPSHOTS = 1_000_000
 AXES = ("x", "y", "z")
+# Fields of velocity that have a meaning about the axis.
+FIELDS = ("uniform", "radial", "linear", "table")
 
 
 def problems_of(case: AnyCase) -> list[Problem]:
@@ -38,7 +40,6 @@ def problems_of(case: AnyCase) -> list[Problem]:
 
 
 def _late(case: AnyCase) -> Iterator[Problem]:
-    """Yield the errors of late stages."""
     if not case.late:
         return
     kind = case.formulation.type
@@ -206,3 +207,66 @@ def _measures(case: AnyCase) -> Iterator[Problem]:
     for path, name in wanted:
         if case.dim not in CATALOGUE[name].dims:
             yield Problem(path, f"has no meaning in {case.dim}D; allowed: {', '.join(measures_of(case.dim))}")
+
+
+def axisymmetric_problems(case: AnyCase) -> Iterator[Problem]:
+    """Yield the settings of an axisymmetric `case` that are undefined or not available about the axis."""
+    if not KINEMATICS[case.kinematics].axisymmetric:
+        return
+    formulation = case.formulation
+    if formulation.type == "projection":
+        why = "its Poisson equation is that of the plane"
+        yield Problem(("kinematics",), f"'projection' has no axisymmetric form: {why}; use another formulation")
+    elif formulation.contact.type == "penalty":
+        yield Problem(("formulation", "contact", "type"), "'penalty' has no axisymmetric form; use frictional")
+    if formulation.type == "eulerian":
+        yield from _require_none(formulation, "correction", "type", "none", "gradients are renormalised as it is")
+        yield from _require_none(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
+    if formulation.mixes_kernels:
+        yield from _require_none(
+            formulation, "spatial_correction", "type", "none", "gradients are renormalised as it is"
+        )
+    for index, plane in enumerate(case.symmetry):
+        if plane.axis != "x":
+            yield Problem(("symmetry", index), "a plane along the axis, but not through it; only planes across x")
+    for name, body in case.bodies.items():
+        yield from _axisymmetric_body(name, body)
+
+
+def _require_none(formulation: object, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
+    model = getattr(formulation, key)
+    given = getattr(model, part) if part else model
+    if given != allowed:
+        path = ("formulation", key, part) if part else ("formulation", key)
+        yield Problem(path, f"'{given}' has no axisymmetric form: {why}; use {allowed}")
+
+
+def _axisymmetric_body(name: str, body: Body) -> Iterator[Problem]:
+    if len(body.velocity) == 2 and body.velocity[1] != 0.0:
+        yield Problem(
+            ("bodies", name, "velocity"),
+            f"{body.velocity[1]:g} is a radial velocity of the whole ring, towards or away from the axis everywhere; "
+            "for an oblique impact use three_d, for an implosion a `radial` field in `initial_velocity`",
+        )
+    if body.position is not None and len(body.position) == 2 and body.position[1] != 0.0:
+        yield Problem(("bodies", name, "position"), "bodies are solids about the axis: y must be 0; off it use a ring")
+    if body.rotation is not None:
+        yield Problem(("bodies", name, "rotation"), "a turned solid is no solid about the axis; leave it out")
+    if body.shape.type == "particles":
+        yield Problem(("bodies", name, "shape", "type"), "particles from a file have no axisymmetric form")
+    for number, field in enumerate(body.initial_velocity):
+        if field.type not in FIELDS:
+            yield Problem(("bodies", name, "initial_velocity", number), "no ring turns about another axis than x")
+
+
+def axisymmetric_warnings(case: AnyCase) -> Iterator[str]:
+    """Yield warnings about an axisymmetric `case`."""
+    if not KINEMATICS[case.kinematics].axisymmetric:
+        return
+    formulation = case.formulation
+    if hasattr(formulation, "artificial_stress") and formulation.artificial_stress.type != "none":
+        yield recommend(
+            "formulation.artificial_stress: pushes rings apart in the plane, which no hoop balances: bodies in tension "
+            "run away; leave it out",
+            "formulation.artificial_stress={type: none}",
+        )

@@ -11,7 +11,7 @@ from hvisph.case.model import AnyCase, Problem, StrictModel
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 from hvisph.core.catalogues import REACH
 
-if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
+if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
     Kernel = str
 else:
     Kernel = Literal[tuple(REACH)]

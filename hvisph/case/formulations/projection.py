@@ -24,7 +24,7 @@ def default_step(data: Plain) -> float | None:
         return None
     try:
         spacing = parse_quantity(resolution, LENGTH) if isinstance(resolution, str) else float(resolution or 0.0)
-    except (TypeError, ValueError):  # the resolution's own check says what is wrong with it
+    except (TypeError, ValueError):  # refused by the check of the resolution itself
         return None
     return STEP_OVER_DX * spacing if 0.0 < spacing < 1e300 else None
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from hvisph.case.bodies import Body
 from hvisph.case.formulations.options import (
     Contact,
     FrictionalContact,
@@ -19,9 +20,6 @@ from hvisph.case.units import NUMBER, Quantity
 from hvisph.core.text import Plain
 
 from .options import NO_CONVERSION, Kernel, PairOptions
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
 
 # Defaults of each variant.
 VARIANTS: dict[str, Plain] = {
@@ -56,7 +54,7 @@ def gas_formulation(data: Plain) -> Plain | None:
     """Return the formulation of a raw case with the defaults for gases, None without a change.
 
     `riemann` has a smoothing length that follows it. Where gases drive solids it gives no angular momentum back, which
-    throws what has torn off them (a plate of 4340, at 5.9 km/s for 0.9). Standard SPH of gases alone has the density
+    throws detached pieces (a plate of 4340, at 5.9 km/s for 0.9). Standard SPH of gases alone has the density
     that keeps to the particles' spacing: behind a shock that squeezes fourfold the other form is a fifth off (Noh's
     problem), and none is better in Sod's tube.
     """

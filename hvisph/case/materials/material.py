@@ -133,13 +133,16 @@ class SimonMelting(ConstantMelting):
     c: PositiveNumber = Field(description="c [-]")
 
 
-def _entropies_alone(value: object, info: ValidationInfo) -> object:
-    return {"type": "constant"} | value if isinstance(value, dict) and set(value) == {"entropies"} else value
-
-
 Melting = Annotated[LindemannMelting | SimonMelting | ConstantMelting, Field(discriminator="type")]
 OptionalMelting = Annotated[
-    Melting | None, Shorthand(_entropies_alone, (), ({"type": "object", "required": ["entropies"]},))
+    Melting | None,
+    Shorthand(
+        lambda value, _: (
+            {"type": "constant"} | value if isinstance(value, dict) and set(value) == {"entropies"} else value
+        ),
+        (),
+        ({"type": "object", "required": ["entropies"]},),
+    ),
 ]
 
 
@@ -275,7 +278,6 @@ class Material(StrictModel):
         yield from self._entropies()
 
     def _entropies(self) -> Iterator[Problem]:
-        """Yield the errors of entropies."""
         if self.melting is None or self.melting.entropies is None or self.eos.type == "table":
             return
         if self.eos.type in ("ideal_gas", "jwl", "elastic"):

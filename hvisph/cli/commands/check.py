@@ -71,7 +71,7 @@ def draw_setup(case: Case, path: str) -> Path:
 
 Format = Callable[[float, str], str]  # of a number with its SI unit
 LARGE = 1e7  # grammes and cubic millimetres from which on kilogrammes and metres are read
-PLATE = 0.5  # of its other sizes: what is thinner is a layer, whose mass per area is shown
+PLATE = 0.5  # of its other sizes: a thinner body is a layer, whose mass per area is shown
 
 
 def check(
@@ -123,15 +123,8 @@ def _tested(warning: str, case: str, settings: list[str], resolution: str | None
 def _plain(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> Plain:
     from hvisph.precheck.regime import regime
 
-    facts = {
-        "title": case.title,
-        "kinematics": case.kinematics,
-        "formulation": case.formulation.type,
-        "resolution": case.resolution,
-        "smoothing_length": case.smoothing_length,
-        "particles": taken.particles,
-    }
-    facts |= asdict(taken)
+    facts = {name: getattr(case, name) for name in ("title", "kinematics", "resolution", "smoothing_length")}
+    facts |= {"formulation": case.formulation.type, "particles": taken.particles} | asdict(taken)
     facts["regime"] = asdict(regime(case)) | {"words": regime(case).words}
     facts["plane_shock"] = {"reason": reason} if shock is None else asdict(shock)
     return facts
@@ -188,18 +181,11 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     else:
         pair = impact_pair(case)
         assert pair is not None
-        interface, speeds = (
-            number(shock.interface_velocity, "m/s"),
-            [number(one.shock_speed, "m/s") for one in (shock.projectile, shock.target)],
-        )
-        facts += [
-            (
-                "plane shock",
-                f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on "
-                f"{pair.second} at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}",
-            ),
-            ("", f"shock speeds {' and '.join(speeds)} into the bodies at rest"),
-        ]
+        interface = number(shock.interface_velocity, "m/s")
+        speeds = [number(one.shock_speed, "m/s") for one in (shock.projectile, shock.target)]
+        text = f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on {pair.second} "
+        text += f"at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}"
+        facts += [("plane shock", text), ("", f"shock speeds {' and '.join(speeds)} into the bodies at rest")]
     from hvisph.precheck.estimate import SINGLE_PRECISION, available_threads, compilation, is_single, of_cores
 
     threads = of_cores(taken.threads, available_threads())

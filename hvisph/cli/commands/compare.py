@@ -107,7 +107,6 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
 
 
 def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
-    """Draw the gauges of all runs into one picture."""
     from hvisph.postprocessing.exact_solution import overlay
     from hvisph.visualization.curves import curves_picture
 

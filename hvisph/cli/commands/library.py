@@ -10,7 +10,8 @@ import typer
 
 from hvisph.cli.options import JsonOption, argument, option
 from hvisph.cli.text.formatting import echo_json, paragraph, quantity, say, table
-from hvisph.core.errors import CaseError, OutputError, suggest_nearest
+from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.output.atomic_write import write_errors
 
 if TYPE_CHECKING:
     from hvisph.case.materials.material import Material
@@ -58,13 +59,11 @@ def _copy(files: dict[str, Path], folder: Path) -> None:
     there = [target for target in targets.values() if target.exists()]
     if there:
         raise CaseError(f"{there[0]} exists; nothing was copied", where="--copy")
-    try:
-        for path, target in targets.items():
+    for path, target in targets.items():
+        with write_errors(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(path.read_bytes())
-            say(str(target))
-    except OSError as error:
-        raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error
+        say(str(target))
 
 
 def materials(
@@ -210,13 +209,11 @@ def schema(
     if write is None:
         say(texts[chosen[0]], nl=False)
         return
-    try:
-        write.mkdir(parents=True, exist_ok=True)
-        for file, text in texts.items():
+    for file, text in texts.items():
+        with write_errors(write / file):
+            write.mkdir(parents=True, exist_ok=True)
             (write / file).write_text(text, encoding="utf-8")
-            say(str(write / file))
-    except OSError as error:
-        raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error
+        say(str(write / file))
 
 
 def help(
@@ -237,7 +234,8 @@ def help(
     from hvisph.casefile.manual import explain
     from hvisph.casefile.search import nearest_names
 
-    commands, texts = _commands(context), []
+    known = getattr(context.parent.command, "commands", {})
+    commands, texts = [(name, (one.help or "").strip().splitlines()[0]) for name, one in known.items()], []
     try:
         lines = explain("" if word == "case" else word).splitlines()
     except CaseError as error:
@@ -255,13 +253,6 @@ def help(
         near = f"; similar: {', '.join(close)}" if close else ""
         raise CaseError(f"nothing is called '{word[:64]}'{near}")
     say("\n\n".join(texts))
-
-
-def _commands(context: typer.Context) -> list[tuple[str, str]]:
-    """Return the names of all commands with their descriptions."""
-    group = context.parent.command if context.parent is not None else None
-    names = getattr(group, "commands", {})
-    return [(name, (one.help or "").strip().splitlines()[0]) for name, one in names.items()]
 
 
 def _places(word: str, commands: Sequence[tuple[str, str]]) -> str:

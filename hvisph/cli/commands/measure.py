@@ -126,7 +126,6 @@ def _units(text: str) -> tuple[float, float, float] | None:
 
 
 def _fragments(measured: Measures, fewest: int) -> str:
-    """Return the fragments of the moment, or of all of them."""
     from hvisph.cli.text.results_table import fragments_series, fragments_text
 
     if measured.series:
@@ -196,6 +195,5 @@ def _lines(columns: list[list[str]]) -> list[list[str]]:
 
 
 def _unit(values: list[str]) -> str:
-    """Return the unit of the numbers in `values`."""
     last = next(value for value in values if value != "-").split(" ")[-1]
     return "" if last[-1].isdigit() else last

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FieldOption = Annotated[str, option("--field NAME", "speed, pressure, damage, velocity_x, body, material ...")]
 RangeOption = Annotated[
-    str | None, option("--range A,B", "Limits of the colour scale [SI]; those of what is shown unless given.")
+    str | None, option("--range A,B", "Limits of the colour scale [SI]; those of the shown values unless given.")
 ]
 LogOption = Annotated[bool, option("--log", "Logarithmic colour scale.")]
 ViewOption = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,10 +27,10 @@ def correlations(
 
     known, reason = correlations_of(loaded)
     if as_json:
-        echo_json({"correlations": [one.as_dict() for one in known], "reason": reason})
+        echo_json({"correlations": [asdict(one) for one in known], "reason": reason})
         return
     typer.echo(loaded.title or case)
-    typer.echo(correlations_text([one.as_dict() for one in known], reason))
+    typer.echo(correlations_text([asdict(one) for one in known], reason))
 
 
 def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
@@ -104,20 +105,14 @@ def point(
         )
     else:
         stress = "xy" if path in ("shear", "rotation") else "xx"
-        rows = [("strain", f"stress {stress}", "von Mises", "pressure", "plastic strain", "damage", "temperature")]
+        rows: list[tuple[str, ...]] = [
+            ("strain", f"stress {stress}", "von Mises", "pressure", "plastic strain", "damage", "temperature")
+        ]
         for k in range(0, len(record.strain), max(1, steps // 10)):
             at = {name: float(record[name][k]) for name in COLUMNS}
-            rows.append(
-                (
-                    f"{record.strain[k]:.4g}",
-                    quantity(at[stress], "Pa"),
-                    quantity(at["von_mises_stress"], "Pa"),
-                    quantity(at["pressure"], "Pa"),
-                    f"{at['plastic_strain']:.4g}",
-                    f"{at['damage']:.3g}",
-                    f"{at['temperature']:.0f} K",
-                )
-            )
+            stresses = (quantity(at[name], "Pa") for name in (stress, "von_mises_stress", "pressure"))
+            state = (f"{at['plastic_strain']:.4g}", f"{at['damage']:.3g}", f"{at['temperature']:.0f} K")
+            rows.append((f"{record.strain[k]:.4g}", *stresses, *state))
         say(table(rows, indent=0))
     if plot is not None:
         from hvisph.postprocessing.material_sheet import point_picture
@@ -126,7 +121,6 @@ def point(
 
 
 def _material(subject: str, body: str | None) -> Material:
-    """Return the material of a name, or of a body of a case."""
     from hvisph.casefile.loader import load_case
     from hvisph.casefile.material_library import library_of
 

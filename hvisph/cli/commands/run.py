@@ -25,7 +25,7 @@ from hvisph.cli.options import (
 from hvisph.cli.text.results_table import results_table
 from hvisph.cli.text.run_report import conclude, interrupt_notice, listener_for
 from hvisph.core.errors import CaseError
-from hvisph.parallel.mpi_launch import is_first
+from hvisph.parallel import is_first
 
 
 def run(

@@ -210,7 +210,6 @@ def validate(
 def _sets_with_results(
     sets: list[Experiments], form: Form, across: float | None, out: Path | None
 ) -> Iterator[Experiments]:
-    """Yield the sets with results, and report the others."""
     from hvisph_validation.evaluation import folders
 
     for one in sets:
@@ -231,7 +230,6 @@ def _compute_set(
     out: Path | None,
     how: Running,
 ) -> SetResult:
-    """Compute the remaining experiments of a set and return its results."""
     from hvisph_validation.evaluation import folders, result
 
     from hvisph.sweeps.folder import Selection

@@ -46,12 +46,13 @@ def results_table(
 
     results = {name: _result(plain) for name, plain in measures.items()}
     shown = rows({**results, **(further or {})}, expected, unitless, variants)
-    # what has no value and was not asked for is noise; its reason is in the summary
+    # undefined measures without an expected value are left out; the summary has their reason
     shown = [row for row in shown if row.value != "-" or row.passed is not None]
     lines: list[tuple[str, ...]]
     if expected:
         lines = [("measure", ONE_RESOLUTION, "expected", "", "")]
-        lines += [(row.label, row.value, row.expected, _verdict(row.passed), row.note) for row in shown]
+        verdicts = {None: "", True: "ok", False: "MISSED"}
+        lines += [(row.label, row.value, row.expected, verdicts[row.passed], row.note) for row in shown]
     else:
         lines = [("measure", ONE_RESOLUTION), *((row.label, row.value, row.note) for row in shown)]
     return _colour(table(lines))
@@ -99,19 +100,10 @@ def _note(row: Row | None) -> str:
     return f"{row.value} (not settled)" if "not settled" in row.note else str(row.value)
 
 
-def conservation_rows(summary: PlainMapping) -> dict[str, float | None]:
-    """Return the drifts of a summary, those it has."""
-    return {name: value for name, value in summary["conservation"].items() if value is not None}
-
-
 def _result(plain: Mapping[str, object]) -> Result:
     from hvisph.measures.result import Result
 
     return Result.from_dict(plain)
-
-
-def _verdict(passed: bool | None) -> str:
-    return "" if passed is None else "ok" if passed else "MISSED"
 
 
 def _colour(text: str) -> str:

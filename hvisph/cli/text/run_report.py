@@ -14,7 +14,7 @@ from hvisph.cli.guard import FAILED
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import Plain, sanitize
-from hvisph.parallel.mpi_launch import is_first
+from hvisph.parallel import is_first
 
 from .formatting import duration, echo_json, say, show
 
@@ -143,9 +143,10 @@ def _all_results(summary: Plain, unitless: bool) -> list[str]:
     """Return all measures, sections, bodies and correlations as text."""
     from hvisph.cli.commands.references import correlations_text
 
-    from .results_table import bodies_table, conservation_rows, results_table, sections_table
+    from .results_table import bodies_table, results_table, sections_table
 
-    lines = [results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)), ""]
+    drifts = {name: value for name, value in summary["conservation"].items() if value is not None}
+    lines = [results_table(summary["measures"], summary["expected"], unitless, drifts), ""]
     lines += [f"{text}\n" for text in (sections_table(summary, unitless), bodies_table(summary, unitless)) if text]
     pressures = summary.get("pressures") or {}
     if pressures.get("impedance_match") and pressures.get("highest"):

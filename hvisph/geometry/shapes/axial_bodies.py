@@ -21,19 +21,21 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 class Profile(ABC):
     """A region of the half-plane below a radius R(x), centred along x."""
 
+    diameter: float
+
     @property
     @abstractmethod
     def length(self) -> float:
         """Full length along the axis [m]."""
 
     @property
-    @abstractmethod
     def width(self) -> float:
         """Largest diameter [m]."""
+        return self.diameter
 
-    @abstractmethod
     def breaks(self) -> tuple[float, ...]:
         """Return the coordinates between which R is smooth, the two ends among them [m]."""
+        return (-self.length / 2, self.length / 2)
 
     @abstractmethod
     def radius(self, x: np.ndarray) -> np.ndarray:
@@ -73,10 +75,6 @@ class Frustum(Profile):
         """Largest diameter [m]."""
         return max(self.back_diameter, self.front_diameter)
 
-    def breaks(self) -> tuple[float, ...]:
-        """Return the two ends [m]."""
-        return (-self.length / 2, self.length / 2)
-
     def radius(self, x: np.ndarray) -> np.ndarray:
         """Return the radius at `x` [m]."""
         return (self.back_diameter + (self.front_diameter - self.back_diameter) * (x / self.length + 0.5)) / 2
@@ -115,11 +113,6 @@ class Ogive(Profile):
     def length(self) -> float:
         """Full length along the axis [m]."""
         return self.nose_length + self.shank_length
-
-    @property
-    def width(self) -> float:
-        """Largest diameter [m]."""
-        return self.diameter
 
     @property
     def arc(self) -> float:
@@ -165,18 +158,9 @@ class Dome(Profile):
         return self.height
 
     @property
-    def width(self) -> float:
-        """Largest diameter [m]."""
-        return self.diameter
-
-    @property
     def ball(self) -> float:
         """Radius of the ball [m]."""
         return (self.diameter**2 / 4 + self.height**2) / (2 * self.height)
-
-    def breaks(self) -> tuple[float, ...]:
-        """Return the two ends [m]."""
-        return (-self.height / 2, self.height / 2)
 
     def radius(self, x: np.ndarray) -> np.ndarray:
         """Return the radius at `x` [m]."""
@@ -202,11 +186,6 @@ class RoundedCylinder(Profile):
         most = min(self.diameter / 2, self.length / (2 if self.ends == "both" else 1))
         if self.edge_radius > most * (1 + 1e-12):
             raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {most:g}", where="edge_radius")
-
-    @property
-    def width(self) -> float:
-        """Largest diameter [m]."""
-        return self.diameter
 
     def breaks(self) -> tuple[float, ...]:
         """Return the ends and where the edges begin [m]."""

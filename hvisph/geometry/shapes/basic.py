@@ -14,7 +14,15 @@ from hvisph.core.errors import CaseError
 from .shape import AXES, SURFACE_MARGIN, Axial, Centred, box_distance, require_sizes, require_smaller
 
 
-class Ball(Centred):
+class Symmetric(Centred):
+    """A shape that is symmetric about the origin."""
+
+    def centroid(self) -> np.ndarray:
+        """Return the middle of the volume, the origin, (dim,) [m]."""
+        return np.zeros(self.dim)
+
+
+class Ball(Symmetric):
     """All points nearer to the origin than half a diameter, in any number of dimensions."""
 
     diameter: float
@@ -35,7 +43,7 @@ class Ball(Centred):
         return _beyond_ball(points, self.diameter)
 
 
-class Rectangular(Centred):
+class Rectangular(Symmetric):
     """All points within the extent along each axis, in any number of dimensions."""
 
     def contains(self, points: np.ndarray) -> np.ndarray:
@@ -44,7 +52,7 @@ class Rectangular(Centred):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        return _beyond_box(points, self.extent())
+        return box_distance(*(np.abs(points) - np.asarray(self.extent()) / 2).T)
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
@@ -80,10 +88,6 @@ class Disc(Ball):
     diameter: float  # diameter [m]
 
     dim = 2
-
-    def centroid(self) -> np.ndarray:
-        """Return the middle of the volume, the origin, (dim,) [m]."""
-        return np.zeros(self.dim)
 
     @property
     def volume(self) -> float:
@@ -121,10 +125,6 @@ class Box(Rectangular):
     def dim(self) -> int:
         """Number of dimensions: 2 or 3, as many as there are sizes."""
         return len(self.size)
-
-    def centroid(self) -> np.ndarray:
-        """Return the middle of the volume, the origin, (dim,) [m]."""
-        return np.zeros(self.dim)
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -182,11 +182,7 @@ def _beyond_ball(points: np.ndarray, diameter: float) -> np.ndarray:
     return np.sqrt(np.einsum("ij,ij->i", points, points)) - diameter / 2
 
 
-def _beyond_box(points: np.ndarray, extent: tuple[float, ...]) -> np.ndarray:
-    return box_distance(*(np.abs(points) - np.asarray(extent) / 2).T)
-
-
-class HollowBall(Centred):
+class HollowBall(Symmetric):
     """All points between two radii from the origin, in any number of dimensions."""
 
     outer_diameter: float
@@ -213,10 +209,6 @@ class Annulus(HollowBall):
     inner_diameter: float
 
     dim = 2
-
-    def centroid(self) -> np.ndarray:
-        """Return the middle of the volume, the origin, (2,) [m]."""
-        return np.zeros(self.dim)
 
     @property
     def volume(self) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 
-from .shape import Shape, box_distance
+from .shape import Shape, box_distance, integrated_volume
 
 # A repeated shape of more copies than this looks only at the copies beside a point.
 ALL_COPIES = 16
@@ -71,15 +71,9 @@ class Measured(Shape):
     """A shape whose volume is integrated once, to 1e-4."""
 
     @cached_property
-    def _volume(self) -> float:
-        from hvisph.geometry.shapes.shape import integrated_volume
-
-        return integrated_volume(self)
-
-    @property
     def volume(self) -> float:
         """Area or volume, to 1e-4 [m^dim]."""
-        return self._volume
+        return integrated_volume(self)
 
 
 class OfParts(Measured):
@@ -227,7 +221,7 @@ class Repeat(Measured):
         beside = [np.array(index) @ steps for index in itertools.product((-1, 0, 1), repeat=len(steps)) if any(index)]
         if self._all_near and all((np.abs(move) >= (high - low) * (1 - 1e-12)).any() for move in beside):
             return self.shape.volume * self.copies
-        return self._volume
+        return super().volume
 
     @property
     def _all_near(self) -> bool:

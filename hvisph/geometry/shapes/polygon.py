@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
 
-from .shape import Axial, Shape, box_distance, require_sizes
+from .shape import Axial, Shape, box_distance, first_moment, require_sizes
 
 # Points times edges that are compared at once: what lies in a core's own cache.
 AT_ONCE = 16_000
@@ -145,7 +145,6 @@ class Ring(Axial):
     section: Shape  # a shape in 2D, its first coordinate along the axis, its second outwards
     radius: float  # distance of the section's origin from the axis [m]; 0 for a section drawn with its radius
     axis: str = "x"  # ``x``, ``y`` or ``z``: what it goes round
-    _volume: list[float] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -166,14 +165,10 @@ class Ring(Axial):
         outer = self.radius + high[1]
         return np.insert([-outer] * 2, self.axis_column, low[0]), np.insert([outer] * 2, self.axis_column, high[0])
 
-    @property
+    @cached_property
     def volume(self) -> float:
         """Volume, 2 pi times the section's moment about the axis (Pappus) [m^3]."""
-        if not self._volume:
-            from hvisph.geometry.shapes.shape import first_moment
-
-            self._volume.append(2 * math.pi * first_moment(self.section, 1, self.radius))
-        return self._volume[0]
+        return 2 * math.pi * first_moment(self.section, 1, self.radius)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""

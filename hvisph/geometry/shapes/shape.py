@@ -6,7 +6,7 @@ the case's own unit where it has none).
 
 Volumes and moments of shapes without a formula follow from their signed distance
 (`integrated_volume`). A box around the shape is halved along all axes again and again. A cell whose
-centre is farther from the surface than its corners is wholly in or out; what is left at the end
+centre is farther from the surface than its corners is wholly in or out; the rest at the end
 lies along the surface, and a cell of it of size s with its centre at the signed distance d counts
 clip(1/2 - d/s, 0, 1). Over a smooth surface the errors of the cells cancel and along edges they go
 like s^2, which the last two sizes tell (Richardson's extrapolation).

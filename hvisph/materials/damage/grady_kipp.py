@@ -80,18 +80,11 @@ class GradyKipp:
     def flaws(self, name: str, count: int, volume: float) -> np.ndarray:
         """Deal out flaws to the particles of a body.
 
-        Parameters
-        ----------
-        name
-            Name of the body: bodies of one material differ.
-        count
-            Number of particles, in the order of their permanent numbers.
-        volume
-            Volume of the body [m^3].
+        `name`: name of the body: bodies of one material differ.
+        `count`: number of particles, in the order of their permanent numbers.
+        `volume`: volume of the body [m^3].
 
-        Returns
-        -------
-        Least strain, exponent m0 and number of flaws of each particle, of shape (count, 3).
+        Returns least strain, exponent m0 and number of flaws of each particle, of shape (count, 3).
         """
         words = np.frombuffer(sha256(name.encode()).digest()[:16], np.uint32)
         generator = np.random.Generator(np.random.PCG64([self.seed, *map(int, words)]))

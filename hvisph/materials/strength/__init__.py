@@ -91,20 +91,13 @@ def _conditions_of_rare_models(tag, rho, e, p, temperature, melt, rate, damage, 
 def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, damage, row):
     """Return the coefficients of the yield stress, constant during a return: Y = hardened(eps_p) factor + offset.
 
-    Parameters
-    ----------
-    tag
-        Of the strength model.
-    rho, e, p, temperature, melt, homologous
-        State: density, energy, pressure, temperature, melting and homologous temperature.
-    rate, logged, damage
-        Equivalent strain rate [1/s], its natural logarithm, and damage.
-    row
-        The material's parameters.
+    `tag`: of the strength model.
+    `rho`, `e`, `p`, `temperature`, `melt`, `homologous`: state: density, energy, pressure, temperature, melting and
+        homologous temperature.
+    `rate`, `logged`, `damage`: equivalent strain rate [1/s], its natural logarithm, and damage.
+    `row`: the material's parameters.
 
-    Returns
-    -------
-    Factor [-], offset [Pa], and the shear modulus over that at rest [-].
+    Returns factor [-], offset [Pa], and the shear modulus over that at rest [-].
     """
     if tag == tags.JOHNSON_COOK:
         return johnson_cook.rate_and_heat_factor(logged, homologous, row), 0.0, 1.0

@@ -125,17 +125,13 @@ class Cloud:
         return {"measures": measures, "over_angle": self.over_angle, "witness": self.witness}
 
 
-def passed_layers(scene: Scene) -> int:
-    """Return the number of layers from the first on that are perforated, or had openings that let matter through."""
-    states = [layer_state(scene, body) for body in scene.layers]
-    return next((k for k, one in enumerate(states) if one.state != YES and not one.opening), len(states))
-
-
 @memoize
 def members(scene: Scene) -> np.ndarray:
     """Return the indices of the cloud's particles; raises `UndefinedMeasureError` where there are none."""
-    passed = scene.layers[: passed_layers(scene)]
-    if not any(layer_state(scene, body).state == YES for body in passed):
+    states = [layer_state(scene, body) for body in scene.layers]
+    number = next((k for k, one in enumerate(states) if one.state != YES and not one.opening), len(states))
+    passed = scene.layers[:number]  # perforated, or through their initial openings
+    if not any(one.state == YES for one in states[:number]):
         raise UndefinedMeasureError("no layer is perforated")
     plate = scene.plate(passed[-1])
     assert plate is not None

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 import numpy as np
 
 from hvisph.core.text import Plain
+from hvisph.output.snapshot import Snapshot
 
 from .groups import by_size
-
-if TYPE_CHECKING:
-    from hvisph.output.snapshot import Snapshot
-
 
 FEWEST = 5  # particles of a fragment that is counted and listed
 ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums

@@ -1,13 +1,8 @@
 """Connected groups of particles."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from hvisph.output.snapshot import Snapshot
+from hvisph.output.snapshot import Snapshot
 
 LINK = 2.0  # particles nearer than this many spacings belong together
 NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
@@ -37,7 +32,7 @@ def connected_groups(
 ) -> np.ndarray:
     """Return the number of the group that each particle (n,) belongs to, the largest group being 0.
 
-    Groups are what is linked at `link` spacings; `spacing` is dx [m], or of every particle its own (n,), and two
+    Groups are particles linked at `link` spacings; `spacing` is dx [m], or of every particle its own (n,), and two
     particles are linked by the mean of theirs. Groups are ordered by their number of particles, and by their first one
     where that is the same. `likely` are pairs of indices (m, 2), the lower first, that are probably near each other,
     such as the start's.
@@ -47,7 +42,7 @@ def connected_groups(
     position = position.reshape(len(position), -1)
     if isinstance(spacing, np.ndarray):
         return by_size(_graded_groups(position, spacing, link))
-    # what is near is joined first; only what is then still apart needs the search that yields many pairs
+    # near particles are joined first; only those still apart need the search that yields many pairs
     near = min(link, NEAR) * spacing
     labels = _components_by_pairs(
         position, _near_pairs(position, near) if likely is None or link <= NEAR else likely, near

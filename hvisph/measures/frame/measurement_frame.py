@@ -264,16 +264,13 @@ class Scene:
         if "face" in metadata and "thickness" in metadata:
             return float(metadata["face"]), float(metadata["thickness"])
         if self.shot.plates and self.start is not None:
-            return self._along_the_shot(self.shot.plates[0])
-        plate = np.concatenate(self.target_sides)
-        outer = plate[self.radius[plate] >= np.quantile(self.radius[plate], 0.9)]
+            plate = self.shot.plates[0]
+            basis = np.array(plate.basis)
+            x = (plate.front - basis[0, 1:] @ self.axis) / basis[0, 0]
+            return float(x), float(plate.thickness / basis[0, 0])  # an oblique plate is thicker along the shot line
+        sides = np.concatenate(self.target_sides)
+        outer = sides[self.radius[sides] >= np.quantile(self.radius[sides], 0.9)]
         return 0.0, float(np.ptp(self.position[outer, 0]) + self.spacing)
-
-    def _along_the_shot(self, plate: Plate) -> tuple[float, float]:
-        """Return x of the struck face and the thickness along the shot line [m]; an oblique plate is thicker there."""
-        basis = np.array(plate.basis)
-        x = (plate.front - basis[0, 1:] @ self.axis) / basis[0, 0]
-        return float(x), float(plate.thickness / basis[0, 0])
 
     @property
     def face(self) -> float:
@@ -378,8 +375,8 @@ class Scene:
         """Return whether a particle is of a layer's rim, its outer tenth towards any of its edges, shape (n,).
 
         Of a layer of several parts, those that do not reach there have rims of their own. What began there, where the
-        start is known and particles have permanent numbers, as in our own files; else what is there now, between the
-        edges of the main bodies: debris may have flown further. In 1D there is none.
+        start is known and particles have permanent numbers, as in our own files; else the particles there now, between
+        the edges of the main bodies: debris may have flown further. In 1D there is none.
         """
         own = self.now.body == body
         if self.now.dimensions == 1:

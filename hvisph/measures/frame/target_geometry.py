@@ -10,7 +10,7 @@ plate with holes or of several parts - has a new path where one leads through sp
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -21,7 +21,7 @@ from hvisph.measures.debris.groups import connected_groups
 
 PLATE_LIKE = 0.5  # a body is a plate where its least extent is below this share of the next
 ALIGNED = 1e-7  # directions that differ by less are one
-RIM = 0.9  # of the way from the shot line to the layer's edges: what is further out the impact leaves alone
+RIM = 0.9  # of the way from the shot line to the layer's edges: beyond it the impact has no effect
 DIRECTIONS = np.round([[np.cos(a), np.sin(a)] for a in np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)], 15)
 
 
@@ -77,14 +77,10 @@ class Plate:
     def is_beyond(self, across: np.ndarray, share: float) -> np.ndarray:
         """Return whether points in the plane are a `share` of the way to the edges or further out, shape (n,)."""
         out = np.ones(len(across), dtype=bool)
-        if self.edges and min(self.edges) > 0.0:  # what is nearer than the nearest edge is not
+        if self.edges and min(self.edges) > 0.0:  # points nearer than the nearest edge are not
             out = (across**2).sum(axis=1) >= (share * min(self.edges) * (1.0 - 1e-9)) ** 2
         out[out] = self.outward(across[out]) >= share
         return np.asarray(out)
-
-    def as_dict(self) -> Plain:
-        """Return the plain form for the metadata of snapshots."""
-        return asdict(self)
 
     @classmethod
     def from_dict(cls, plain: Plain) -> Plate:
@@ -135,7 +131,7 @@ def _crossing(basis: np.ndarray, axis: np.ndarray, depth: float) -> np.ndarray:
 
 
 def _normal(position: np.ndarray, spacing: float) -> np.ndarray:
-    """Return a plate's normal on the side that the shot flies to; x for what is no plate, or is grazed."""
+    """Return a plate's normal on the side that the shot flies to; x for other bodies and for grazing shots."""
     dim = position.shape[1]
     along = np.eye(dim)[0]
     if dim == 1 or len(position) <= dim:
@@ -269,7 +265,7 @@ def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacin
 
 
 def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
-    """Whether a way leads through what is at `solid`, places (n, dim) in the axes of the layer [m]."""
+    """Whether a path leads through particles at `solid` (n, dim) in the axes of the layer [m]."""
     grid = Grid.about(plate, spacing, [solid])
     return grid.leads_through(grid.free(solid, RADIUS * spacing))
 
@@ -277,7 +273,7 @@ def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
 def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: float) -> bool:
     """Return whether a path leads through a layer that was not there at the start.
 
-    `solid` is what is attached now, `before` all of it at the start, moved with the rim: places (n, dim) [m].
+    `solid` is the part attached now, `before` all of the layer at the start, moved with the rim: places (n, dim) [m].
     """
     grid = Grid.about(plate, spacing, [solid, before], RADIUS + WIDER)
     least = np.full_like(now := grid.clearance(solid), RADIUS * spacing)

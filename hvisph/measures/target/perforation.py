@@ -1,6 +1,6 @@
 """State of a layer: perforated or not.
 
-A layer is perforated where a path leads through what is attached to its rim, the groups linked at 2 dx that hold
+A layer is perforated where a path leads through its attached part, the groups linked at 2 dx that hold
 particles of the rim. They are balls of 1.5 dx on a grid in the layer's own axes; the layer is open where the
 space before it and the space behind it, within its edges, are connected. A path is therefore wider than about three
 spacings, of any direction. Fragments stuck in the layer close it. Loose rubble does not: failed material of less than
@@ -48,7 +48,9 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
     loose = _is_loose(scene)
     closed = _is_closed(scene, plate, fixed)
     if closed and loose[fixed].any():
-        held = _held_particles(scene, plate, fixed[~loose[fixed]])
+        rows = fixed[~loose[fixed]]
+        labels = connected_groups(scene.position[rows], scene.spacings(rows))
+        held = rows[np.isin(labels, labels[scene.rim(plate.body)[rows]])]  # by the rim, without loose rubble
         if len(held) and not _is_closed(scene, plate, held):
             fixed, closed = held, False
     if not closed:
@@ -81,12 +83,6 @@ def _is_loose(scene: Scene) -> np.ndarray:
     order = np.argsort(start.id)
     place = order[np.searchsorted(start.id, now.id, sorter=order)]
     return np.asarray((now.fields["damage"] >= 1.0) & (now.fields["density"] < LOOSE * start.fields["density"][place]))
-
-
-def _held_particles(scene: Scene, plate: Plate, rows: np.ndarray) -> np.ndarray:
-    """Return those of `rows` that are connected to the layer's rim without other particles."""
-    labels = connected_groups(scene.position[rows], scene.spacings(rows))
-    return rows[np.isin(labels, labels[scene.rim(plate.body)[rows]])]
 
 
 def _normal_velocity(scene: Scene, plate: Plate) -> np.ndarray:

@@ -1,15 +1,9 @@
-"""Damage of a layer: hole, crater, bulge, lips, plug, spall and mass loss.
+"""Damage of a layer: hole, crater, bulge, lips, spall and mass loss.
 
 Lengths are from surface to surface, the surface being half a spacing outside the outermost particles; depths and
-heights are along the layer's own normal. All of it is of what is attached to the layer's rim.
-
-Plug and lip follow Young 2021 sec. 3.3. The plug is the largest group of the target of five particles or more that
-holds nothing of its rim and flies on. Its width is its extent across the shot line, between the centres of its
-particles; Young 2021 gives no definition, and no other one fits its numbers. The lip is the front-most attached
-particles within two projectile widths of the shot line: as many as go around a circle of that width in 3D, ten in 2D.
+heights are along the layer's own normal. All are measured on the part that is attached to the rim.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +13,6 @@ from hvisph.measures.debris.fragments import FEWEST
 from hvisph.measures.debris.groups import NEAR, connected_groups
 from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.frame.target_geometry import RIM, Plate
-from hvisph.measures.projectile.lengths import require_hole
 from hvisph.measures.result import Outcome, Outcomes, Result, UndefinedMeasureError, measures
 
 from .perforation import YES, layer_state
@@ -63,7 +56,7 @@ def opening(across: np.ndarray, centre: np.ndarray, spacing: float) -> Opening |
         radii = np.maximum(radii_found - 0.5 * spacing, 0.0)
         centre += _centroid(radii, across.shape[1])
         number = int(np.clip(np.pi * radii_found.mean() / spacing, FEWEST_SECTORS, MOST_SECTORS)) // 8 * 8
-        # what is far outside the edge is no part of it
+        # particles far outside the edge are no part of it
         across = across[((across - centre) ** 2).sum(axis=1) <= (2.5 * radii_found.max() + 4.0 * spacing) ** 2]
     return Opening(radii, centre)
 
@@ -72,18 +65,13 @@ def openings(plate: Plate, depth: np.ndarray, across: np.ndarray, spacing: float
     """Return the openings at depths from the struck to the rear face, as the plate was; those that are enclosed."""
     number = max(1, round(plate.thickness / max(spacing, plate.thickness / 8.0)))
     bins = np.floor(depth * number / plate.thickness + 1e-9).astype(int)
-    holes = []
+    holes, basis = [], np.array(plate.basis)
     for k in range(number):
-        one = opening(across[bins == k], _on_the_line(plate, (k + 0.5) / number * plate.thickness), spacing)
+        on_line = (k + 0.5) / number * plate.thickness * basis[1:, 0] / basis[0, 0]  # where the shot line is
+        one = opening(across[bins == k], on_line, spacing)
         if one is not None:
             holes.append(one)
     return holes
-
-
-def _on_the_line(plate: Plate, depth: float) -> np.ndarray:
-    """Return where the shot line is in the plane at a depth [m]."""
-    basis = np.array(plate.basis)
-    return np.asarray(depth * basis[1:, 0] / basis[0, 0])
 
 
 def _radii(across: np.ndarray, number: int) -> np.ndarray | None:
@@ -150,7 +138,11 @@ def hole(scene: Scene, plate: Plate) -> Outcomes:
     means = np.array([one.diameters.mean() for one in slices])
     variants: dict[str, Outcome] = {"mass_loss": _diameter_by_mass(scene, plate)}
     if not slices or _is_bent(scene, plate, fixed, clear, slices):
-        reason = "the layer has bent out of its place at the hole" if slices else "what is left does not enclose a hole"
+        reason = (
+            "the layer has bent out of its place at the hole"
+            if slices
+            else "the rest of the layer does not enclose a hole"
+        )
         mean = Result(size, note=f"clear width: {reason}") if slices else reason
         variants |= dict.fromkeys(("min", "max", "front", "rear"), reason)
         return {"hole_diameter": variants | {"mean": mean, "clear": size if slices else reason}, "hole_area": reason}
@@ -326,10 +318,8 @@ def _front_surface(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the surface in each cell of the plane that holds `inner` particles.
 
-    Returns
-    -------
-    Least depth of all its particles [m]; the mean of that of its columns, half as wide, of which a gap counts as
-    deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
+    Returns least depth of all its particles [m]; the mean of that of its columns, half as wide, of which a gap counts
+    as deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
     """
     place = np.floor(across / cell + 1e-9).astype(np.int64)
     first, group, least = _least_by_place(place, depth)
@@ -356,7 +346,7 @@ def _least_by_place(place: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, n
 def spall(scene: Scene, plate: Plate) -> Outcomes:
     """Return mass, thickness and velocity of the spall [kg], [m], [m/s].
 
-    Spall is all detached fragments that move away from what is attached, with nothing of it behind them, at any speed.
+    Spall is all detached fragments that move away from the attached part, with nothing of it behind them, at any speed.
     """
     _require(scene, plate, perforated=False, reason="the layer is perforated: its fragments are in the cloud")
     fixed, *_ = _attached_particles(scene, plate)
@@ -385,7 +375,7 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
 
 
 def _rear(depth: np.ndarray, across: np.ndarray, attached: np.ndarray, piece: np.ndarray) -> float:
-    """Return the greatest depth of what is attached at the place of a fragment, across the layer [m]."""
+    """Return the greatest depth of attached particles at the place of a fragment, across the layer [m]."""
     low, high = across[piece].min(axis=0), across[piece].max(axis=0)
     there = ((across[attached] >= low) & (across[attached] <= high)).all(axis=1)
     return float(depth[attached][there].max(initial=-np.inf))
@@ -420,70 +410,3 @@ def _diameter_by_mass(scene: Scene, plate: Plate) -> Outcome:
     density = float(scene.start.fields["density"][scene.start.body == plate.body].mean())
     size = mass_loss(scene, plate) / (density * plate.thickness)
     return size if scene.space == 2 else float(np.sqrt(4.0 * size / np.pi))
-
-
-LIP_IN_THE_PLANE = 10
-RUBBLE = 0.01  # failed mass fraction of the target from which on fragments may be uncounted
-
-
-@measures("run", "plug_velocity", "plug_width", "plug_thickness", needs=("layer", "motion"))
-def plug(scene: Scene) -> Outcomes:
-    """Return axial velocity [m/s], width and thickness [m] of the plug."""
-    number = plug_of(scene)
-    if number is None:
-        raise UndefinedMeasureError("no group of the target is detached and flies on")
-    found = scene.fragments(scene.target)[number]
-    speed = scene.now.fields["velocity"][found.particles, 0]
-    return {
-        "plug_velocity": Result(float(found.velocity[0]), scatter=float(speed.std() / math.sqrt(found.count))),
-        "plug_width": float(found.extent[1:].mean()),
-        "plug_thickness": float(found.extent[0]),
-    }
-
-
-@measures("run", "impact_diameter", "lip_height", "lip_height_max", needs=("layer", "motion"))
-def lip(scene: Scene) -> Outcomes:
-    """Return twice the mean radius of the lip, its mean height and its largest height over the rear face [m]."""
-    require_hole(scene)
-    attached = scene.groups(scene.target).particles_of(scene.attached_groups(scene.target))
-    near = attached[scene.radius[attached] <= 2.0 * scene.width]
-    around = LIP_IN_THE_PLANE if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
-    if len(near) < around:
-        raise UndefinedMeasureError("too few particles of the plate are left near the shot line")
-    x = scene.position[near, 0]
-    front = np.lexsort((scene.radius[near], -x))[:around]  # by radius where they are level
-    heights = x[front] - scene.face - scene.thickness
-    radii = scene.radius[near[front]]
-    error = 1.0 / math.sqrt(around)
-    return {
-        "impact_diameter": Result(2.0 * float(radii.mean()), scatter=2.0 * float(radii.std()) * error),
-        "lip_height": Result(float(heights.mean()), scatter=float(heights.std()) * error),
-        "lip_height_max": float(heights.max()),
-    }
-
-
-@measures("run", "target_fragments", needs=("layer", "motion"))
-def target_fragments(scene: Scene) -> Result:
-    """Return the number of detached fragments of the first layer.
-
-    Failed material whose particles are still within the linking distance counts as attached; a note says how much.
-    """
-    groups, held = scene.groups(scene.target), scene.attached_groups(scene.target)
-    damage, note = scene.now.fields.get("damage"), ""
-    if damage is not None:
-        rows = groups.particles_of(held)
-        mass = scene.now.fields["mass"]
-        share = float(mass[rows][damage[rows] >= 1.0].sum()) / max(float(mass[scene.is_target].sum()), 1e-300)
-        if share > RUBBLE:
-            note = f"{100.0 * share:.2g} % of its mass has failed and is not detached: rubble is not counted"
-    return Result(float((~held & (groups.counts >= FEWEST)).sum()), note=note)
-
-
-def plug_of(scene: Scene) -> int | None:
-    """Return the number of the target's fragment that is the plug; None where nothing is detached and flies on."""
-    if scene.now.dimensions == 1 or not scene.has_target:
-        return None
-    target = scene.fragments(scene.target)
-    # a velocity that is not known, or not finite, does not rule a fragment out
-    flies = ~scene.attached_groups(scene.target) & (target.groups.counts >= FEWEST) & ~(target.velocities[:, 0] <= 0.0)
-    return int(np.argmax(flies)) if flies.any() else None

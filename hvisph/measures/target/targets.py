@@ -104,7 +104,7 @@ def _spall(layer: LayerMeasures, unitless: bool) -> str:
 
 
 NEAR = 2.0  # [dx] before the struck face
-MOST = 0.9  # mass fraction of what has arrived within the loaded diameter
+MOST = 0.9  # fraction of the arrived mass within the loaded diameter
 LEAST = 1e-4  # share of the projectile's mass that must have arrived
 
 

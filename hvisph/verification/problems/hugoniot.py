@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.case.materials.material import Material
 from hvisph.core.text import Plain
 from hvisph.exact.hugoniot import Impact, impedance_match
 from hvisph.setup.materials import material_of
@@ -52,7 +53,7 @@ SPACING = 25e-6  # [m]
 NEAR = 10  # particles beside the interface that are left out: the wall-heated zone and its surroundings
 SHARE = {1: 0.75, 2: 0.6}  # of the shock's way over which the state is read; a strip is short
 HEATED = 0.02  # difference of density that counts as wall heating
-WHY = "a conservative scheme owes the jump conditions; what is left is the lattice sum of the kernel, 0.4 %"
+WHY = "a conservative scheme owes the jump conditions; the rest is the lattice sum of the kernel, 0.4 %"
 
 
 def _trials(options: Options) -> Iterator[Trial]:
@@ -114,8 +115,6 @@ def flat_impact(
 
 
 def _material(plain: Plain) -> Any:
-    from hvisph.case.materials.material import Material
-
     return material_of(Material.model_validate(plain))
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.particles import Particles
 from hvisph.core.text import Plain
-from hvisph.exact.gas import Noh
 from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
+from hvisph.verification.problems.sod import Noh
 from hvisph.visualization.curves import Curve
 
 GAMMA, END = 5.0 / 3.0, 0.6

@@ -129,7 +129,7 @@ def history_charts(
     if there:
         measured.append(chart(time, there, "pressure" if unitless else "pressure [GPa]", "Pressures", unitless))
     health = []
-    energies = energy_columns(history)
+    energies = [name for name in history if name.endswith(("_energy", "_work", "_heat")) or name == "energy"]
     if energies:
         lines = {words(name): _column(history, name) for name in energies}
         health.append(_scaled_chart(time, lines, "energy", "kJ", "Energies by kind", unitless))
@@ -179,11 +179,6 @@ def measured_charts(measured: Measures) -> list[dict[str, str]]:
 
 def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else float(value)
-
-
-def energy_columns(history: Mapping[str, np.ndarray]) -> list[str]:
-    """Return the columns of the history that are energies."""
-    return [name for name in history if name.endswith(("_energy", "_work", "_heat")) or name == "energy"]
 
 
 def words(name: str) -> str:

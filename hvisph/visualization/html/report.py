@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -89,10 +89,6 @@ class RunReport(RunFiles):
         """Return the moments for the player."""
         return frames(self.paths, symmetry_axes(self.last.metadata.get("case")))
 
-    def row_values(self) -> dict[str, Row]:
-        """Return the rows of measures by name, for a table of several runs."""
-        return {row.name: row for row in self._rows()}
-
     def verdict(self) -> tuple[str, str]:
         """Return the outcome of the run in words, and whether it is good."""
         status = self.summary.get("status", "unfinished")
@@ -170,7 +166,11 @@ class RunReport(RunFiles):
         if drift is not None:
             remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
         fractions = self.summary.get("shares")
-        remarks += _share_remarks(fractions) if fractions else _state_remarks(self.last)
+        if fractions:  # those that no material defines are left out
+            known = [(share, good, words) for name, good, words in SHARES if (share := fractions.get(name)) is not None]
+            remarks += [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
+        else:
+            remarks += _state_remarks(self.last)
         if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
             voids = float(self.measures["void_fraction"]["value"])
             remarks.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
@@ -181,12 +181,6 @@ class RunReport(RunFiles):
         lines = self.text(file_names.LOG).splitlines()
         warnings = [line.partition("warning: ")[2] for line in lines if "warning: " in line]
         return remarks + [(False, text) for text in dict.fromkeys(warnings)]
-
-
-def _share_remarks(fractions: Mapping[str, float | None]) -> list[tuple[bool, str]]:
-    """Return the mass fractions of the summary in words; those that no material defines are left out."""
-    known = [(share, good, words) for name, good, words in SHARES if (share := fractions.get(name)) is not None]
-    return [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
 
 
 def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
@@ -289,7 +283,7 @@ def _differences(reports: Sequence[RunReport]) -> list[Plain]:
     """Return the measures of several runs side by side; none for a single one."""
     if len(reports) < 2:
         return []
-    tables = [one.row_values() for one in reports]
+    tables = [{row.name: row for row in one._rows()} for one in reports]
     names = dict.fromkeys(name for table in tables for name, row in table.items() if row.value != "-")
     return [
         {
