@@ -189,8 +189,10 @@ class ImageCopies:
         return rows, image_numbers(numbers, self._made)
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
-        """Mirror what passes have written behind the packed fields."""
-        made = slice(self._layout.packed_width, self._layout.used_width)
+        """Mirror what passes have written: any field but position and velocity; in single precision none packed."""
+        slots, dim = self._layout.slots(), self._layout.dim
+        first = slots["U"] + dim if "U" in slots else dim
+        made = slice(self._layout.packed_width if "U_REST" in slots else first, self._layout.used_width)
         for images in self._made:
             target = place[images.first : images.first + len(images.source)]
             signs = self._layout.mirror_signs(images.plane.axis)[made]
