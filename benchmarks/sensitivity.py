@@ -51,7 +51,8 @@ CONSTANTS = {
     "SOUND": (free_surface_correction, None),
     "FRONT": (riemann_solver, "noh"),
     "SINGULAR": (shape_matrix, None),
-    "TOUCHING": (contact_normal, "bars"),
+    "OPEN": (contact_normal, "bars"),
+    "NORMAL_COSINE_MIN": (contact_normal, "walls"),
     "FACING_COSINE": (contact_normal, None),
     "SHEAR_IMPEDANCE_MIN": (riemann_solver, "separation"),
     "LEAST": (variable_resolution, "spacings"),
@@ -69,7 +70,7 @@ CONSTANTS = {
     "NEAR": (particle_steps, "axisymmetric"),
 }
 # Constants near 1 whose difference from 1 is what counts.
-FROM_ONE = ("TOUCHING", "WHOLE", "GROWTH")
+FROM_ONE = ("OPEN", "CLOSED", "WHOLE", "GROWTH")
 # Constants that act in no other than the named verification problem.
 ELSEWHERE = ("LEAST", "FAINTEST", "THIN", "EDGES", "ON_AXIS", "STEEPNESS", "NEAR")
 MEASURES = ("crater_diameter", "extension", "penetration", "centre_pressure_peak")

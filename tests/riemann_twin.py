@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hvisph.sph.contact.contact_normal import FACING_COSINE, TOUCHING
+from hvisph.sph.contact.contact_normal import CLOSED, FACING_COSINE, NORMAL_COSINE_MIN, OPEN
 from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
 from hvisph.sph.terms.free_surface_correction import SOUND
 from hvisph.sph.terms.reconstruction import MIN_LIMITER
@@ -28,6 +28,11 @@ def limited(name, d, other, least=0.0):
         return least * d
     share = {"minmod": min(a, b), "van_leer": 2.0 * a * b / (a + b), "van_albada": a * b * (a + b) / (a * a + b * b)}
     return max(share[name] / a, least) * d
+
+
+def gate_of(fills, free):
+    """Return the gate of a contact."""
+    return 1.0 if free <= 0.0 else np.clip((fills / free - OPEN) / (CLOSED - OPEN), 0.0, 1.0)
 
 
 class Pairs:
@@ -130,8 +135,8 @@ class Pairs:
         fills = self.fills[a] - self.fills[b]
         n = fills / np.linalg.norm(fills)
         free = (self.ends[a] - self.ends[b]) @ n
-        gate = float(np.linalg.norm(fills) > TOUCHING * free)
-        return (n, n @ e, gate) if n @ e >= 0.0 else (e, 1.0, gate)
+        gate = gate_of(np.linalg.norm(fills), free)
+        return (n, n @ e, gate) if n @ e >= NORMAL_COSINE_MIN else (e, 1.0, gate)
 
 
 def gradients_before(cloud):
@@ -160,7 +165,7 @@ def operators(pairs, grad_u):
         if fills.any():
             n = fills / np.linalg.norm(fills)
             free = max(pairs.ends[a] @ n, 0.0)
-            gate = float(np.linalg.norm(fills) > TOUCHING * free)
+            gate = gate_of(np.linalg.norm(fills), free)
             moment += gate * (n @ across @ n) * np.outer(n, n)
         share = max(cloud.order[a], 0.0) if correctable(moment) else 0.0
         inverse = np.linalg.inv(moment) if share else one

@@ -13,8 +13,9 @@ at the face of an irregular lattice the direction of N has errors of 0.1, which 
 the square of the error along the face. The mean removes them. Its weight cos^2 excludes faces of another direction,
 those behind a corner or on the far side of a foil.
 
-Across a gap no traction acts: the gate opens at phi 0.93, a gap of 0.1 spacings. Touching faces of different lattices
-have phi from 0.92 to 1.05. Where the line of centres points away from the other body (mixed bodies), it replaces the
+Across a gap no traction acts: the gate opens linearly as phi rises from 0.93 to 0.94, a change of distance of 0.1
+spacings. Touching faces of different lattices have phi from 0.92 to 1.05. A gate that is partly open dissipates, so
+that the range is small. Where the line of centres is nearly parallel to the interface (mixed bodies), it replaces the
 normal.
 
 Self-contact (SELF_CONTACT) recognises faces of one body by the normals of the previous evaluation, m = O over its value
@@ -45,8 +46,10 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.vector.api import LANES, neighbours
 from hvisph.sph.terms.limiters import TINY
 
-# Closure phi from which on bodies touch.
-TOUCHING = 0.93
+# Closure phi at which the gate begins to open, and at which it is open.
+OPEN, CLOSED = 0.93, 0.94
+# Least cosine between line of centres and normal; below it the line of centres is the normal.
+NORMAL_COSINE_MIN = 0.1
 # Body number of rigid bodies in the rows of pairs; numbers of other bodies are not negative.
 RIGID = -1.0
 # Option of `is_other_body`, off unless bound: contact between faces of one body.
@@ -92,8 +95,8 @@ def smooth_normals(near, n, rows, i, constants, out):
 
 @inline
 def contact_gate(fills, ends):
-    """Return 1 where sums over other bodies fill the free part `ends` of the kernel sum, else 0."""
-    return max(np.copysign(1.0, fills - TOUCHING * (max(ends, 0.0) + TINY)), 0.0)
+    """Return the gate from the sum `fills` over other bodies and the free part `ends` of the kernel sum."""
+    return min(max((fills / (max(ends, 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN)), 0.0), 1.0)
 
 
 @inline
@@ -106,7 +109,7 @@ def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
     size = np.sqrt(dot(fills, fills)) + TINY
     n = multiply(1.0 / size, fills)
     cosine = dot(n, e)
-    turned = other * max(np.copysign(1.0, cosine), 0.0)  # elsewhere the bodies are mixed up
+    turned = other * max(np.copysign(1.0, cosine - NORMAL_COSINE_MIN), 0.0)
     normal = add(e, multiply(turned, subtract(n, e)))
     return normal, 1.0 + turned * (cosine - 1.0), contact_gate(size, dot(subtract(ends_a, ends_b), n))
 
