@@ -75,6 +75,7 @@ def test_bits_depend_neither_on_order_nor_on_threads(formulation, dim):
         ("{type: riemann, precision: single, contact: {type: frictional, self_contact: all}}", "self_contact"),
         ("{type: eulerian, precision: single, contact: {type: penalty}}", "penalty"),
         ("{type: eulerian, precision: single, correction: {type: mixed}}", "correction"),
+        ("{type: riemann, precision: single, variant: elastic}", "elastic"),
         ("{type: total_lagrangian, precision: single}", "riemann and eulerian"),
     ],
 )

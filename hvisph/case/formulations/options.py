@@ -98,7 +98,13 @@ class PairOptions(KernelOptions):
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         contact, correction = getattr(self, "contact", None), getattr(self, "correction", None)
+        materials = [body.material for body in case.bodies.values()]
         excluded = (
+            (getattr(self, "variant", "") == "elastic", "variant 'elastic'"),
+            (bool(case.edges), "open edges"),
+            (any(body.rigid is not None for body in case.bodies.values()), "rigid bodies"),
+            (any(one.strength.type in ("orthotropic", "fabric") for one in materials), "anisotropic materials"),
+            (any(getattr(one.damage, "breaks", False) for one in materials), "a fracture energy"),
             (getattr(contact, "self_contact", None) == "all", "contact.self_contact 'all', whose memory is double"),
             (getattr(contact, "type", None) == "penalty", "contact 'penalty', whose forces are double"),
             (getattr(correction, "type", "none") != "none", "a correction, whose tests need the range of double"),
