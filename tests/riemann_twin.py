@@ -351,7 +351,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         further = []
         if formulation.corrected_variant:
             omega = max(1.0 - cloud.grows[a] * (1.0 + slopes / (dim * density)), 0.1)
-            rate = rate / omega if following else rate
+            rate = rate / (omega * max(volume[a] * density, 1.0)) if following else rate
             calm = max(0.0, 1.0 - 20.0 * mu / cloud.c_l[a])
             leaves = 0.0 if following else calm * cloud.leaves[a]
             leading = cloud.counts[a] * away - rate - calm * cloud.fades[a]

@@ -7,9 +7,9 @@ import numpy as np
 from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
-from hvisph.integrators.boundary_forces import LAYER_GROUP, Boundaries
+from hvisph.integrators.boundary_forces import Boundaries
 from hvisph.integrators.gravity import UNIFORM, Gravity
-from hvisph.integrators.prescribed_motion import GROUP_SHIFT, PrescribedMotion, is_rigid_particle
+from hvisph.integrators.prescribed_motion import GROUP_SHIFT, LAYER_GROUP, PrescribedMotion, is_rigid_particle
 from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.materials.damage.fracture_energy import fracture_work
 from hvisph.materials.slots import DISTENSION, FRACTURE_COMPLIANCE, RHO0

@@ -30,8 +30,6 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .prescribed_motion import Motion
 
-# Group of the particles of an ambient layer, see `prescribed_motion.GROUP_SHIFT`.
-LAYER_GROUP = 2000
 # What it bears [Pa]: its partner in a pair is the weaker one.
 UNLIMITED = 1e30
 # A row that moves faster than this share of the speed of sound, for so many transit times, bears a load that stays on.

@@ -30,6 +30,8 @@ from .sums import KINETIC, MOMENTUM
 GROUP_SHIFT = 2
 # Group of the particles of the first rigid body; clamps have those below.
 RIGID_GROUP = 1000
+# Group of the particles of an ambient layer beyond an open edge.
+LAYER_GROUP = 2000
 # Impedance of a rigid particle over that of its material: round-off is all that a contact differs from a rigid wall.
 STIFFER = 1e18
 # Shear that it bears [Pa].
@@ -70,7 +72,8 @@ class Motion:
 
 def is_rigid_particle(tags: np.ndarray) -> np.ndarray:
     """Return which particles with these tags (n, 4) belong to a rigid body (n,)."""
-    return np.asarray(tags[:, FLAGS] >> GROUP_SHIFT >= RIGID_GROUP)
+    group = tags[:, FLAGS] >> GROUP_SHIFT
+    return np.asarray((group >= RIGID_GROUP) & (group < LAYER_GROUP))
 
 
 class PrescribedMotion:

@@ -9,7 +9,7 @@ Source: Otter, Cassell & Hobbs 1966 (dynamic relaxation).
 
 from __future__ import annotations
 
-from math import exp, isfinite, pi, sqrt
+from math import exp, isfinite, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,8 +26,8 @@ from .clock import Clock
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-# Greatest speed that is left, over (g H)^(1/2), from which on bodies are not at rest.
-AT_REST = 1e-3
+# Greatest speed left, over the speed g/k of a damped fall, above which bodies are not at rest.
+AT_REST = 0.1
 
 
 def own_limit(case: Case, setup: Setup) -> Limit:
@@ -99,19 +99,19 @@ def settle(case: Case, setup: Setup) -> str:
     ratio, second, speed = left / scale if scale > 0.0 else 0.0, *((" s", " m/s") if case.units == "si" else ("", ""))
     said = (
         f"settled for {case.settle:g}{second} in {clock.steps} steps: greatest speed left {left:.3g}{speed}, "
-        f"{ratio:.2g} of (g H)^(1/2)"
+        f"{ratio:.2g} of the speed of a damped fall"
     )
     if ratio <= AT_REST:
         return f"note: {said}"
     longer = case.settle + 3.0 / rate * np.log(ratio / AT_REST)
     return (
         f"warning: {said}, more than {AT_REST:g}: the bodies are not at rest; settle longer, as {longer:.2g}{second}, "
-        "or support what flows away"
+        "or support the sides"
     )
 
 
 def damping_rate(setup: Setup, gravity: Gravity, rests: np.ndarray) -> tuple[float, float]:
-    """Return the rate of damping [1/s] of the particles that rest (n,), and (g H)^(1/2) [m/s]."""
+    """Return the rate of damping [1/s] of the particles that rest (n,), and the speed g/k [m/s] of a damped fall."""
     x, share = setup.particles["position"], setup.subdomain
     field = gravity.acceleration(x)
     pull = np.sqrt((field**2).sum(axis=1))
@@ -125,7 +125,8 @@ def damping_rate(setup: Setup, gravity: Gravity, rests: np.ndarray) -> tuple[flo
     height = float(high - low + share.get_maxima(length)[0])
     speeds = [one.longitudinal_sound_speed for one in setup.substances]
     g = share.get_maxima(float(pull[rests].max(initial=0.0)))[0]
-    return pi * min(speeds) / (2.0 * height), sqrt(g * height)
+    rate = pi * min(speeds) / (2.0 * height)
+    return rate, g / rate
 
 
 def _waiting(case: Case, setup: Setup) -> np.ndarray:

@@ -268,7 +268,7 @@ class Material(StrictModel):
         if getattr(self.damage, "brittle_ductile", None) is not None and self.strength.type != "rock":
             yield Problem(
                 ("damage", "brittle_ductile"),
-                f"damage by shear belongs to `strength: {{type: rock}}`, not `{self.strength.type}`; leave out "
+                f"damage by shear belongs to `strength: {{type: rock}}`, not `{self.strength.type}`; give null for "
                 "brittle_ductile and brittle_plastic",
             )
         yield from self._ceramic()
