@@ -320,7 +320,7 @@ class LateStage(StrictModel):
     bulk_modulus: PositivePressure | None = Field(
         default=None,
         description="K_new [Pa], at least ten times the largest pressure then; unless given the largest of 30 times "
-        "it, 100 rho u^2 with the speed that 99 % of what bears pressure stays below, and 100 times the largest von "
+        "it, 100 rho u^2 with the 99 % quantile u of the speeds of particles under pressure, 100 times the largest von "
         "Mises stress, but not above that of a material or of the stage before",
     )
     nu: Annotated[float, Quantity(NUMBER, minimum=0, below=0.5)] = Field(

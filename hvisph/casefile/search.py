@@ -35,7 +35,7 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     """Search a word, the best result first.
 
     `word`: a key, part of a path, a value, a measure, a material, a case, a page, a command, or any word of their
-        texts; or several words, which what is found has all.
+        texts; or several words, all of which a match contains.
     `commands`: names and texts of commands.
     """
     asked = word.strip().lower().replace("-", "_")

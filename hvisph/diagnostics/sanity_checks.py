@@ -70,7 +70,7 @@ class SanityChecks:
         fastest = float(setup.stepper.sums[column.FASTEST])
         signal = float(setup.subdomain.get_maxima(setup.stepper.signals.max(initial=0.0))[0])
         scale = fastest if fastest > 0.0 else signal
-        if weight > 0.0:  # what has settled may move at any speed later
+        if weight > 0.0:  # settled bodies may move at any speed later
             scale = max(fastest, signal)
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None

@@ -90,9 +90,9 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         if PREVIOUS:
             remember(state, s, u, acting)
         if DENSITY_CORRECTION:
-            most_lead = 2.0 * max(now.rho - least, 0.0) / (now.rho + least)  # none of an isolated particle
-            lead = state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION]
-            state[s, S_DENSITY_CORRECTION] = min(max(lead, -most_lead), most_lead)
+            bound = 2.0 * max(now.rho - least, 0.0) / (now.rho + least)  # 0 for an isolated particle
+            correction = state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION]
+            state[s, S_DENSITY_CORRECTION] = min(max(correction, -bound), bound)
         if ANGULAR_MOMENTUM:
             made = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
             put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), made))

@@ -100,7 +100,7 @@ def equilibrium_state(table, models, m, rho, e, damage):
 
 @noinline
 def between_voids(tag, rho, e, p, row):
-    """Density [kg/m^3] of what bears the pressure `p` [Pa], not above zero, while its mean density is `rho`.
+    """Density [kg/m^3] of intact material at the pressure `p` [Pa], at most zero, whose mean density is `rho`.
 
     Where less tension is borne than the equation of state has at `rho`, voids have opened, and what lies between them
     is as dense as `p` says.

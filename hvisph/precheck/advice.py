@@ -128,7 +128,7 @@ def _yielding(facts: Facts) -> Found:
 
 
 def _stress(facts: Facts) -> float:
-    """Return the impact pressure [Pa]; what is clamped stops the body that it holds as an impact does."""
+    """Return the impact pressure [Pa]; a clamp stops its body as an impact does."""
     stresses = [facts.kind.pressure]
     for body in facts.bodies.values() if facts.case.clamped else ():
         material = material_of_body(body)

@@ -27,7 +27,7 @@ from hvisph.setup.shapes import shape_of
 MOST_FILLED = 2_000_000
 # What the largest memory of runs grows by from 300,000 to 1,000,000 particles (`benchmarks/memory.py`), with moments of
 # output inside steps, checkpoints and measures: by formulation and dimensions [bytes a particle], what lists of
-# neighbours take [bytes a neighbour], and what is left for none: the interpreter, compiled loops, what measures.
+# neighbours take [bytes a neighbour], and the constant rest: interpreter, compiled loops, measures.
 MEMORY = {
     "eulerian": {1: 570, 2: 600, 3: 970},
     "riemann": {1: 540, 2: 970, 3: 1440},

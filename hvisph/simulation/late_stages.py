@@ -94,7 +94,7 @@ class LateStages:
         self._done += 1
         stepper.late[self._done] = modulus
         remark = (f"late stage from {time:.4g} s, bulk modulus {modulus:.3g} Pa: largest pressure {highest:.3g} Pa; "
-                  f"99 % of what bears pressure is slower than {fast:.3g} m/s")  # fmt: skip
+                  f"99 % of the particles under pressure are slower than {fast:.3g} m/s")  # fmt: skip
         if closing > slow:
             remark += (
                 f"; warning: particles close at {closing:.3g} m/s, above a tenth of the new sound speed, "

@@ -42,14 +42,14 @@ def own_limit(case: Case, setup: Setup) -> Limit:
 
 
 def settle(case: Case, setup: Setup) -> str:
-    """Let the bodies at rest settle for `case.settle`; return what to tell of it.
+    """Let the bodies at rest settle for `case.settle`; return the note or warning on the result.
 
-    Bodies with a velocity and loads wait: they are as at the start when the bodies have settled.
+    Bodies with a velocity, and loads, wait: their initial state is restored afterwards.
 
     Raises
     ------
     RunError
-        Where the state becomes no number.
+        If the state is not finite.
     """
     stepper, particles = setup.stepper, setup.particles
     gravity: Gravity | None = getattr(stepper, "gravity", None)
@@ -86,7 +86,9 @@ def settle(case: Case, setup: Setup) -> str:
         stepper.predict(following.length)
         clock.complete(step)
         if not (limit.dt > 0.0 and isfinite(stepper.sums[column.FASTEST])):
-            raise RunError(f"settling failed after {clock.time:.4g} s: the state is no number; give a smaller time.cfl")
+            raise RunError(
+                f"settling failed after {clock.time:.4g} s: the state is not finite; give a smaller time.cfl"
+            )
         step = following
     left = float(stepper.sums[column.FASTEST])
     particles.tags[...], particles.data[waits] = tags, held

@@ -206,8 +206,8 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     """Return the crater of a layer that holds.
 
     Its surface is the foremost attached particle of each cell, but those that fly: above the struck face by 2 dx,
-    and so fast that they would have come from there within the time of the run. An `emptied` crater is without what is
-    loose.
+    and so fast that they would have come from there within the time of the run. An `emptied` crater is without
+    loose material.
     """
     _require(scene, plate, perforated=False)
     rows, depth, across = _attached_particles(scene, plate)
@@ -255,8 +255,8 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
 def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Return whether attached particles (n,) of a velocity along the normal (n,) [m/s] leave the crater in time.
 
-    It is failed matter that rises faster than what falls back from its initial depth to the struck face, under the
-    gravity of the case or of the Earth, and what holds to the rim by such matter alone.
+    They are failed particles that rise fast enough to reach the struck face from their initial depth under the gravity
+    of the case or of the Earth, and particles connected to the rim through such particles alone.
     """
     assert scene.start is not None
     order = np.argsort(scene.start.id)

@@ -145,7 +145,7 @@ def contact_rows(k, rows, chosen, taken, packed):
     """Pack the rows of the `chosen` particles for contact: a template.
 
     `taken` are slots of contact and those of the standard law with the same in them; stresses (STRESSES from T on)
-    want a factor of rho^2, and what has no mass is given one.
+    want a factor of rho^2, and particles without mass are given one.
     """
     to, of = taken
     i = np.uint64(chosen[k])

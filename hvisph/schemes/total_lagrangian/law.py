@@ -144,7 +144,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
                 mirrored = 0.5 * closing * radial_part(pair)
         if HOURGLASS:
             # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
-            # the sides comes first, and nothing else tells them apart: both round what is left alike.
+            # the sides comes first; the remainder is then rounded equally on both sides.
             from_b = subtract(x0, vector(b, X0, DIM))
             predicted = dot_rows(add(own_ef, gradient(b, EF, DIM)), from_b)
             error = dot(subtract(predicted, multiply(own_modulus + b[EM], dx)), dx)

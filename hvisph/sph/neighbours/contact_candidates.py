@@ -81,7 +81,7 @@ def _widen(cell, nx, ny, nz, lowest, near, wider):
 
 
 class Selection:
-    """Chooses particles by what is near them.
+    """Selection of particles by their surroundings.
 
     Parameters
     ----------

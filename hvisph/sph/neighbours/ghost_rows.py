@@ -61,7 +61,7 @@ def with_images(
 ) -> tuple[np.ndarray, list[Images]]:
     """Return `rows` (n, width) followed by the images of all that can meet one, `reach` [m] being that of the kernel.
 
-    A particle that a step has carried beyond the plane meets images of what is farther from it by as much: their own
+    A particle that a step has moved beyond the plane interacts with images of more distant particles: their own
     images meet it, too, and every pair has its counterpart.
     """
     made = []

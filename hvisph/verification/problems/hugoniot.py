@@ -88,7 +88,7 @@ def flat_impact(
 ) -> Trial:
     """Return the flat impact of two materials without strength.
 
-    `name`: what meets what; speed and dimensions are added.
+    `name`: the two materials; speed and dimensions are added.
     `projectile`, `target`: materials as in a case file.
     `speed`, `dx`: impact velocity [m/s]; particle spacing [m].
     `along`, `across`: particles along each plate, and across half of a strip; 0 for one dimension.
