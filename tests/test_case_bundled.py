@@ -135,7 +135,7 @@ def test_manual_names_every_field():
     manual = "".join([*case_manual().values(), *(path.read_text() for path in (ROOT / "docs/models").glob("*.md"))])
     for definition in case_schema()["$defs"].values():
         for key in definition.get("properties", {}):
-            assert f"`{key}`" in manual or key in ("type", "value", "tolerance")
+            assert f"`{key}`" in manual or f".{key}`" in manual or key in ("type", "value", "tolerance")
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Texts on the keys of the case file, generated from the models: the manual in Markdown, and `hvisph help`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from inspect import cleandoc
 from textwrap import fill
@@ -57,14 +57,11 @@ null removes a key, and another `type` replaces the whole block.
 
 def case_manual() -> dict[str, str]:
     """Return the pages of the manual as Markdown, by the names of their files."""
-    parts = {"README.md": [_HEAD, *_index(), "## Top-level keys\n", *_model(Case), *_units()]}
+    parts = {"README.md": [_HEAD, *_index(), "## Top-level keys\n", *_case_keys(), *_units()]}
     named = [path for _, paths in PAGES.values() for path in paths]
     for page, (title, paths) in PAGES.items():
         blocks = paths or tuple(name for name in Case.model_fields if name not in (*named, "measures", "expected"))
-        sections = _Sections()
-        texts = [text for path in blocks for text in sections.sections(path)]
-        same = [_wrap(f"Blocks described elsewhere: {', '.join(sections.same)}.")] if sections.same else []
-        parts[f"{page}.md"] = [f"# {title}\n", *texts, *same]
+        parts[f"{page}.md"] = [f"# {title}\n", *_Sections().page(blocks)]
     parts["measures.md"] = ["# Measures and expectations\n", *_measures()]
     return {name: "\n".join(text).rstrip() + "\n" for name, text in parts.items()}
 
@@ -78,86 +75,125 @@ def _index() -> Iterator[str]:
 
 
 class _Sections:
-    """Sections of a page: blocks of the case and the blocks below them, each model once."""
+    """Tables of a page: blocks of the case and the blocks below them, each model once.
+
+    The keys of a block without a `type` stand below it in the same table; a block whose `type` chooses among models
+    has a section of its own.
+    """
 
     def __init__(self) -> None:
         self.described: dict[tuple[type[BaseModel], ...], str] = {}
-        self.same: list[str] = []  # blocks of models that are described elsewhere
+        self.waiting: list[str] = []  # blocks with a `type` of the tables so far
 
-    def sections(self, path: str, spot: Spot | None = None, *, first: bool = True) -> Iterator[str]:
-        """Yield the sections of the block at a path as Markdown."""
-        spot = spot or _spot(path)
-        while spot.item is not None and not spot.models:
-            spot = spot_of(spot.item)
-        if not spot.models or (not first and any(path in paths for _, paths in PAGES.values())):
-            return
+    def page(self, paths: Sequence[str]) -> Iterator[str]:
+        """Yield the text of a page on the blocks at `paths`."""
+        rows: list[tuple[str, ...]] = []
+        for path in paths:
+            if _block(path).tagged:
+                self.waiting.append(path)
+                continue
+            if not _block(path).models:
+                continue
+            (model,) = _block(path).models.values()
+            other = self.described.get((model,))
+            rows.append((f"**`{path}`**", "", "", "", _about(model, f" Keys as in `{other}`." if other else "")))
+            rows += [] if other else [("", *row) for row in self.rows(path, model)]
+        if rows:
+            yield _table("block", rows)
+        while self.waiting:
+            yield from self._typed(self.waiting.pop(0))
+
+    def rows(self, path: str, model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, ...]]:
+        """Yield key, value, default and meaning of every field of the block at `path`, and of the blocks in it."""
+        self.described.setdefault((model,), path)
+        for name, info in model.model_fields.items():
+            if name == "type":
+                continue
+            spot, below = spot_of(info.annotation, info), f"{path}.{name}"
+            inner = _inner(spot)
+            long = spot.tagged and len(spot.models) > MANY
+            value = "block with a `type`" if long else value_text(spot)
+            other = self._known(inner) if inner.models else ""
+            if other and not long and (other != below or other in self.described.values()):
+                value += f", as `{other}`"
+            yield f"`{prefix}{name}`", value, default_text(name, info), info.description or ""
+            if not inner.models or other:
+                continue
+            if inner.tagged:
+                self.described[tuple(inner.models.values())] = below
+                self.waiting += [] if below in self.waiting else [below]
+            else:
+                (block,) = inner.models.values()
+                yield from self.rows(below, block, f"{prefix}{name}.")
+
+    def _known(self, spot: Spot) -> str:
+        """Return the path at which the models at a spot are described, here or on another page."""
         models = tuple(spot.models.values())
-        pages = [page for _, paths in PAGES.values() for page in paths if not first and _models_at(page) == models]
-        if other := (pages or [self.described.get(models, "")])[0]:
-            if not path.startswith(f"{other}."):
-                self.same.append(f"`{path}` as `{other}`")
-            return
-        self.described[models] = path
+        pages = [page for _, paths in PAGES.values() for page in paths if _models_at(page) == models]
+        return next(iter(pages), "") or self.described.get(models, "")
+
+    def _typed(self, path: str) -> Iterator[str]:
+        """Yield the section of a block whose `type` chooses among models; equal keys are described once."""
         yield f"## `{path}`\n"
         if path in FORMULAS:
             yield f"Formulas and sources: [models](../models/{FORMULAS[path]}.md).\n"
-        yield from _alternatives(spot) if spot.tagged else _model(models[0])
-        fields = {name: info for model in reversed(models) for name, info in model.model_fields.items()}
-        for name in dict.fromkeys(name for model in models for name in model.model_fields):
-            yield from self.sections(f"{path}.{name}", spot_of(fields[name].annotation, fields[name]), first=False)
+        models = _block(path).models
+        self.described[tuple(models.values())] = path
+        lines: list[tuple[str, ...]] = []
+        described: dict[tuple[str, ...], str] = {}
+        for tag, model in models.items():
+            rows = list(self.rows(path, model))
+            above: dict[str, list[str]] = {}
+            for row in rows:
+                if row in described:
+                    above.setdefault(described[row], []).append(row[0])
+            same = "; ".join(f"{', '.join(keys)} as in `{other}`" for other, keys in above.items())
+            lines.append((f"**`{tag}`**", "", "", "", _about(model, f" {same}." if same else "")))
+            lines += [("", *row) for row in rows if row not in described]
+            described |= {row: tag for row in rows if row not in described}
+        yield _table("type", lines)
+
+
+def _about(model: type[BaseModel], more: str = "") -> str:
+    return " ".join((model.__doc__ or "").split()).replace("|", "\\|") + more
+
+
+def _table(first: str, rows: Iterable[tuple[str, ...]]) -> str:
+    """Return a table of keys; its first column names blocks or types, none if `first` is empty."""
+    heads = ("key", "value", "default", "meaning") if not first else (first, "key", "value", "default", "meaning")
+    return "\n".join(f"| {' | '.join(row)} |" for row in [heads, ("---",) * len(heads), *rows]) + "\n"
+
+
+def _inner(spot: Spot) -> Spot:
+    """Return what the lists and named entries at a spot contain."""
+    while spot.item is not None and not spot.models:
+        spot = spot_of(spot.item)
+    return spot
+
+
+def _block(path: str) -> Spot:
+    return _inner(_spot(path))
 
 
 @cache
 def _models_at(path: str) -> tuple[type[BaseModel], ...]:
-    spot = _spot(path)
-    while spot.item is not None and not spot.models:
-        spot = spot_of(spot.item)
-    return tuple(spot.models.values())
+    return tuple(_block(path).models.values())
 
 
 def _spot(path: str) -> Spot:
     """Return the expected content at a path without names of bodies."""
     spot = Spot({"": Case})
     for key in path.split("."):
-        while spot.item is not None and not spot.models:
-            spot = spot_of(spot.item)
-        info = next(model.model_fields[key] for model in spot.models.values() if key in model.model_fields)
+        models = _inner(spot).models.values()
+        info = next(model.model_fields[key] for model in models if key in model.model_fields)
         spot = spot_of(info.annotation, info)
     return spot
 
 
-def _model(model: type[BaseModel]) -> Iterator[str]:
-    """Yield the description and the table of a single block."""
-    yield from map(_wrap, cleandoc(model.__doc__ or "").split("\n\n"))
-    rows = [f"| {' | '.join(row)} |" for row in _rows(model)]
-    if rows:
-        yield "\n".join(["| key | value | default | meaning |", "| --- | --- | --- | --- |", *rows]) + "\n"
-
-
-def _alternatives(spot: Spot) -> Iterator[str]:
-    """Yield the table of a block whose `type` chooses among models; equal keys are described once."""
-    lines = ["| type | key | value | default | meaning |", "| --- | --- | --- | --- | --- |"]
-    described: dict[tuple[str, ...], str] = {}
-    for tag, model in spot.models.items():
-        lines.append(f"| **`{tag}`** | | | | {' '.join((model.__doc__ or '').split())} |")
-        as_above: dict[str, list[str]] = {}
-        for row in _rows(model):
-            if row in described:
-                as_above.setdefault(described[row], []).append(row[0])
-            else:
-                described[row] = tag
-                lines.append(f"| | {' | '.join(row)} |")
-        lines += [f"| | {', '.join(keys)} | | | as in `{tag}` |" for tag, keys in as_above.items()]
-    yield "\n".join(lines) + "\n"
-
-
-def _rows(model: type[BaseModel]) -> Iterator[tuple[str, ...]]:
-    """Yield key, value, default and meaning of every field."""
-    for name, info in model.model_fields.items():
-        if name != "type":
-            spot = spot_of(info.annotation, info)
-            value = "block with a `type`" if spot.tagged and len(spot.models) > MANY else value_text(spot)
-            yield f"`{name}`", value, default_text(name, info), info.description or ""
+def _case_keys() -> Iterator[str]:
+    yield from map(_wrap, cleandoc(Case.__doc__ or "").split("\n\n"))
+    yield _table("", ((f"`{name}`", value_text(spot_of(info.annotation, info)), default_text(name, info),
+                       info.description or "") for name, info in Case.model_fields.items()))  # fmt: skip
 
 
 def _wrap(text: str) -> str:
@@ -221,7 +257,7 @@ def explain(path: str) -> str:
             now = renamed_key(tuple(keys[: depth + 1]), allowed)
             raise CaseError(now or f"unknown key{suggest_nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
     spot = walk(Case, keys)
-    lines = [".".join(keys) or "case", *_about(keys[-1] if keys else "", spot)] if spot else []
+    lines = [".".join(keys) or "case", *_spot_lines(keys[-1] if keys else "", spot)] if spot else []
     if len(keys) == 2 and keys[0] == "measures" and keys[1] in CATALOGUE:
         measure = CATALOGUE[keys[1]]
         lines.append(f"  {measure.meaning}{f' [{measure.unit}]' if measure.unit else ''}")
@@ -249,7 +285,7 @@ def _insert_body_name(keys: list[str]) -> list[str]:
     return keys
 
 
-def _about(name: str, spot: Spot) -> list[str]:
+def _spot_lines(name: str, spot: Spot) -> list[str]:
     lines = []
     if spot.info is not None:
         lines.append(f"  {spot.info.description}")
