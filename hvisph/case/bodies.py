@@ -11,7 +11,7 @@ from pydantic import Field, ValidationInfo, model_validator
 from hvisph.case.materials.material import NamedMaterial
 from hvisph.core.catalogues import ARRANGEMENTS
 
-from .model import SCALAR_AS_LIST, AnyCase, DataFile, Shorthand, StrictModel, expand_switch
+from .model import SCALAR_AS_LIST, AnyCase, DataFile, Shorthand, StrictModel, expand_switch, key
 from .shapes import OptionalRotation, Position, Rotation, Shape
 from .simple_shapes import UNIT_VECTORS, Axis, Direction
 from .units import (
@@ -56,37 +56,33 @@ VelocityVector = Annotated[
 class AboutPoint(StrictModel):
     """Options of velocity fields about a point."""
 
-    centre: Position | None = Field(
-        default=None, description="Point where the field is zero [m]; the middle of the body's mass unless given"
-    )
+    centre: Position | None = key("Point where the field is zero [m]; the middle of the body's mass unless given", None)
 
 
 class UniformField(StrictModel):
     """Uniform velocity."""
 
     type: Literal["uniform"] = "uniform"
-    velocity: VelocityVector = Field(description="Velocity [m/s]")
+    velocity: VelocityVector = key("Velocity [m/s]")
 
 
 class SpinField(AboutPoint):
     """Rigid rotation, u = omega x (x - centre) (2D, 3D)."""
 
     type: Literal["spin"] = "spin"
-    rate: Rate = Field(description="Angular velocity [rad/s], counter-clockwise about the axis")
-    axis: Direction = Field(
-        default=(0.0, 0.0, 1.0), description="Direction of the axis [-], or x, y or z; in 2D always z"
-    )
+    rate: Rate = key("Angular velocity [rad/s], counter-clockwise about the axis")
+    axis: Direction = key("Direction of the axis [-], or x, y or z; in 2D always z", (0.0, 0.0, 1.0))
 
 
 class RadialField(AboutPoint):
     """u = speed (r/radius)^power along the radius: outwards where the speed is positive."""
 
     type: Literal["radial"] = "radial"
-    speed: Velocity = Field(description="Speed at the radius [m/s], negative inwards")
-    radius: PositiveLength = Field(description="Radius where it has that speed [m]")
-    power: Number = Field(default=0.0, description="Power of the radius [-]: -1 (2D) and -2 (3D) keep the volume")
-    axis: Direction | None = Field(
-        default=None, description="In 3D, an axis from which the radius is measured [-]; from the centre unless given"
+    speed: Velocity = key("Speed at the radius [m/s], negative inwards")
+    radius: PositiveLength = key("Radius where it has that speed [m]")
+    power: Number = key("Power of the radius [-]: -1 (2D) and -2 (3D) keep the volume", 0.0)
+    axis: Direction | None = key(
+        "In 3D, an axis from which the radius is measured [-]; from the centre unless given", None
     )
 
 
@@ -94,8 +90,8 @@ class LinearField(AboutPoint):
     """u = G (x - centre)."""
 
     type: Literal["linear"] = "linear"
-    gradient: tuple[tuple[Rate, ...], ...] = Field(
-        description="Velocity gradient G, a row per component [1/s]", min_length=1, max_length=3
+    gradient: tuple[tuple[Rate, ...], ...] = key(
+        "Velocity gradient G, a row per component [1/s]", min_length=1, max_length=3
     )
 
 
@@ -103,7 +99,7 @@ class TableField(StrictModel):
     """Velocities interpolated linearly in a table, constant outside."""
 
     type: Literal["table"] = "table"
-    file: DataFile = Field(description="CSV in SI with the columns x, y, z and u, v, w, one a dimension")
+    file: DataFile = key("CSV in SI with the columns x, y, z and u, v, w, one a dimension")
 
 
 VelocityField = Annotated[
@@ -130,40 +126,35 @@ def _expand_move(value: object, info: ValidationInfo) -> object:
 class RigidMove(StrictModel):
     """Freedom of a rigid body: all of it unless one of these is given."""
 
-    fixed: bool = Field(default=False, description="Whether the body is at rest; `fixed` for short")
-    along: Direction | None = Field(
-        default=None, description="Direction of the only motion, without rotation [-]; `x`, `y` or `z` for short"
-    )
-    about: Direction | None = Field(
-        default=None, description="Axis of the only rotation [-], through the centre of mass, which is at rest"
-    )
+    fixed: bool = key("Whether the body is at rest; `fixed` for short", False)
+    along: Direction | None = key("Direction of the only motion, without rotation [-]; `x`, `y` or `z` for short", None)
+    about: Direction | None = key("Axis of the only rotation [-], through the centre of mass, which is at rest", None)
 
 
 class Rigid(StrictModel):
     """Mass and motion of a rigid body."""
 
-    move: Annotated[RigidMove, Shorthand(_expand_move, ("string",))] = Field(
-        default=RigidMove(),
-        description="`free`, `fixed`, `{along: [1, 0, 0]}` without rotation, or `{about: [0, 0, 1]}` alone",
+    move: Annotated[RigidMove, Shorthand(_expand_move, ("string",))] = key(
+        "`free`, `fixed`, `{along: [1, 0, 0]}` without rotation, or `{about: [0, 0, 1]}` alone", RigidMove()
     )
-    mass: Annotated[float, Quantity(MASS, above=0)] | None = Field(
-        default=None,
-        description="Mass of the whole body [kg; per metre in 2D, per square metre in 1D], above 0; that of shape and "
+    mass: Annotated[float, Quantity(MASS, above=0)] | None = key(
+        "Mass of the whole body [kg; per metre in 2D, per square metre in 1D], above 0; that of shape and "
         "material unless given",
+        None,
     )
-    inertia: tuple[Annotated[float, Quantity(INERTIA, above=0)], ...] = Field(
-        default=(),
-        description="Moments of inertia of the whole body about the axes x, y, z through its centre of mass [kg m^2], "
+    inertia: tuple[Annotated[float, Quantity(INERTIA, above=0)], ...] = key(
+        "Moments of inertia of the whole body about the axes x, y, z through its centre of mass [kg m^2], "
         "about z alone in 2D [kg m], each at most the sum of the others; those of shape and mass unless given",
+        (),
         max_length=3,
     )
-    velocity: tuple[tuple[NonNegativeTime, Velocity], ...] = Field(
-        default=(),
-        description="Prescribed motion: rows of time [s] and velocity [m/s] `along` an axis, linear between rows, "
+    velocity: tuple[tuple[NonNegativeTime, Velocity], ...] = key(
+        "Prescribed motion: rows of time [s] and velocity [m/s] `along` an axis, linear between rows, "
         "constant beyond them, a jump where two rows have one time; its work is `external_work` in the history",
+        (),
         max_length=10_000,
     )
-    along: Axis = Field(default="x", description="Axis along which `velocity` moves the body")
+    along: Axis = key("Axis along which `velocity` moves the body", "x")
 
     @property
     def words(self) -> str:
@@ -193,29 +184,28 @@ OptionalRigid = Annotated[
 class Grading(StrictModel):
     """Spacing that is fine at the struck face and grows with the distance from it."""
 
-    fine: tuple[PositiveLength | None, ...] = Field(
-        description="Full width of the fine part along each axis [m], null along an axis that is not graded; of rings "
+    fine: tuple[PositiveLength | None, ...] = key(
+        "Full width of the fine part along each axis [m], null along an axis that is not graded; of rings "
         "along x, and as a diameter about the axis",
         min_length=1,
         max_length=3,
     )
-    coarsest: PositiveLength = Field(description="Largest spacing [m], above the resolution")
-    ratio: Annotated[float, Quantity(NUMBER, above=1, maximum=1.1)] = Field(
-        default=1.1,
-        description="Thickness of a layer over that of the layer before it [-] at most, above 1 and at most 1.1",
+    coarsest: PositiveLength = key("Largest spacing [m], above the resolution")
+    ratio: Annotated[float, Quantity(NUMBER, above=1, maximum=1.1)] = key(
+        "Thickness of a layer over that of the layer before it [-] at most, above 1 and at most 1.1", 1.1
     )
-    face: Literal["middle", "front", "rear"] = Field(
-        default="middle",
-        description="Where along x the fine part lies: in the middle, at the `front` (the face at lower x), as in a "
+    face: Literal["middle", "front", "rear"] = key(
+        "Where along x the fine part lies: in the middle, at the `front` (the face at lower x), as in a "
         "thick target, or at the `rear`",
+        "middle",
     )
 
 
 class MaterialAxes(StrictModel):
     """Directions of a body's material; the third is normal to both."""
 
-    one: Direction = Field(description="Axis 1, such as that of the fibres [-], or x, y, z")
-    two: Direction = Field(description="Axis 2 [-], at right angles to it")
+    one: Direction = key("Axis 1, such as that of the fibres [-], or x, y, z")
+    two: Direction = key("Axis 2 [-], at right angles to it")
 
     @model_validator(mode="after")
     def _right_angles(self) -> Self:
@@ -232,95 +222,84 @@ class MaterialAxes(StrictModel):
 class Inclusions(StrictModel):
     """Spheres of another material in a body, in 2D discs, dealt out at random: boulders."""
 
-    material: NamedMaterial = Field(description="Material of the spheres, as that of a body")
-    diameters: tuple[PositiveLength, PositiveLength] = Field(
-        description="Smallest and largest diameter [m]; three spacings at least"
+    material: NamedMaterial = key("Material of the spheres, as that of a body")
+    diameters: tuple[PositiveLength, PositiveLength] = key("Smallest and largest diameter [m]; three spacings at least")
+    exponent: Annotated[float, Quantity(NUMBER, maximum=0)] = key(
+        "Exponent of the number of spheres above a diameter, N(>D) ~ D^exponent [-]", -3.0
     )
-    exponent: Annotated[float, Quantity(NUMBER, maximum=0)] = Field(
-        default=-3.0, description="Exponent of the number of spheres above a diameter, N(>D) ~ D^exponent [-]"
+    volume: Annotated[float, Quantity(NUMBER, above=0, maximum=0.55)] = key(
+        "Their volume over that of the body [-], at most 0.55: more does not fit at random"
     )
-    volume: Annotated[float, Quantity(NUMBER, above=0, maximum=0.55)] = Field(
-        description="Their volume over that of the body [-], at most 0.55: more does not fit at random"
-    )
-    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="Seed of the generator, at least 0")
+    seed: Annotated[int, Field(strict=True, ge=0)] = key("Seed of the generator, at least 0", 0)
 
 
 class Body(StrictModel):
     """Body of one material and one shape with an initial velocity."""
 
-    material: NamedMaterial = Field(
-        description="Name of a material of the library, `{base: NAME, ...}` with what differs from it, or a material "
-        "written out"
+    material: NamedMaterial = key(
+        "Name of a material of the library, `{base: NAME, ...}` with what differs from it, or a material written out"
     )
-    inclusions: Inclusions | None = Field(
-        default=None, description="Spheres of another material in it, which remain part of the body; none unless given"
+    inclusions: Inclusions | None = key(
+        "Spheres of another material in it, which remain part of the body; none unless given", None
     )
-    shape: Shape = Field(description="Shape, about the body's centre")
-    arrangement: Arrangement | None = Field(
-        default=None,
-        description="How particles fill the shape; by default `uniform` in 1D, `square` in 2D, `cubic` in 3D",
+    shape: Shape = key("Shape, about the body's centre")
+    arrangement: Arrangement | None = key(
+        "How particles fill the shape; by default `uniform` in 1D, `square` in 2D, `cubic` in 3D", None
     )
-    mass: Literal["exact", "nominal"] = Field(
-        default="exact",
-        description="`exact`: the spacing is stretched and the masses are scaled so that size and mass are those of "
+    mass: Literal["exact", "nominal"] = key(
+        "`exact`: the spacing is stretched and the masses are scaled so that size and mass are those of "
         "the shape; `nominal`: every particle stands for dx^dim, whatever that makes of the body",
+        "exact",
     )
-    resolution: PositiveLength | None = Field(
-        default=None,
-        description="Particle spacing of this body [m]; that of the case unless given. Equal masses of neighbours "
+    resolution: PositiveLength | None = key(
+        "Particle spacing of this body [m]; that of the case unless given. Equal masses of neighbours "
         "serve best: next to a denser body the finer spacing belongs to the denser one",
+        None,
     )
-    grading: Grading | None = Field(
-        default=None,
-        description="Spacing that grows towards the rim, for a box or an interval, of rings for a cylinder, a tube "
+    grading: Grading | None = key(
+        "Spacing that grows towards the rim, for a box or an interval, of rings for a cylinder, a tube "
         "or a ring of a box; uniform unless given",
+        None,
     )
-    velocity: VelocityVector = Field(
-        default=(),
-        description="Initial velocity, one component per dimension [m/s], or {speed, angle}: the angle [deg] from x "
+    velocity: VelocityVector = key(
+        "Initial velocity, one component per dimension [m/s], or {speed, angle}: the angle [deg] from x "
         "towards y; at rest unless given",
+        (),
     )
-    initial_velocity: tuple[VelocityField, ...] = Field(
-        default=(), description="Fields of velocity at the start, added to `velocity`", max_length=100
+    initial_velocity: tuple[VelocityField, ...] = key(
+        "Fields of velocity at the start, added to `velocity`", (), max_length=100
     )
-    position: Position | None = Field(
-        default=None,
-        description="Centre of the body, or the origin of a shape's own coordinates [m]; unless given, bodies stand in "
+    position: Position | None = key(
+        "Centre of the body, or the origin of a shape's own coordinates [m]; unless given, bodies stand in "
         "a row along x in the order of the file, and the first and the second touch at x = 0",
+        None,
     )
-    gap: NonNegativeLength = Field(
-        default=0.0, description="Distance to the body before it in the row [m], at least 0; 0 touches"
-    )
-    rotation: OptionalRotation = Field(
-        default=None, description="Turn about the centre before placing: an angle [deg], or angle and axis"
-    )
-    axes: MaterialAxes | None = Field(
-        default=None,
-        description="Axes of an `orthotropic` or `fabric` material, which turn with `rotation`; required for one in "
+    gap: NonNegativeLength = key("Distance to the body before it in the row [m], at least 0; 0 touches", 0.0)
+    rotation: OptionalRotation = key("Turn about the centre before placing: an angle [deg], or angle and axis", None)
+    axes: MaterialAxes | None = key(
+        "Axes of an `orthotropic` or `fabric` material, which turn with `rotation`; required for one in "
         "3D; in 1D and `axisymmetric` axis 3 lies along x unless given",
+        None,
     )
-    role: Literal["projectile", "layer", "other"] | None = Field(
-        default=None,
-        description="What measures take it for: the `projectile`, a `layer` that it meets, or neither (`other`); by "
+    role: Literal["projectile", "layer", "other"] | None = key(
+        "What measures take it for: the `projectile`, a `layer` that it meets, or neither (`other`); by "
         "default the first body that moves is the projectile, with those that have its velocity, and all others are "
         "layers but for what lies behind it and for gases at rest; where none moves, explosives are neither",
+        None,
     )
-    formulation: Literal["eulerian", "total_lagrangian", "adaptive"] | None = Field(
-        default=None,
-        description="Kernels of this body, where the case's formulation is `total_lagrangian` or `adaptive`; that of "
+    formulation: Literal["eulerian", "total_lagrangian", "adaptive"] | None = key(
+        "Kernels of this body, where the case's formulation is `total_lagrangian` or `adaptive`; that of "
         "the case unless given",
+        None,
     )
-    rigid: OptionalRigid = Field(
-        default=None,
-        description="Rigid body, without stress and strain: `true` moves and turns by the forces on it, `x`, `y` or "
+    rigid: OptionalRigid = key(
+        "Rigid body, without stress and strain: `true` moves and turns by the forces on it, `x`, `y` or "
         "`z` moves along that axis without rotation, `fixed` is at rest; deformable unless given",
+        None,
     )
-    internal_energy: NonNegativeSpecificEnergy = Field(
-        default=0.0, description="Initial specific internal energy [J/kg], at least 0"
-    )
-    temperature: PositiveTemperature | None = Field(
-        default=None,
-        description="Initial temperature, at the density that has no pressure then [K]; that at rest unless given",
+    internal_energy: NonNegativeSpecificEnergy = key("Initial specific internal energy [J/kg], at least 0", 0.0)
+    temperature: PositiveTemperature | None = key(
+        "Initial temperature, at the density that has no pressure then [K]; that at rest unless given", None
     )
 
     def spacing(self, case: AnyCase) -> float:

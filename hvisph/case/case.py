@@ -19,7 +19,7 @@ from .bodies import Body
 from .conditions import Gravity, OpenEdge, OptionalOverburden, PressureLoad, Start
 from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
-from .model import StrictModel, refuse
+from .model import StrictModel, key, refuse
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
 from .units import PositiveLength, PositiveTime, PositiveVelocity
 
@@ -42,99 +42,90 @@ BodyName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,63}$")]
 class Case(StrictModel):
     """Complete description of a run. Plain numbers are in SI."""
 
-    title: str = Field(default="", description="One line that says what this is")
-    source: str = Field(default="", description="Where the set-up comes from")
-    units: Literal["si", "none"] = Field(
-        default="si",
-        description="`si`: plain numbers are SI and units may be written; `none`: a non-dimensional case",
+    title: str = key("One line that says what this is", "")
+    source: str = key("Where the set-up comes from", "")
+    units: Literal["si", "none"] = key(
+        "`si`: plain numbers are SI and units may be written; `none`: a non-dimensional case", "si"
     )
-    kinematics: KinematicsName = Field(
-        description="Dimensions and stress state: `uniaxial_strain` is 1D, `plane_strain` and "
+    kinematics: KinematicsName = key(
+        "Dimensions and stress state: `uniaxial_strain` is 1D, `plane_strain` and "
         "`plane_stress` are 2D, `axisymmetric` is 2D about the x axis, with y the radius, and bodies are the solids of "
         "revolution that they are in 3D; `three_d` is 3D"
     )
-    resolution: PositiveLength = Field(description="Initial particle spacing dx [m], above 0")
-    materials: tuple[str, ...] = Field(
-        default=(),
+    resolution: PositiveLength = key("Initial particle spacing dx [m], above 0")
+    materials: tuple[str, ...] = key(
+        "Files of your own materials, or folders of them, beside the case; what they hold has a name",
+        (),
         exclude=True,
-        description="Files of your own materials, or folders of them, beside the case; what they hold has a name",
         max_length=100,
     )
-    bodies: dict[BodyName, Body] = Field(
-        description="Bodies by name, in their order along x: projectile first, then target",
-        min_length=1,
-        max_length=1000,
+    bodies: dict[BodyName, Body] = key(
+        "Bodies by name, in their order along x: projectile first, then target", min_length=1, max_length=1000
     )
-    symmetry: tuple[SymmetryPlane, ...] = Field(
-        default=(),
-        description="Symmetry planes, which are rigid walls without friction too; at most two per axis, what lies "
+    symmetry: tuple[SymmetryPlane, ...] = key(
+        "Symmetry planes, which are rigid walls without friction too; at most two per axis, what lies "
         "between them being kept",
+        (),
         max_length=6,
     )
-    clamped: tuple[Clamp, ...] = Field(default=(), description="Regions that are held fixed", max_length=100)
-    initial_loads: tuple[InitialLoad, ...] = Field(
-        default=(), description="Impulses: pressures that act during the first step", max_length=100
+    clamped: tuple[Clamp, ...] = key("Regions that are held fixed", (), max_length=100)
+    initial_loads: tuple[InitialLoad, ...] = key(
+        "Impulses: pressures that act during the first step", (), max_length=100
     )
-    edges: tuple[OpenEdge, ...] = Field(
-        default=(),
-        description="Planes through which waves leave, so that bodies may be smaller; at most two per axis",
-        max_length=6,
+    edges: tuple[OpenEdge, ...] = key(
+        "Planes through which waves leave, so that bodies may be smaller; at most two per axis", (), max_length=6
     )
-    loads: tuple[PressureLoad, ...] = Field(
-        default=(), description="Pressures over time on faces of bodies", max_length=100
-    )
-    start: Start | None = Field(
-        default=None,
-        description="Another run whose state this one starts from, with the same bodies and others beside them; the "
+    loads: tuple[PressureLoad, ...] = key("Pressures over time on faces of bodies", (), max_length=100)
+    start: Start | None = key(
+        "Another run whose state this one starts from, with the same bodies and others beside them; the "
         "bodies start as they are described unless given",
+        None,
     )
-    gravity: Gravity | None = Field(
-        default=None,
-        description="Acceleration of gravity, one component per dimension [m/s^2], or `{type: sphere, ...}`, the field "
+    gravity: Gravity | None = key(
+        "Acceleration of gravity, one component per dimension [m/s^2], or `{type: sphere, ...}`, the field "
         "of a homogeneous sphere; none unless given",
+        None,
     )
-    overburden: OptionalOverburden = Field(
-        default=None,
-        description="`true`: bodies start with the pressure of their own weight, `{lateral: K0}`: with that ratio of "
+    overburden: OptionalOverburden = key(
+        "`true`: bodies start with the pressure of their own weight, `{lateral: K0}`: with that ratio of "
         "horizontal to vertical stress; they start without stress unless given",
+        None,
     )
-    settle: PositiveTime | None = Field(
-        default=None,
-        description="Time before the start in which bodies come to rest under `gravity`, with damped velocities [s]; "
+    settle: PositiveTime | None = key(
+        "Time before the start in which bodies come to rest under `gravity`, with damped velocities [s]; "
         "moving bodies wait where they are, and no load, plane or clock moves; none unless given",
+        None,
     )
-    formulation: Formulation = Field(default=RiemannFormulation(), description="Scheme that computes the run")
-    time: Time = Field(description="Duration and time stepping")
-    late: LateStages = Field(
-        default=(),
-        description="Stages at a low sound speed, one or a list, with falling bulk moduli: the step grows by the root "
+    formulation: Formulation = key("Scheme that computes the run", RiemannFormulation())
+    time: Time = key("Duration and time stepping")
+    late: LateStages = key(
+        "Stages at a low sound speed, one or a list, with falling bulk moduli: the step grows by the root "
         "of their ratio while pressure and deviator go on; none unless given",
+        (),
         max_length=10,
     )
-    gauges: dict[BodyName, Gauge] = Field(
-        default={}, description="Gauges by name: their records go to history.csv", max_length=1000
-    )
-    domain: BoxRegion | None = Field(
-        default=None,
-        description="Box outside of which particles are retired: they leave the computation, and their mass, "
+    gauges: dict[BodyName, Gauge] = key("Gauges by name: their records go to history.csv", {}, max_length=1000)
+    domain: BoxRegion | None = key(
+        "Box outside of which particles are retired: they leave the computation, and their mass, "
         "momentum and energy stay in the balance; none unless given",
+        None,
     )
-    limits: RunLimits = Field(default=RunLimits(), description="Limits beyond which a run is stopped")
-    output: Output = Field(default=Output(), description="What is written, and how often")
-    witness: Witness | None = Field(
-        default=None,
-        description="Witness plane behind the layers, in 2D and 3D: mass, momentum, energy and areal momentum of the "
+    limits: RunLimits = key("Limits beyond which a run is stopped", RunLimits())
+    output: Output = key("What is written, and how often", Output())
+    witness: Witness | None = key(
+        "Witness plane behind the layers, in 2D and 3D: mass, momentum, energy and areal momentum of the "
         "debris cloud over the radius there go to summary.json (`cloud.witness`); none unless given",
+        None,
     )
-    escape: PositiveVelocity | None = Field(
-        default=None,
-        description="Least launch speed of ejecta that escape, for `beta.escaping` [m/s]; that of the `gravity` of a "
+    escape: PositiveVelocity | None = key(
+        "Least launch speed of ejecta that escape, for `beta.escaping` [m/s]; that of the `gravity` of a "
         "sphere unless given, and 0 without gravity",
+        None,
     )
-    measures: tuple[MeasureName, ...] | None = Field(
-        default=None, description="What to measure; unless given, all that has a meaning in these dimensions"
+    measures: tuple[MeasureName, ...] | None = key(
+        "What to measure; unless given, all that has a meaning in these dimensions", None
     )
-    expected: Expectations = Field(default=Expectations(), description="Expected values, by name of the measure")
+    expected: Expectations = key("Expected values, by name of the measure", Expectations())
 
     @property
     def dim(self) -> int:
@@ -206,14 +197,14 @@ class Case(StrictModel):
 def _fill_body(body: object, kinematics: Kinematics) -> object:
     if isinstance(body, Body):
         defaults = _body_defaults(body.shape.type, kinematics)
-        missing = {key: value for key, value in defaults.items() if not getattr(body, key)}
+        missing = {name: value for name, value in defaults.items() if not getattr(body, name)}
         return body.model_copy(update=missing)
     if not isinstance(body, dict):
         return body
     shape = body.get("shape")
     kind = shape.get("type") if isinstance(shape, dict) else getattr(shape, "type", None)
     defaults = _body_defaults(kind, kinematics)
-    return body | {key: value for key, value in defaults.items() if body.get(key) is None}
+    return body | {name: value for name, value in defaults.items() if body.get(name) is None}
 
 
 def _with_materials(bodies: object, context: object) -> object:
@@ -261,10 +252,10 @@ def _flatten(body: object) -> object:
     if not isinstance(body, dict):
         return body
     short = dict(body)
-    for key in _VECTORS:
-        value = short.get(key)
+    for name in _VECTORS:
+        value = short.get(name)
         if isinstance(value, list | tuple) and len(value) == 3 and value[2] == 0:
-            short[key] = list(value[:2])
+            short[name] = list(value[:2])
     grading = short.get("grading")
     if isinstance(grading, dict):
         fine = grading.get("fine")
@@ -282,12 +273,12 @@ def _in_space(shape: object) -> object:
     if not isinstance(shape, dict):
         return shape
     whole = dict(shape)
-    for key in ("whole", "shape"):
-        if key in whole:
-            whole[key] = _in_space(whole[key])
-    for key in ("parts", "removed"):
-        if isinstance(whole.get(key), list | tuple):
-            whole[key] = [_in_space(part) for part in whole[key]]
+    for name in ("whole", "shape"):
+        if name in whole:
+            whole[name] = _in_space(whole[name])
+    for name in ("parts", "removed"):
+        if isinstance(whole.get(name), list | tuple):
+            whole[name] = [_in_space(part) for part in whole[name]]
     if isinstance(whole.get("vectors"), list | tuple):
         whole["vectors"] = [_extend_vector(vector) for vector in whole["vectors"]]
     if "position" in whole:

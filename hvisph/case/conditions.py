@@ -8,18 +8,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, create_model
 
 from .bodies import Axis, Position
-from .model import SCALAR_AS_LIST, AnyCase, Path, Problem, Shorthand, StrictModel, expand_switch, is_scalar
+from .model import SCALAR_AS_LIST, AnyCase, Path, Problem, Shorthand, StrictModel, expand_switch, is_scalar, key
 from .output import BoxRegion, Region, SymmetryPlane
-from .units import (
-    MASS,
-    NUMBER,
-    Acceleration,
-    Length,
-    NonNegativeTime,
-    PositiveLength,
-    Pressure,
-    Quantity,
-)
+from .units import MASS, NUMBER, Acceleration, Length, NonNegativeTime, PositiveLength, Pressure, Quantity
 
 # Formulations with an ambient layer, and with a viscous edge.
 LAYERED, VISCOUS = ("riemann",), ("eulerian", "total_lagrangian", "adaptive")
@@ -28,9 +19,9 @@ LAYERED, VISCOUS = ("riemann",), ("eulerian", "total_lagrangian", "adaptive")
 class OpenEdge(StrictModel):
     """Plane normal to an axis through which waves leave; bodies that reach it go on beyond it."""
 
-    axis: Axis = Field(description="Axis normal to the edge")
-    at: Length = Field(description="Coordinate of the edge on that axis [m], between two rows of particles")
-    keep: Literal["above", "below"] = Field(description="Side that is computed: coordinates above or below `at`")
+    axis: Axis = key("Axis normal to the edge")
+    at: Length = key("Coordinate of the edge on that axis [m], between two rows of particles")
+    keep: Literal["above", "below"] = key("Side that is computed: coordinates above or below `at`")
 
     @property
     def sign(self) -> float:
@@ -41,16 +32,16 @@ class OpenEdge(StrictModel):
 class PressureLoad(Region):
     """Pressure over time on a face: the outermost row of a region along a direction."""
 
-    box: BoxRegion = Field(description="Region in the initial configuration in which the face lies")
-    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
-    pressure: tuple[tuple[NonNegativeTime, Pressure], ...] = Field(
-        description="Rows of time [s] and pressure [Pa]: linear between rows, constant beyond them, a jump where two "
+    box: BoxRegion = key("Region in the initial configuration in which the face lies")
+    bodies: tuple[str, ...] = key("Bodies of which they are; all unless given", ())
+    pressure: tuple[tuple[NonNegativeTime, Pressure], ...] = key(
+        "Rows of time [s] and pressure [Pa]: linear between rows, constant beyond them, a jump where two "
         "rows have one time; its work is `external_work` in the history",
         min_length=1,
         max_length=10_000,
     )
-    normal: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
-        description="Outward normal of the face; the pressure pushes the other way"
+    normal: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = key(
+        "Outward normal of the face; the pressure pushes the other way"
     )
 
 
@@ -64,16 +55,16 @@ def table_problems(times: list[float], path: Path) -> Iterator[Problem]:
 def edge_problems(case: AnyCase) -> Iterator[Problem]:
     """Yield the errors of open edges and pressure loads that the case alone shows."""
     axes, kind = "xyz"[: case.dim], case.formulation.type
-    for key, given in (("edges", case.edges), ("loads", case.loads)):
+    for name, given in (("edges", case.edges), ("loads", case.loads)):
         if not given:
             continue
         if kind not in (*LAYERED, *VISCOUS):
-            yield Problem((key,), f"{kind} has none; use riemann, eulerian or total_lagrangian")
+            yield Problem((name,), f"{kind} has none; use riemann, eulerian or total_lagrangian")
         if case.time.integrator == "predictor_corrector":
-            yield Problem((key,), "need one force a step for their work; use `time.integrator: leapfrog`")
+            yield Problem((name,), "need one force a step for their work; use `time.integrator: leapfrog`")
         if case.start is not None:
             yield Problem(
-                (key,), "refer to the start of the bodies, which `start` takes from another run; leave it out"
+                (name,), "refer to the start of the bodies, which `start` takes from another run; leave it out"
             )
     if case.edges and kind in LAYERED and case.kinematics == "plane_stress":
         yield Problem(("edges",), "contact SPH has no plate impedance in plane stress; use eulerian")
@@ -127,7 +118,7 @@ class UniformGravity(StrictModel):
     """Uniform field of gravity."""
 
     type: Literal["uniform"] = "uniform"
-    acceleration: Components = Field(description="Acceleration, one component per dimension [m/s^2]")
+    acceleration: Components = key("Acceleration, one component per dimension [m/s^2]")
 
     def words(self, number: Callable[[float, str], str]) -> str:
         """Return the field in words, with quantities by `number`."""
@@ -138,9 +129,9 @@ class SphereGravity(StrictModel):
     """Field of a homogeneous sphere: G M/r^2 outside, proportional to r inside."""
 
     type: Literal["sphere"] = "sphere"
-    mass: Annotated[float, Quantity(MASS, above=0)] = Field(description="Mass of the sphere [kg], above 0")
-    radius: PositiveLength = Field(description="Radius of the sphere [m], above 0")
-    centre: Position = Field(default=(), description="Centre of the sphere [m]; the origin unless given")
+    mass: Annotated[float, Quantity(MASS, above=0)] = key("Mass of the sphere [kg], above 0")
+    radius: PositiveLength = key("Radius of the sphere [m], above 0")
+    centre: Position = key("Centre of the sphere [m]; the origin unless given", ())
 
     def words(self, number: Callable[[float, str], str]) -> str:
         """Return the field in words, with quantities by `number`."""
@@ -150,8 +141,8 @@ class SphereGravity(StrictModel):
 class Overburden(StrictModel):
     """Initial stress of bodies under their own weight, from their free face downwards."""
 
-    lateral: Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)] = Field(
-        default=1.0, description="Horizontal over vertical stress, 0 to 1; 1 is a pressure alone"
+    lateral: Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)] = key(
+        "Horizontal over vertical stress, 0 to 1; 1 is a pressure alone", 1.0
     )
 
 
@@ -178,12 +169,12 @@ def gravity_problems(case: AnyCase) -> Iterator[Problem]:
     if case.formulation.type == "projection":
         yield Problem(("gravity",), "projection has `formulation.body_force` in its place")
     vector = gravity.acceleration if gravity.type == "uniform" else gravity.centre
-    key = ("gravity", "acceleration" if gravity.type == "uniform" else "centre")
+    path = ("gravity", "acceleration" if gravity.type == "uniform" else "centre")
     if vector and len(vector) != dim:
-        yield Problem(key, f"has {len(vector)} components, needs {dim} in {dim}D")
+        yield Problem(path, f"has {len(vector)} components, needs {dim} in {dim}D")
         return
     if case.kinematics == "axisymmetric" and any(vector[1:]):
-        yield Problem(key, "axisymmetric cases have gravity along the axis x alone; set the other component to 0")
+        yield Problem(path, "axisymmetric cases have gravity along the axis x alone; set the other component to 0")
     if case.overburden is not None and case.formulation.type in ("total_lagrangian", "adaptive"):
         remedy = "use riemann or eulerian, or `settle` alone"
         yield Problem(("overburden",), f"a Total Lagrangian reference is free of stress; {remedy}")
@@ -253,15 +244,13 @@ def _resolve_folder(value: object, info: ValidationInfo) -> object:
 
 
 class _Start(StrictModel):
-    run: Annotated[str, Shorthand(_resolve_folder, ()), Field(min_length=1, max_length=4096)] = Field(
-        description="Folder of the other run, relative to the case file or to the working folder"
+    run: Annotated[str, Shorthand(_resolve_folder, ()), Field(min_length=1, max_length=4096)] = key(
+        "Folder of the other run, relative to the case file or to the working folder"
     )
-    at: NonNegativeTime = Field(
-        description="Time of one of its snapshots [s]; the time of this run goes on from there, to `time.end`"
+    at: NonNegativeTime = key(
+        "Time of one of its snapshots [s]; the time of this run goes on from there, to `time.end`"
     )
-    width: PositiveLength | None = Field(
-        default=None, description="Width along z [m] to which a plane run is extruded; `as: extruded` alone"
-    )
+    width: PositiveLength | None = key("Width along z [m] to which a plane run is extruded; `as: extruded` alone", None)
 
     @property
     def mapping(self) -> str:
@@ -283,11 +272,11 @@ Start: Any = create_model(
     **{
         "as": (
             Literal["same", "revolved", "extruded"],
-            Field(
-                default="same",
-                description="`same`: particles as they are, in the same kinematics; `revolved`: those of an "
+            key(
+                "`same`: particles as they are, in the same kinematics; `revolved`: those of an "
                 "axisymmetric run become particles about x in 3D; `extruded`: those of a plane strain run become rows "
                 "along z in 3D",
+                "same",
             ),
         )
     },

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, create_model
+from pydantic import BeforeValidator, ValidationInfo, create_model
 
 from hvisph.core.measure_catalogue import CATALOGUE
 from hvisph.core.text import Plain
 
-from .model import StrictModel
+from .model import StrictModel, key
 from .units import Dimension, Quantity, dimension_of
 
 
 class Expectation(StrictModel):
     """Expected value [SI unit of the measure], its tolerance and its source."""
 
-    value: float = Field(description="Expected value")
-    tolerance: float = Field(description="Largest deviation that passes; a percentage such as '12 %' is of the value")
-    source: str = Field(default="", description="Where the value comes from")
+    value: float = key("Expected value")
+    tolerance: float = key("Largest deviation that passes; a percentage such as '12 %' is of the value")
+    source: str = key("Where the value comes from", "")
 
 
 def _percentage(value: object, info: ValidationInfo) -> object:
@@ -43,8 +43,8 @@ def _expectation(dimension: Dimension) -> type[Expectation]:
         name,
         __base__=Expectation,
         __doc__=f"An expected value that is {dimension.name}.",
-        value=(value, Field(description=f"{fields['value'].description}{unit}")),
-        tolerance=(tolerance, Field(description=f"{fields['tolerance'].description}{unit}, at least 0")),
+        value=(value, key(f"{fields['value'].description}{unit}")),
+        tolerance=(tolerance, key(f"{fields['tolerance'].description}{unit}, at least 0")),
     )
 
 
@@ -61,8 +61,7 @@ class _Expectations(StrictModel):
 
 _BY_UNIT = {unit: _expectation(dimension_of(unit)) for unit in dict.fromkeys(m.unit for m in CATALOGUE.values())}
 _FIELDS: Plain = {
-    name: (_BY_UNIT[measure.unit] | None, Field(default=None, description=measure.meaning))
-    for name, measure in CATALOGUE.items()
+    name: (_BY_UNIT[measure.unit] | None, key(measure.meaning, None)) for name, measure in CATALOGUE.items()
 }
 if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
     Expectations = _Expectations

@@ -24,6 +24,11 @@ class StrictModel(BaseModel):
     meaningless: ClassVar[dict[str, str]] = {}
 
 
+def key(description: str, default: Any = ..., **limits: Any) -> Any:
+    """Return a field of a block: description, default (required unless given), limits of `pydantic.Field`."""
+    return Field(default, description=description, **limits)
+
+
 class Problem(NamedTuple):
     """Error that involves several fields."""
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from hvisph.case.bodies import Axis, Position, VelocityVector
-from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, Shorthand, StrictModel, is_scalar
+from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, Shorthand, StrictModel, is_scalar, key
 from hvisph.case.units import (
     LENGTH,
     NUMBER,
@@ -28,54 +28,52 @@ Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3
 class SymmetryPlane(StrictModel):
     """Symmetry plane normal to an axis; one side is computed."""
 
-    axis: Axis = Field(description="Axis normal to the plane")
-    at: Length = Field(default=0.0, description="Coordinate of the plane on that axis [m]")
-    keep: Literal["above", "below"] = Field(
-        default="above", description="Side that is computed: coordinates above or below `at`"
-    )
+    axis: Axis = key("Axis normal to the plane")
+    at: Length = key("Coordinate of the plane on that axis [m]", 0.0)
+    keep: Literal["above", "below"] = key("Side that is computed: coordinates above or below `at`", "above")
     velocity: Annotated[
         tuple[tuple[NonNegativeTime, Velocity], ...],
         Shorthand(lambda value, _: [[0.0, value]] if is_scalar(value) else value),
         Field(max_length=10_000),
-    ] = Field(
-        default=(),
-        description="Velocity along the axis, as that of a rigid wall that moves: a number [m/s], or rows of time [s] "
+    ] = key(
+        "Velocity along the axis, as that of a rigid wall that moves: a number [m/s], or rows of time [s] "
         "and velocity [m/s], linear between rows and constant beyond them; its work is `external_work` in the history; "
         "at rest unless given; with every formulation but projection",
+        (),
     )
 
 
 class BoxRegion(StrictModel):
     """Box between two corners; a null component is unbounded."""
 
-    min: Corner = Field(default=(), description="Lower corner [m], a component per dimension, null if unbounded")
-    max: Corner = Field(default=(), description="Upper corner [m], a component per dimension, null if unbounded")
+    min: Corner = key("Lower corner [m], a component per dimension, null if unbounded", ())
+    max: Corner = key("Upper corner [m], a component per dimension, null if unbounded", ())
 
 
 class Region(StrictModel):
     """Particles of some or all bodies within a box."""
 
-    box: BoxRegion = Field(description="Region in the initial configuration whose particles are meant")
-    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
+    box: BoxRegion = key("Region in the initial configuration whose particles are meant")
+    bodies: tuple[str, ...] = key("Bodies of which they are; all unless given", ())
 
 
 class Clamp(Region):
     """Particles at rest, or at a prescribed velocity, for the whole run."""
 
-    box: BoxRegion = Field(description="Region in the initial configuration whose particles are held")
-    bodies: tuple[str, ...] = Field(default=(), description="Bodies that are held; all unless given")
-    velocity: VelocityVector = Field(
-        default=(),
-        description="Velocity at which they move, as a driven piston does, one component per dimension [m/s], or the "
+    box: BoxRegion = key("Region in the initial configuration whose particles are held")
+    bodies: tuple[str, ...] = key("Bodies that are held; all unless given", ())
+    velocity: VelocityVector = key(
+        "Velocity at which they move, as a driven piston does, one component per dimension [m/s], or the "
         "rows of `velocity_table`; its work is `external_work` in the history; at rest unless given",
+        (),
     )
-    velocity_table: tuple[tuple[NonNegativeTime, Velocity], ...] = Field(
-        default=(),
-        description="Velocity over time in place of `velocity`, rows of time [s] and velocity [m/s] `along` an axis: "
+    velocity_table: tuple[tuple[NonNegativeTime, Velocity], ...] = key(
+        "Velocity over time in place of `velocity`, rows of time [s] and velocity [m/s] `along` an axis: "
         "linear between rows, constant beyond them, a jump where two rows have one time",
+        (),
         max_length=10_000,
     )
-    along: Axis = Field(default="x", description="Axis along which `velocity_table` moves them")
+    along: Axis = key("Axis along which `velocity_table` moves them", "x")
 
     @model_validator(mode="before")
     @classmethod
@@ -103,14 +101,14 @@ class Clamp(Region):
 class InitialLoad(Region):
     """Impulse: pressure added to that of the material during the first step."""
 
-    box: BoxRegion = Field(description="Region in the initial configuration whose particles are loaded")
-    pressure: Pressure = Field(description="Pressure added [Pa]; negative is tension")
+    box: BoxRegion = key("Region in the initial configuration whose particles are loaded")
+    pressure: Pressure = key("Pressure added [Pa]; negative is tension")
 
 
 class EulerianRegion(Region):
     """Particles that are Eulerian from the start of the run."""
 
-    box: BoxRegion = Field(description="Region in the initial configuration whose particles are Eulerian")
+    box: BoxRegion = key("Region in the initial configuration whose particles are Eulerian")
 
 
 def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str]) -> Iterator[Problem]:
@@ -138,15 +136,14 @@ Fields = Annotated[tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_L
 class GaugeOptions(StrictModel):
     """Options of every gauge."""
 
-    at: Position = Field(description="Place of the gauge at the start [m], a coordinate per dimension")
-    fields: Fields = Field(
-        default=("velocity", "pressure"),
-        description="What it records: names of fields, such as `pressure`, `velocity` (all components), "
+    at: Position = key("Place of the gauge at the start [m], a coordinate per dimension")
+    fields: Fields = key(
+        "What it records: names of fields, such as `pressure`, `velocity` (all components), "
         "`velocity_x`, `stress_xx`, `density`, `plastic_strain`",
+        ("velocity", "pressure"),
     )
-    every: Annotated[int, Field(strict=True, ge=1, le=10**9)] | None = Field(
-        default=None,
-        description="Steps between its records, at least 1; with every line of history.csv unless given",
+    every: Annotated[int, Field(strict=True, ge=1, le=10**9)] | None = key(
+        "Steps between its records, at least 1; with every line of history.csv unless given", None
     )
 
 
@@ -166,8 +163,8 @@ class FreeSurfaceGauge(GaugeOptions):
     """Gauge on the outermost particle of the body at `at` along `direction`."""
 
     type: Literal["free_surface"] = "free_surface"
-    direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
-        default="+x", description="Direction in which the surface lies, seen from `at`"
+    direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = key(
+        "Direction in which the surface lies, seen from `at`", "+x"
     )
 
 
@@ -199,63 +196,56 @@ ALWAYS = ("position", "mass", "density")
 class OutputRegion(Region):
     """Subset of the particles that is written separately: a box, a body or every n-th particle."""
 
-    box: BoxRegion = Field(
-        default=BoxRegion(),
-        description="Region whose particles are meant, as they stand at the moment; all unless given",
-    )
-    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
-    stride: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
-        default=1, description="Every how many-th particle, by its number, is written, at least 1"
+    box: BoxRegion = key("Region whose particles are meant, as they stand at the moment; all unless given", BoxRegion())
+    bodies: tuple[str, ...] = key("Bodies of which they are; all unless given", ())
+    stride: Annotated[int, Field(strict=True, ge=1, le=10**9)] = key(
+        "Every how many-th particle, by its number, is written, at least 1", 1
     )
 
 
 class Output(StrictModel):
     """Intervals and formats of the files of a run."""
 
-    every: PositiveTime | None = Field(
-        default=None,
-        description="Time between snapshots [s], a twentieth of the run unless given; beyond it first and last alone",
+    every: PositiveTime | None = key(
+        "Time between snapshots [s], a twentieth of the run unless given; beyond it first and last alone", None
     )
-    formats: tuple[Literal["hdf5", "vtu"], ...] = Field(
-        default=("hdf5",),
-        description="Formats of snapshots; `hvisph measure` reads either",
-        min_length=1,
-        max_length=2,
+    formats: tuple[Literal["hdf5", "vtu"], ...] = key(
+        "Formats of snapshots; `hvisph measure` reads either", ("hdf5",), min_length=1, max_length=2
     )
-    history_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
-        default=1, description="Steps between lines of history.csv, at least 1"
+    history_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = key(
+        "Steps between lines of history.csv, at least 1", 1
     )
-    checkpoint_every: PositiveTime | None = Field(
-        default=60.0,
-        description="Wall time between checkpoints [s], from which `hvisph resume` goes on; at most "
+    checkpoint_every: PositiveTime | None = key(
+        "Wall time between checkpoints [s], from which `hvisph resume` goes on; at most "
         "2 % of the run is spent on them; null for one at the end only",
+        60.0,
     )
-    full_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
-        default=1,
-        description="Output times between snapshots of all particles, at least 1; regions are written at every output "
+    full_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = key(
+        "Output times between snapshots of all particles, at least 1; regions are written at every output "
         "time, the first and the last state in full",
+        1,
     )
-    regions: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9_]{1,64}$")], OutputRegion] = Field(
-        default={}, description="Parts of the model by name, written as `regions/NAME.NNNNNN.vtkhdf`", max_length=100
+    regions: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9_]{1,64}$")], OutputRegion] = key(
+        "Parts of the model by name, written as `regions/NAME.NNNNNN.vtkhdf`", {}, max_length=100
     )
-    fields: Annotated[tuple[Literal[WRITTEN], ...], SCALAR_AS_LIST] | None = Field(  # type: ignore[valid-type]
-        default=None,
-        description=f"Fields of snapshots beside {', '.join(ALWAYS)}; all unless given. What is not there cannot be "
+    fields: Annotated[tuple[Literal[WRITTEN], ...], SCALAR_AS_LIST] | None = key(  # type: ignore[valid-type]
+        f"Fields of snapshots beside {', '.join(ALWAYS)}; all unless given. What is not there cannot be "
         "measured or shown later",
+        None,
     )
-    precision: Literal["double", "single"] = Field(
-        default="double",
-        description="Of the fields in snapshots: double, or single, of seven digits in half of the space, for all but "
+    precision: Literal["double", "single"] = key(
+        "Of the fields in snapshots: double, or single, of seven digits in half of the space, for all but "
         "positions. The run itself and its checkpoints are double",
+        "double",
     )
-    compress: Literal["none", "gzip"] = Field(
-        default="none", description="Compression of HDF5 snapshots: gzip takes about half of the space, and time"
+    compress: Literal["none", "gzip"] = key(
+        "Compression of HDF5 snapshots: gzip takes about half of the space, and time", "none"
     )
-    report: bool = Field(default=False, description="Whether to write the page `report.html` when the run ends")
-    static_fields: Literal["each", "once"] = Field(
-        default="each",
-        description="Whether `each` HDF5 snapshot holds mass, body and material, or only the first one (`once`), "
+    report: bool = key("Whether to write the page `report.html` when the run ends", False)
+    static_fields: Literal["each", "once"] = key(
+        "Whether `each` HDF5 snapshot holds mass, body and material, or only the first one (`once`), "
         "without which later ones cannot be read",
+        "each",
     )
 
 
@@ -291,40 +281,36 @@ def default_courant(data: Plain) -> float | None:
 class Time(StrictModel):
     """Duration and time stepping."""
 
-    end: PositiveTime = Field(
-        description="Time at which the run ends [s], above 0; contact is at 0 unless there is a gap"
-    )
-    cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
-        default=COURANT,
-        description="Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
+    end: PositiveTime = key("Time at which the run ends [s], above 0; contact is at 0 unless there is a gap")
+    cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = key(
+        "Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
         "0.5 with `total_lagrangian` and `adaptive`, 0.42 with `riemann` (0.35 with variant `original` and without "
         "reconstruction), 0.3 with others, in axisymmetric cases, and where alpha of the viscosity is below 1",
+        COURANT,
     )
-    step: PositiveTime | None = Field(
-        default=None,
-        description="Fixed time step [s]; unless given adaptive or, with projection, 0.1 ns per 0.1 mm of resolution",
+    step: PositiveTime | None = key(
+        "Fixed time step [s]; unless given adaptive or, with projection, 0.1 ns per 0.1 mm of resolution", None
     )
-    integrator: Literal["leapfrog", "predictor_corrector", "staggered"] = Field(
-        default="leapfrog",
-        description="Time integrator, one evaluation of the forces a step; `staggered` is Zisis 2013's",
+    integrator: Literal["leapfrog", "predictor_corrector", "staggered"] = key(
+        "Time integrator, one evaluation of the forces a step; `staggered` is Zisis 2013's", "leapfrog"
     )
-    max_steps: Annotated[int, Field(strict=True, ge=1, le=10**12)] | None = Field(
-        default=None, description="Number of steps at which to stop early, at least 1; none unless given"
+    max_steps: Annotated[int, Field(strict=True, ge=1, le=10**12)] | None = key(
+        "Number of steps at which to stop early, at least 1; none unless given", None
     )
 
 
 class LateStage(StrictModel):
     """Stage at a low sound speed: a bulk modulus in place of equations of state, for craters that open slowly."""
 
-    at: PositiveTime = Field(description="Time from which on it holds [s]")
-    bulk_modulus: PositivePressure | None = Field(
-        default=None,
-        description="K_new [Pa], at least ten times the largest pressure then; unless given the largest of 30 times "
+    at: PositiveTime = key("Time from which on it holds [s]")
+    bulk_modulus: PositivePressure | None = key(
+        "K_new [Pa], at least ten times the largest pressure then; unless given the largest of 30 times "
         "it, 100 rho u^2 with the 99 % quantile u of the speeds of particles under pressure, 100 times the largest von "
         "Mises stress, but not above that of a material or of the stage before",
+        None,
     )
-    nu: Annotated[float, Quantity(NUMBER, minimum=0, below=0.5)] = Field(
-        default=0.25, description="Poisson's ratio, which with K_new gives the shear modulus [-]"
+    nu: Annotated[float, Quantity(NUMBER, minimum=0, below=0.5)] = key(
+        "Poisson's ratio, which with K_new gives the shear modulus [-]", 0.25
     )
 
 
@@ -341,29 +327,26 @@ LateStages = Annotated[
 class Witness(StrictModel):
     """Plane across the shot line, for the extrapolation of the debris cloud in free flight."""
 
-    x: Annotated[float, Quantity(LENGTH)] = Field(description="Where it is, along the shot line [m]")
+    x: Annotated[float, Quantity(LENGTH)] = key("Where it is, along the shot line [m]")
 
 
 class RunLimits(StrictModel):
     """Limits beyond which a run stops with a snapshot; non-finite values always stop it."""
 
-    energy_drift: Annotated[float, Quantity(NUMBER, above=0)] | None = Field(
-        default=0.01,
-        description="Change of total energy over that at the start [-], above 0; null for no limit",
+    energy_drift: Annotated[float, Quantity(NUMBER, above=0)] | None = key(
+        "Change of total energy over that at the start [-], above 0; null for no limit", 0.01
     )
-    negative_energy: Annotated[float, Quantity(NUMBER, above=0)] | None = Field(
-        default=0.01,
-        description="Internal energy of the whole below that at the start and below zero, over the energy at the start "
+    negative_energy: Annotated[float, Quantity(NUMBER, above=0)] | None = key(
+        "Internal energy of the whole below that at the start and below zero, over the energy at the start "
         "[-], above 0: more stops a run; null for no limit",
+        0.01,
     )
-    speed_over_initial: Annotated[float, Quantity(NUMBER, above=1)] | None = Field(
-        default=10.0,
-        description="Speed of a particle over the fastest at the start, or over the speed of signals where "
+    speed_over_initial: Annotated[float, Quantity(NUMBER, above=1)] | None = key(
+        "Speed of a particle over the fastest at the start, or over the speed of signals where "
         "all start at rest [-], above 1; null for no limit",
+        10.0,
     )
-    step_over_initial: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
-        default=1e-6, description="Smallest time step over the first [-], at least 0 and below 1"
+    step_over_initial: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
+        "Smallest time step over the first [-], at least 0 and below 1", 1e-6
     )
-    density: bool = Field(
-        default=True, description="Whether densities outside the range of the equation of state stop the run"
-    )
+    density: bool = key("Whether densities outside the range of the equation of state stop the run", True)

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from hvisph.core.catalogues import SHAPES
 
-from .model import SCALAR_AS_LIST, Shorthand, StrictModel
+from .model import SCALAR_AS_LIST, Shorthand, StrictModel, key
 from .simple_shapes import (
     AnnulusShape,
     Axis,
@@ -40,10 +40,8 @@ Position = Annotated[tuple[Length, ...], SCALAR_AS_LIST, Field(min_length=1, max
 class Rotation(StrictModel):
     """Counter-clockwise rotation about the centre of the body."""
 
-    angle: Angle = Field(description="Angle [deg]")
-    axis: Direction = Field(
-        default=(0.0, 0.0, 1.0), description="Direction of the axis [-], not all zero, or x, y or z; in 2D always z"
-    )
+    angle: Angle = key("Angle [deg]")
+    axis: Direction = key("Direction of the axis [-], not all zero, or x, y or z; in 2D always z", (0.0, 0.0, 1.0))
 
     @property
     def radians(self) -> float:
@@ -60,8 +58,8 @@ class PrismShape(ShapeOptions):
     """Plane shape extruded along an axis (3D), centred at 0."""
 
     type: Literal["prism"] = "prism"
-    section: Shape = Field(description="Shape in 2D, in the two other axes in their order")
-    length: PositiveLength = Field(description="Length [m]")
+    section: Shape = key("Shape in 2D, in the two other axes in their order")
+    length: PositiveLength = key("Length [m]")
     axis: AxisField = "x"
 
     def thickness(self) -> float:
@@ -73,11 +71,11 @@ class RingShape(ShapeOptions):
     """Plane shape revolved about an axis (3D): a torus from a disc, a solid of revolution from a polygon."""
 
     type: Literal["ring"] = "ring"
-    section: Shape = Field(description="Shape in 2D: its x along the axis, its y outwards")
-    radius: NonNegativeLength = Field(
-        default=0.0, description="Distance from the axis to the section's origin [m]; 0 where its y is the radius"
+    section: Shape = key("Shape in 2D: its x along the axis, its y outwards")
+    radius: NonNegativeLength = key(
+        "Distance from the axis to the section's origin [m]; 0 where its y is the radius", 0.0
     )
-    axis: Axis = Field(default="x", description="Axis that it goes round")
+    axis: Axis = key("Axis that it goes round", "x")
 
     def thickness(self) -> float:
         """Return the section's thickness [m]."""
@@ -88,16 +86,14 @@ class HoneycombShape(ShapeOptions):
     """Hexagonal cells along x in a box, a cell at its centre; walls normal to y have two foils (3D)."""
 
     type: Literal["honeycomb"] = "honeycomb"
-    cell: PositiveLength = Field(description="Width of a cell between opposite walls [m]")
-    foil: PositiveLength = Field(description="Thickness of the foil [m]")
-    thickened: Annotated[float, Quantity(NUMBER, minimum=1)] = Field(
-        default=1.0,
-        description="Drawn thickness over that of the foil [-], at least 1; the material's `porosity.distension` must "
+    cell: PositiveLength = key("Width of a cell between opposite walls [m]")
+    foil: PositiveLength = key("Thickness of the foil [m]")
+    thickened: Annotated[float, Quantity(NUMBER, minimum=1)] = key(
+        "Drawn thickness over that of the foil [-], at least 1; the material's `porosity.distension` must "
         "be the same, so that cell and mass are those of the foil",
+        1.0,
     )
-    size: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(
-        description="Depth along x, and sizes along y and z [m]"
-    )
+    size: tuple[PositiveLength, PositiveLength, PositiveLength] = key("Depth along x, and sizes along y and z [m]")
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -111,45 +107,43 @@ class HoneycombShape(ShapeOptions):
 class Part(StrictModel):
     """Shape within a combined shape."""
 
-    shape: Shape = Field(description="Shape of the part")
-    position: Position | None = Field(default=None, description="Where its centre is [m]; the origin unless given")
-    rotation: OptionalRotation = Field(
-        default=None, description="Turn about its centre before placing: an angle [deg], or angle and axis"
-    )
+    shape: Shape = key("Shape of the part")
+    position: Position | None = key("Where its centre is [m]; the origin unless given", None)
+    rotation: OptionalRotation = key("Turn about its centre before placing: an angle [deg], or angle and axis", None)
 
 
 class UnionShape(ShapeOptions):
     """Union of shapes (2D, 3D)."""
 
     type: Literal["union"] = "union"
-    parts: tuple[Part, ...] = Field(description="Shapes that are united", min_length=1, max_length=1000)
+    parts: tuple[Part, ...] = key("Shapes that are united", min_length=1, max_length=1000)
 
 
 class IntersectionShape(ShapeOptions):
     """Intersection of shapes (2D, 3D)."""
 
     type: Literal["intersection"] = "intersection"
-    parts: tuple[Part, ...] = Field(description="Shapes that are intersected", min_length=1, max_length=1000)
+    parts: tuple[Part, ...] = key("Shapes that are intersected", min_length=1, max_length=1000)
 
 
 class DifferenceShape(ShapeOptions):
     """Difference of shapes: a plate with holes (2D, 3D)."""
 
     type: Literal["difference"] = "difference"
-    whole: Shape = Field(description="Shape that is cut")
-    removed: tuple[Part, ...] = Field(description="Shapes that are cut out", min_length=1, max_length=1000)
+    whole: Shape = key("Shape that is cut")
+    removed: tuple[Part, ...] = key("Shapes that are cut out", min_length=1, max_length=1000)
 
 
 class RepeatShape(ShapeOptions):
     """Copies of a shape in a row or on a lattice, centred at 0: honeycombs, meshes, tiles (2D, 3D)."""
 
     type: Literal["repeat"] = "repeat"
-    shape: Shape = Field(description="Shape that is repeated")
-    vectors: tuple[Position, ...] = Field(
-        description="Steps from copy to copy [m]: one for a row, two or three for a lattice", min_length=1, max_length=3
+    shape: Shape = key("Shape that is repeated")
+    vectors: tuple[Position, ...] = key(
+        "Steps from copy to copy [m]: one for a row, two or three for a lattice", min_length=1, max_length=3
     )
-    counts: tuple[Annotated[int, Field(strict=True, ge=1, le=10_000)], ...] = Field(
-        description="Number of copies along each", min_length=1, max_length=3
+    counts: tuple[Annotated[int, Field(strict=True, ge=1, le=10_000)], ...] = key(
+        "Number of copies along each", min_length=1, max_length=3
     )
 
     def thickness(self) -> float:
@@ -209,9 +203,9 @@ def shape_problems(shape: Shape, dim: int, path: tuple[str | int, ...]) -> list[
             problems.append(((*path, "counts"), f"has {len(shape.counts)} counts for {len(shape.vectors)} vectors"))
     if isinstance(shape, DifferenceShape):
         problems += shape_problems(shape.whole, dim, (*path, "whole"))
-    for key in ("parts", "removed"):
-        for number, part in enumerate(getattr(shape, key, ())):
-            place = (*path, key, number)
+    for name in ("parts", "removed"):
+        for number, part in enumerate(getattr(shape, name, ())):
+            place = (*path, name, number)
             problems += shape_problems(part.shape, dim, (*place, "shape"))
             if part.shape.type in ("particles",):
                 problems.append(((*place, "shape", "type"), "particles from a file cannot be part of a combined shape"))

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from .model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
+from .model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel, key
 from .units import Length, NonNegativeLength, Number, PositiveLength
 
 Axis = Literal["x", "y", "z"]
@@ -41,7 +41,7 @@ class IntervalShape(ShapeOptions):
     """Interval of the x axis (1D)."""
 
     type: Literal["interval"] = "interval"
-    length: PositiveLength = Field(description="Length [m]")
+    length: PositiveLength = key("Length [m]")
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -52,7 +52,7 @@ class DiscShape(ShapeOptions):
     """A disc (2D): the section of a long cylinder."""
 
     type: Literal["disc"] = "disc"
-    diameter: PositiveLength = Field(description="Diameter [m]")
+    diameter: PositiveLength = key("Diameter [m]")
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -63,8 +63,8 @@ class AnnulusShape(ShapeOptions):
     """A disc with a concentric hole (2D): the section of a long tube."""
 
     type: Literal["annulus"] = "annulus"
-    outer_diameter: PositiveLength = Field(description="Outer diameter [m]")
-    inner_diameter: PositiveLength = Field(description="Diameter of the hole [m], below the outer one")
+    outer_diameter: PositiveLength = key("Outer diameter [m]")
+    inner_diameter: PositiveLength = key("Diameter of the hole [m], below the outer one")
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -79,8 +79,8 @@ class PolygonShape(ShapeOptions):
     """A region with straight edges (2D), in the coordinates of its points."""
 
     type: Literal["polygon"] = "polygon"
-    points: tuple[tuple[Length, Length], ...] = Field(
-        description="Corners in order, either way round; the last joins the first [m]", min_length=3, max_length=10_000
+    points: tuple[tuple[Length, Length], ...] = key(
+        "Corners in order, either way round; the last joins the first [m]", min_length=3, max_length=10_000
     )
 
 
@@ -88,7 +88,7 @@ class SphereShape(ShapeOptions):
     """A ball (3D)."""
 
     type: Literal["sphere"] = "sphere"
-    diameter: PositiveLength = Field(description="Diameter [m]")
+    diameter: PositiveLength = key("Diameter [m]")
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -99,8 +99,8 @@ class HollowSphereShape(ShapeOptions):
     """A ball with a concentric cavity (3D)."""
 
     type: Literal["hollow_sphere"] = "hollow_sphere"
-    outer_diameter: PositiveLength = Field(description="Outer diameter [m]")
-    inner_diameter: PositiveLength = Field(description="Diameter of the cavity [m], below the outer one")
+    outer_diameter: PositiveLength = key("Outer diameter [m]")
+    inner_diameter: PositiveLength = key("Diameter of the cavity [m], below the outer one")
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -115,7 +115,7 @@ class BoxShape(ShapeOptions):
     """A rectangle (2D) or a cuboid (3D), edges along the axes."""
 
     type: Literal["box"] = "box"
-    size: Sizes = Field(description="Full sizes along x, y and, in 3D, z [m]")
+    size: Sizes = key("Full sizes along x, y and, in 3D, z [m]")
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -126,8 +126,8 @@ class CylinderShape(ShapeOptions):
     """A circular cylinder of finite length (3D)."""
 
     type: Literal["cylinder"] = "cylinder"
-    diameter: PositiveLength = Field(description="Diameter [m]")
-    length: PositiveLength = Field(description="Length [m]")
+    diameter: PositiveLength = key("Diameter [m]")
+    length: PositiveLength = key("Length [m]")
     axis: AxisField = "x"
 
     def extent(self) -> tuple[float, ...]:
@@ -139,9 +139,9 @@ class TubeShape(ShapeOptions):
     """A circular tube of finite length (3D)."""
 
     type: Literal["tube"] = "tube"
-    outer_diameter: PositiveLength = Field(description="Outer diameter [m]")
-    inner_diameter: PositiveLength = Field(description="Inner diameter [m], below the outer one")
-    length: PositiveLength = Field(description="Length [m]")
+    outer_diameter: PositiveLength = key("Outer diameter [m]")
+    inner_diameter: PositiveLength = key("Inner diameter [m], below the outer one")
+    length: PositiveLength = key("Length [m]")
     axis: AxisField = "x"
 
     def extent(self) -> tuple[float, ...]:
@@ -157,8 +157,8 @@ class ConeShape(ShapeOptions):
     """A cone, tip ahead (3D), or its section (2D)."""
 
     type: Literal["cone"] = "cone"
-    diameter: PositiveLength = Field(description="Diameter of the base [m]")
-    length: PositiveLength = Field(description="Length [m]")
+    diameter: PositiveLength = key("Diameter of the base [m]")
+    length: PositiveLength = key("Length [m]")
     axis: NoseField = "x"
 
     def extent(self) -> tuple[float, ...]:
@@ -170,9 +170,9 @@ class FrustumShape(ShapeOptions):
     """A truncated cone (3D), or its section (2D)."""
 
     type: Literal["frustum"] = "frustum"
-    back_diameter: NonNegativeLength = Field(description="Diameter of the end at the back [m]")
-    front_diameter: NonNegativeLength = Field(description="Diameter of the end ahead [m]")
-    length: PositiveLength = Field(description="Length [m]")
+    back_diameter: NonNegativeLength = key("Diameter of the end at the back [m]")
+    front_diameter: NonNegativeLength = key("Diameter of the end ahead [m]")
+    length: PositiveLength = key("Length [m]")
     axis: NoseField = "x"
 
     def extent(self) -> tuple[float, ...]:
@@ -187,9 +187,9 @@ class OgiveShape(ShapeOptions):
     """
 
     type: Literal["ogive"] = "ogive"
-    diameter: PositiveLength = Field(description="Diameter of the cylinder [m]")
-    nose_length: PositiveLength = Field(description="Length of the nose [m], at least half the diameter")
-    shank_length: NonNegativeLength = Field(default=0.0, description="Length of the cylinder behind the nose [m]")
+    diameter: PositiveLength = key("Diameter of the cylinder [m]")
+    nose_length: PositiveLength = key("Length of the nose [m], at least half the diameter")
+    shank_length: NonNegativeLength = key("Length of the cylinder behind the nose [m]", 0.0)
     axis: NoseField = "x"
 
     def extent(self) -> tuple[float, ...]:
@@ -201,10 +201,8 @@ class DomeShape(ShapeOptions):
     """A cap of a ball on a flat base, by default a hemisphere (3D), or its section (2D)."""
 
     type: Literal["dome"] = "dome"
-    diameter: PositiveLength = Field(description="Diameter of the base [m]")
-    height: PositiveLength | None = Field(
-        default=None, description="Height [m], at most half the diameter; a hemisphere unless given"
-    )
+    diameter: PositiveLength = key("Diameter of the base [m]")
+    height: PositiveLength | None = key("Height [m], at most half the diameter; a hemisphere unless given", None)
     axis: NoseField = "x"
 
     def extent(self) -> tuple[float, ...]:
@@ -216,12 +214,10 @@ class RoundedCylinderShape(ShapeOptions):
     """A cylinder with rounded edges (3D), or its section (2D)."""
 
     type: Literal["rounded_cylinder"] = "rounded_cylinder"
-    diameter: PositiveLength = Field(description="Diameter [m]")
-    length: PositiveLength = Field(description="Full length [m]")
-    edge_radius: PositiveLength = Field(
-        description="Radius of the edges [m]; half the diameter makes the ends hemispheres"
-    )
-    ends: Literal["both", "front"] = Field(default="both", description="Which ends have rounded edges")
+    diameter: PositiveLength = key("Diameter [m]")
+    length: PositiveLength = key("Full length [m]")
+    edge_radius: PositiveLength = key("Radius of the edges [m]; half the diameter makes the ends hemispheres")
+    ends: Literal["both", "front"] = key("Which ends have rounded edges", "both")
     axis: NoseField = "x"
 
     def extent(self) -> tuple[float, ...]:
@@ -236,8 +232,8 @@ class MeshShape(ShapeOptions):
     """
 
     type: Literal["mesh"] = "mesh"
-    file: DataFile = Field(description="STL, OBJ, PLY or OFF file; beside the case file unless the path is absolute")
-    unit: PositiveLength = Field(description="Length of one unit of the file [m], such as 1 mm or 25.4 mm")
+    file: DataFile = key("STL, OBJ, PLY or OFF file; beside the case file unless the path is absolute")
+    unit: PositiveLength = key("Length of one unit of the file [m], such as 1 mm or 25.4 mm")
 
     @field_validator("unit", mode="before")
     @classmethod
@@ -249,10 +245,8 @@ class ParticlesShape(ShapeOptions):
     """Particles from a file: positions and masses (1D, 2D, 3D)."""
 
     type: Literal["particles"] = "particles"
-    file: DataFile = Field(
-        description="CSV with the columns x, y, z, mass; VTU with point data mass; HDF5 with position and mass"
-    )
-    unit: PositiveLength = Field(default=1.0, description="Length of one unit of the file's positions [m]")
+    file: DataFile = key("CSV with the columns x, y, z, mass; VTU with point data mass; HDF5 with position and mass")
+    unit: PositiveLength = key("Length of one unit of the file's positions [m]", 1.0)
 
 
 def _axis_extents(axis: str, length: float, width: float) -> tuple[float, ...]:

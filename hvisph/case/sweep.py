@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model, m
 
 from hvisph.core.text import Plain
 
-from .model import Problem, StrictModel, refuse
+from .model import Problem, StrictModel, key, refuse
 from .units import NUMBER, PositiveTime, Quantity
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
@@ -26,9 +26,9 @@ Span = create_model(  # `from` is a word of Python's
     __base__=StrictModel,
     __doc__="Equally spaced values.",
     **{  # type: ignore[call-overload]
-        "from": (Bound, Field(description="First value, with its unit")),
-        "to": (Bound, Field(description="Last value, in the same unit")),
-        "count": (Annotated[int, Field(strict=True, ge=2, le=10_000)], Field(description="How many, at least 2")),
+        "from": (Bound, key("First value, with its unit")),
+        "to": (Bound, key("Last value, in the same unit")),
+        "count": (Annotated[int, Field(strict=True, ge=2, le=10_000)], key("How many, at least 2")),
     },
 )
 
@@ -43,20 +43,18 @@ class Grid(StrictModel):
     """Every combination of the values."""
 
     type: Literal["grid"] = "grid"
-    values: dict[str, Values] = Field(
-        description="By path of a setting: a list of values, or {from, to, count}", min_length=1
-    )
+    values: dict[str, Values] = key("By path of a setting: a list of values, or {from, to, count}", min_length=1)
 
 
 class Listed(StrictModel):
     """Cases listed here or in a table."""
 
     type: Literal["list"] = "list"
-    cases: list[Settings] | None = Field(default=None, description="Settings of each case, by path", min_length=1)
-    file: File | None = Field(
-        default=None,
-        description="A CSV file beside this one: heads are paths of settings, or `experiment.NAME` for a column that "
+    cases: list[Settings] | None = key("Settings of each case, by path", None, min_length=1)
+    file: File | None = key(
+        "A CSV file beside this one: heads are paths of settings, or `experiment.NAME` for a column that "
         "is carried along beside the computed values",
+        None,
     )
 
     @model_validator(mode="after")
@@ -69,26 +67,26 @@ class Listed(StrictModel):
 class Uniform(StrictModel):
     """Uniform distribution."""
 
-    uniform: tuple[Bound, Bound] = Field(description="Least and greatest value")
+    uniform: tuple[Bound, Bound] = key("Least and greatest value")
 
 
 class NormalShape(StrictModel):
     """Mean and deviation of a normal distribution."""
 
-    mean: Bound = Field(description="Mean")
-    sd: Bound = Field(description="Standard deviation, in the same unit")
+    mean: Bound = key("Mean")
+    sd: Bound = key("Standard deviation, in the same unit")
 
 
 class Normal(StrictModel):
     """Normal distribution."""
 
-    normal: NormalShape = Field(description="Mean and standard deviation")
+    normal: NormalShape = key("Mean and standard deviation")
 
 
 class Choice(StrictModel):
     """Uniform choice among values."""
 
-    choice: list[Value] = Field(description="The values", min_length=1)
+    choice: list[Value] = key("The values", min_length=1)
 
 
 DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "choice": Choice}
@@ -117,13 +115,13 @@ class Sample(StrictModel):
     """Random samples of settings."""
 
     type: Literal["sample"] = "sample"
-    method: Literal["latin_hypercube", "sobol", "random"] = Field(
-        default="latin_hypercube", description="How points are spread over the space of values"
+    method: Literal["latin_hypercube", "sobol", "random"] = key(
+        "How points are spread over the space of values", "latin_hypercube"
     )
-    count: Count = Field(description="Number of cases; with sobol best a power of 2")
-    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="Same seed, same cases")
-    values: dict[str, Distribution] = Field(
-        description="By path of a setting: {uniform: [a, b]}, {normal: {mean, sd}} or {choice: [...]}", min_length=1
+    count: Count = key("Number of cases; with sobol best a power of 2")
+    seed: Annotated[int, Field(strict=True, ge=0)] = key("Same seed, same cases", 0)
+    values: dict[str, Distribution] = key(
+        "By path of a setting: {uniform: [a, b]}, {normal: {mean, sd}} or {choice: [...]}", min_length=1
     )
 
 
@@ -141,20 +139,20 @@ class Converge(StrictModel):
     """Convergence study: resolutions for the observed order and the extrapolated value."""
 
     type: Literal["converge"] = "converge"
-    path: Text = Field(default="resolution", description="The setting that is refined")
-    values: list[Bound] = Field(description="Its values, at least two and best three", min_length=2)
+    path: Text = key("The setting that is refined", "resolution")
+    values: list[Bound] = key("Its values, at least two and best three", min_length=2)
     fit: FitResult
 
 
 class Event(StrictModel):
     """Event that occurs on one side of a limit."""
 
-    measure: Text = Field(default="perforated", description="A measure of the summary; true counts as 1")
-    threshold: Annotated[float, Quantity(NUMBER)] = Field(
-        default=0.5, description="The event has occurred where the measure is above this value [SI]"
+    measure: Text = key("A measure of the summary; true counts as 1", "perforated")
+    threshold: Annotated[float, Quantity(NUMBER)] = key(
+        "The event has occurred where the measure is above this value [SI]", 0.5
     )
-    absent: Literal["below", "above", "undecided"] = Field(
-        default="undecided", description="What a measure without a value counts as; undecided ends the search"
+    absent: Literal["below", "above", "undecided"] = key(
+        "What a measure without a value counts as; undecided ends the search", "undecided"
     )
 
 
@@ -162,25 +160,22 @@ class Bisect(StrictModel):
     """Bisection for the value of a setting at which an event begins to occur, such as the ballistic limit."""
 
     type: Literal["bisect"] = "bisect"
-    path: Text = Field(description="The setting, such as bodies.projectile.velocity.0")
-    bracket: tuple[Bound, Bound] = Field(description="A value where the event does not occur and one where it does")
-    tolerance: Bound = Field(description="Width of the bracket at which to stop, in the same unit")
-    points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
-        default=None, description="Shots a round; as many as workers unless given"
+    path: Text = key("The setting, such as bodies.projectile.velocity.0")
+    bracket: tuple[Bound, Bound] = key("A value where the event does not occur and one where it does")
+    tolerance: Bound = key("Width of the bracket at which to stop, in the same unit")
+    points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = key(
+        "Shots a round; as many as workers unless given", None
     )
-    event: Event = Field(default=Event(), description="What happens beyond the limit")
-    residual: Text = Field(
-        default="residual_velocity", description="Measure of the residual velocity, for the fit beyond the limit"
+    event: Event = key("What happens beyond the limit", Event())
+    residual: Text = key("Measure of the residual velocity, for the fit beyond the limit", "residual_velocity")
+    parameters: dict[str, list[Value]] = key(
+        "By path of a setting: values for each of which the limit is determined", {}
     )
-    parameters: dict[str, list[Value]] = Field(
-        default={}, description="By path of a setting: values for each of which the limit is determined"
+    longest: PositiveTime | None = key(
+        "Time [s] up to which a shot that is not decided goes on; four times that of the case unless given", None
     )
-    longest: PositiveTime | None = Field(
-        default=None,
-        description="Time [s] up to which a shot that is not decided goes on; four times that of the case unless given",
-    )
-    resolutions: list[Bound] = Field(
-        default=[], description="Spacings for each of which the limit is looked for, for its uncertainty", min_length=2
+    resolutions: list[Bound] = key(
+        "Spacings for each of which the limit is looked for, for its uncertainty", [], min_length=2
     )
     fit: FitResult
 
@@ -188,42 +183,37 @@ class Bisect(StrictModel):
 class Parameter(StrictModel):
     """A setting that a fit varies."""
 
-    start: Bound = Field(description="First value")
-    bounds: tuple[Bound, Bound] = Field(description="Least and greatest value")
+    start: Bound = key("First value")
+    bounds: tuple[Bound, Bound] = key("Least and greatest value")
 
 
 class FittedMaterial(StrictModel):
     """The material that a fit writes."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z][\w-]*$", max_length=64)] = Field(description="Name of the material")
-    base: Text = Field(description="Material of the library that it differs from in the fitted parameters")
-    bodies: list[Text] | None = Field(default=None, description="Bodies made of it; all unless given")
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][\w-]*$", max_length=64)] = key("Name of the material")
+    base: Text = key("Material of the library that it differs from in the fitted parameters")
+    bodies: list[Text] | None = key("Bodies made of it; all unless given", None)
 
 
 class Fit(StrictModel):
     """Parameters whose results agree best with measured values, by least squares or by a response surface."""
 
     type: Literal["fit"] = "fit"
-    shots: File | list[Settings] = Field(
-        description="A CSV file: `shot` is the name, the other heads are paths of settings"
+    shots: File | list[Settings] = key("A CSV file: `shot` is the name, the other heads are paths of settings")
+    measured: File | list[Settings] = key("A CSV file with the heads shot, quantity, at, value, unit, scatter, source")
+    only: list[Text] | None = key("Names of the shots that count, with * and ?", None)
+    quantities: list[Text] | None = key("Quantities that count; all unless given", None)
+    parameters: dict[str, Parameter] = key(
+        "By path of a setting, where `material.` stands for the material of each of the bodies", min_length=1
     )
-    measured: File | list[Settings] = Field(
-        description="A CSV file with the heads shot, quantity, at, value, unit, scatter, source"
+    material: FittedMaterial | None = key("The material file to write", None)
+    method: Literal["least_squares", "surrogate"] = key(
+        "`surrogate` for expensive runs: `count` points, then a response surface", "least_squares"
     )
-    only: list[Text] | None = Field(default=None, description="Names of the shots that count, with * and ?")
-    quantities: list[Text] | None = Field(default=None, description="Quantities that count; all unless given")
-    parameters: dict[str, Parameter] = Field(
-        description="By path of a setting, where `material.` stands for the material of each of the bodies",
-        min_length=1,
-    )
-    material: FittedMaterial | None = Field(default=None, description="The material file to write")
-    method: Literal["least_squares", "surrogate"] = Field(
-        default="least_squares", description="`surrogate` for expensive runs: `count` points, then a response surface"
-    )
-    count: Count = Field(default=40, description="Points of a surrogate")
-    iterations: Annotated[int, Field(ge=1, le=200)] = Field(default=20, description="Most iterations of least squares")
-    step: Annotated[float, Field(gt=0.0, le=0.2)] = Field(
-        default=0.03, description="Step of the central differences, as a share of the bounds' distance"
+    count: Count = key("Points of a surrogate", 40)
+    iterations: Annotated[int, Field(ge=1, le=200)] = key("Most iterations of least squares", 20)
+    step: Annotated[float, Field(gt=0.0, le=0.2)] = key(
+        "Step of the central differences, as a share of the bounds' distance", 0.03
     )
 
 
@@ -233,21 +223,19 @@ Vary = Annotated[Grid | Listed | Sample | Converge | Bisect | Fit, Field(discrim
 class Sweep(StrictModel):
     """Parameter sweep and the table of its results."""
 
-    title: Annotated[str, Field(max_length=200)] = Field(default="", description="What it is about, one line")
-    case: File = Field(description="The case that all are made of: a file, relative to this one, or a bundled name")
-    set: Settings = Field(default={}, description="Settings for every case, by path, as of `--set`")
-    vary: Vary = Field(description="What differs: grid, list, sample, converge or bisect")
-    record: list[Text] | None = Field(
-        default=None, description="Measures that become columns of the table; all unless given", min_length=1
-    )
-    keep: Literal["all", "last", "summary"] = Field(
-        default="all",
-        description="What stays of a run that is done: all its files, the last snapshot only, or none of them; case, "
+    title: Annotated[str, Field(max_length=200)] = key("What it is about, one line", "")
+    case: File = key("The case that all are made of: a file, relative to this one, or a bundled name")
+    set: Settings = key("Settings for every case, by path, as of `--set`", {})
+    vary: Vary = key("What differs: grid, list, sample, converge or bisect")
+    record: list[Text] | None = key("Measures that become columns of the table; all unless given", None, min_length=1)
+    keep: Literal["all", "last", "summary"] = key(
+        "What stays of a run that is done: all its files, the last snapshot only, or none of them; case, "
         "history, log and summary always stay, and so does all of a run that failed",
+        "all",
     )
-    time_limit: PositiveTime | None = Field(
-        default=None, description="Wall time of one case [s] after which it is interrupted, with a checkpoint"
+    time_limit: PositiveTime | None = key(
+        "Wall time of one case [s] after which it is interrupted, with a checkpoint", None
     )
-    stop_after_failures: Count | None = Field(
-        default=None, description="Number of failed cases after which no more are begun; none unless given"
+    stop_after_failures: Count | None = key(
+        "Number of failed cases after which no more are begun; none unless given", None
     )

@@ -220,12 +220,7 @@ class Quantity:
 
     def range_text(self) -> str:
         """Return the allowed range in words, empty if there is none."""
-        limits = (
-            ("above", self.above),
-            ("at least", self.minimum),
-            ("below", self.below),
-            ("at most", self.maximum),
-        )
+        limits = (("above", self.above), ("at least", self.minimum), ("below", self.below), ("at most", self.maximum))
         unit = f" {self.dimension.unit}" if self.dimension.unit else ""
         return " and ".join(f"{word} {limit:g}{unit if limit else ''}" for word, limit in limits if limit is not None)
 

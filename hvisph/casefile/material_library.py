@@ -13,10 +13,8 @@ from math import exp
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field
-
 from hvisph.case.materials.material import Material
-from hvisph.case.model import StrictModel
+from hvisph.case.model import StrictModel, key
 from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
 from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain
@@ -42,9 +40,9 @@ CONFIDENCE = {
 class Source(StrictModel):
     """Source of numbers and its reliability."""
 
-    of: tuple[str, ...] = Field(description="What it says: `density`, `eos`, `strength.a` and so on")
-    text: str = Field(description="Author, year, report, and where it was read")
-    confidence: Confidence = Field(default="opened", description="Whether the source was opened to check the number")
+    of: tuple[str, ...] = key("What it says: `density`, `eos`, `strength.a` and so on")
+    text: str = key("Author, year, report, and where it was read")
+    confidence: Confidence = key("Whether the source was opened to check the number", "opened")
 
 
 # What names of explosives and of woven materials begin with, in letters and digits alone.
@@ -57,13 +55,13 @@ CLOSE = 0.8
 class MeasuredLine(StrictModel):
     """A published fit to measured shocks whose points are not at hand, Us = c0 + s up + q up^2 + b up exp(-d up)."""
 
-    source: str = Field(description="Whose fit it is, of which points, and where it was read")
-    c0: PositiveVelocity = Field(description="c0 [m/s]")
-    s: PositiveNumber = Field(description="s [-]")
-    q: Number = Field(default=0.0, description="q [s/m]")
-    bump: tuple[Number, Number] = Field(default=(0.0, 0.0), description="b [-] and d [s/m], of liquids")
-    up: tuple[PositiveVelocity, PositiveVelocity] = Field(
-        default=(250.0, 4000.0), description="Particle velocities over which the material is held against it [m/s]"
+    source: str = key("Whose fit it is, of which points, and where it was read")
+    c0: PositiveVelocity = key("c0 [m/s]")
+    s: PositiveNumber = key("s [-]")
+    q: Number = key("q [s/m]", 0.0)
+    bump: tuple[Number, Number] = key("b [-] and d [s/m], of liquids", (0.0, 0.0))
+    up: tuple[PositiveVelocity, PositiveVelocity] = key(
+        "Particle velocities over which the material is held against it [m/s]", (250.0, 4000.0)
     )
 
     @property
@@ -78,20 +76,15 @@ class MeasuredLine(StrictModel):
 class Notes(StrictModel):
     """Aliases, sources and Hugoniot data of a material."""
 
-    aliases: tuple[str, ...] = Field(default=(), description="Other names")
-    note: str = Field(default="", description="What a user should know")
-    sources: tuple[Source, ...] = Field(default=(), description="Sources of the numbers")
-    hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = Field(
-        default=(), description="Measured points [up, Us] [m/s]"
+    aliases: tuple[str, ...] = key("Other names", ())
+    note: str = key("What a user should know", "")
+    sources: tuple[Source, ...] = key("Sources of the numbers", ())
+    hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = key("Measured points [up, Us] [m/s]", ())
+    lines: tuple[MeasuredLine, ...] = key("Published fits to measured points", ())
+    shocks: tuple[Velocity, PositiveVelocity] | None = key(
+        "Particle velocities between which its shock speed is within 2 % of measured ones [m/s]", None
     )
-    lines: tuple[MeasuredLine, ...] = Field(default=(), description="Published fits to measured points")
-    shocks: tuple[Velocity, PositiveVelocity] | None = Field(
-        default=None,
-        description="Particle velocities between which its shock speed is within 2 % of measured ones [m/s]",
-    )
-    beyond: str = Field(
-        default="", description="Material to take outside of `shocks`, or for any where it meets none to 2 %"
-    )
+    beyond: str = key("Material to take outside of `shocks`, or for any where it meets none to 2 %", "")
 
     @property
     def hugoniot_points(self) -> list[tuple[Sequence[tuple[float, float]], str]]:

@@ -79,10 +79,7 @@ def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None)
     spot = Spot({"": root})
     for key in keys:
         kind = value.get("type") if isinstance(value, dict) else None
-        fields = next(
-            (m.model_fields for m in _models_of_kind(spot, kind) if key in m.model_fields),
-            None,
-        )
+        fields = next((m.model_fields for m in _models_of_kind(spot, kind) if key in m.model_fields), None)
         if fields is not None:
             info = fields[str(key)]
             spot = spot_of(info.annotation, info)

@@ -69,12 +69,7 @@ CATALOGUE: dict[str, Field] = {
         Field("previous_hoop_rate", "scalar", "1/s", "rate of the circumference at the last evaluation"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
         Field("density_correction", "scalar", "", "ln of density over number density, relative to the start"),
-        Field(
-            "torque_residual",
-            "axial",
-            "m^2/s",
-            "angular momentum per mass not yet compensated",
-        ),
+        Field("torque_residual", "axial", "m^2/s", "angular momentum per mass not yet compensated"),
         Field("viscosity_factor", "scalar", "", "coefficient alpha of Morris and Monaghan's viscosity", 0.1),
         Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),
         Field(

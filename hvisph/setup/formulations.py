@@ -103,11 +103,7 @@ def _frictional(model: Any, case: Case) -> Plain:
     contact = model.contact
     if contact.type != "frictional" or (len(case.bodies) < 2 and contact.self_contact in (None, "none")):
         return {}
-    return {
-        "has_contact": True,
-        "friction": contact.friction,
-        "fragment_contact": contact.self_contact != "none",
-    }
+    return {"has_contact": True, "friction": contact.friction, "fragment_contact": contact.self_contact != "none"}
 
 
 def _correction(model: options.Correction) -> KernelCorrection:

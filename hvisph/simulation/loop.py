@@ -46,12 +46,7 @@ class Run:
     """Step loop with output, checkpoints and sanity checks; begins from `checkpoint` when given."""
 
     def __init__(
-        self,
-        case: Case,
-        setup: Setup,
-        folder: RunFolder,
-        listener: Listener,
-        checkpoint: Checkpoint | None = None,
+        self, case: Case, setup: Setup, folder: RunFolder, listener: Listener, checkpoint: Checkpoint | None = None
     ):
         self.case, self.setup, self.folder, self.listener = case, setup, folder, listener
         self.checkpoint, self.text = checkpoint, dump_case(case)

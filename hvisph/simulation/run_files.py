@@ -45,13 +45,7 @@ class RunFiles:
     """
 
     def __init__(
-        self,
-        folder: RunFolder,
-        case: Case,
-        text: str,
-        writer: SnapshotWriter,
-        observer: Observer,
-        clock: Clock,
+        self, folder: RunFolder, case: Case, text: str, writer: SnapshotWriter, observer: Observer, clock: Clock
     ):
         self.folder, self.writer, self.state = folder, writer, Files()
         self._text, self._observer, self._clock = text, observer, clock

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from hvisph.case.formulations.options import (
     Contact,
@@ -14,7 +14,7 @@ from hvisph.case.formulations.options import (
     frictional_problems,
     separate_bodies_problems,
 )
-from hvisph.case.model import AnyCase, Problem, refuse
+from hvisph.case.model import AnyCase, Problem, key, refuse
 
 from .options import (
     NO_CONVERSION,
@@ -38,39 +38,33 @@ class EulerianFormulation(PairOptions):
     meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
 
     type: Literal["eulerian"] = "eulerian"
-    viscosity: Viscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
-    viscosity_in_shear: Literal["reduced", "full"] = Field(
-        default="full",
-        description="Linear viscosity in plastic flow: `full`, which raises the flow stress, or `reduced` by the "
+    viscosity: Viscosity = key("Artificial viscosity", MonaghanViscosity())
+    viscosity_in_shear: Literal["reduced", "full"] = key(
+        "Linear viscosity in plastic flow: `full`, which raises the flow stress, or `reduced` by the "
         "volumetric share of the strain rate (to 0.88 in a plane shock, 0.1 in shear); `reduced` by default for solids "
         "in axisymmetric cases",
+        "full",
     )
-    artificial_stress: ArtificialStress = Field(
-        default=NoArtificialStress(), description="Artificial stress against the tensile instability"
+    artificial_stress: ArtificialStress = key("Artificial stress against the tensile instability", NoArtificialStress())
+    momentum_form: Literal["sigma_over_rho_squared", "product"] = key(
+        "Pair stress: sigma_a/rho_a^2 + sigma_b/rho_b^2, or (sigma_a + sigma_b)/(rho_a rho_b)", "sigma_over_rho_squared"
     )
-    momentum_form: Literal["sigma_over_rho_squared", "product"] = Field(
-        default="sigma_over_rho_squared",
-        description="Pair stress: sigma_a/rho_a^2 + sigma_b/rho_b^2, or (sigma_a + sigma_b)/(rho_a rho_b)",
-    )
-    density_form: Literal["volume", "mass"] = Field(
-        default="volume",
-        description="Rate of density: rho_a sum m_b/rho_b u_ab . grad W, which neighbours of another density leave "
+    density_form: Literal["volume", "mass"] = key(
+        "Rate of density: rho_a sum m_b/rho_b u_ab . grad W, which neighbours of another density leave "
         "alone, or sum m_b u_ab . grad W, which keeps to the particles' spacing through strong shocks; where all "
         "bodies are ideal gases `mass` unless given",
+        "volume",
     )
-    correction: Correction = Field(
-        default=NoCorrection(),
-        description="Correction of the kernel and its gradient (Young 2021 eqs. 3-5), in the form `product`",
+    correction: Correction = key(
+        "Correction of the kernel and its gradient (Young 2021 eqs. 3-5), in the form `product`", NoCorrection()
     )
-    density_dissipation: DensityDissipation = Field(
-        default=NoDensityDissipation(), description="Density dissipation at material interfaces"
-    )
-    conserve_angular_momentum: bool = Field(
-        default=False,
-        description="Whether the torque of non-central pair forces is compensated in the following step and rigid "
+    density_dissipation: DensityDissipation = key("Density dissipation at material interfaces", NoDensityDissipation())
+    conserve_angular_momentum: bool = key(
+        "Whether the torque of non-central pair forces is compensated in the following step and rigid "
         "rotation causes no strain; 10 % more time a step in 2D, 30 % in 3D",
+        False,
     )
-    contact: Contact = Field(default=FrictionalContact(), description="Contact between bodies")
+    contact: Contact = key("Contact between bodies", FrictionalContact())
 
     @model_validator(mode="before")
     @classmethod

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field
 
-from hvisph.case.model import AnyCase, Problem, StrictModel
+from hvisph.case.model import AnyCase, Problem, StrictModel, key
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 from hvisph.core.catalogues import REACH
 
@@ -27,11 +27,11 @@ class VariableSmoothingLength(StrictModel):
     """h follows density, dh/dt = -(h/d) (drho/dt)/rho, within limits."""
 
     type: Literal["variable"] = "variable"
-    min_over_initial: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
-        default=0.5, description="Lower limit of h over its initial value [-], above 0 and at most 1"
+    min_over_initial: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = key(
+        "Lower limit of h over its initial value [-], above 0 and at most 1", 0.5
     )
-    max_over_initial: Annotated[float, Quantity(NUMBER, minimum=1, maximum=10)] = Field(
-        default=2.0, description="Upper limit of h over its initial value [-], 1 to 10"
+    max_over_initial: Annotated[float, Quantity(NUMBER, minimum=1, maximum=10)] = key(
+        "Upper limit of h over its initial value [-], 1 to 10", 2.0
     )
 
 
@@ -41,17 +41,15 @@ SmoothingLength = Annotated[FixedSmoothingLength | VariableSmoothingLength, Fiel
 class KernelOptions(StrictModel):
     """Options of every kernel-based formulation."""
 
-    kernel: Kernel = Field(
-        default="cubic_spline",
-        description="Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
+    kernel: Kernel = key(
+        "Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
         "`gaussian` (cut off there) to 3h",
+        "cubic_spline",
     )
-    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
-        default=1.4, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
+    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = key(
+        "Initial smoothing length h over the resolution dx [-], 1 to 2.5", 1.4
     )
-    smoothing_length: SmoothingLength = Field(
-        default=FixedSmoothingLength(), description="Whether h stays fixed or follows density"
-    )
+    smoothing_length: SmoothingLength = key("Whether h stays fixed or follows density", FixedSmoothingLength())
 
     @property
     def support_over_h(self) -> float:
@@ -88,10 +86,10 @@ class KernelOptions(StrictModel):
 class PairOptions(KernelOptions):
     """Options of the formulations whose pair laws also exist in single precision."""
 
-    precision: Literal["double", "single"] = Field(
-        default="double",
-        description="Arithmetic of the pairs; the state and its integration are double. `single` takes 0.73 of the "
+    precision: Literal["double", "single"] = key(
+        "Arithmetic of the pairs; the state and its integration are double. `single` takes 0.73 of the "
         "pairs' time with `riemann` and 0.85 with `eulerian`, and keeps energy and momentum to 1e-8 of their size",
+        "double",
     )
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
@@ -145,24 +143,24 @@ class MonaghanViscosity(StrictModel):
     """(-alpha c mu + beta mu^2)/rho between approaching particles; SAV1 is 1 and 2, SAV2 is 2.5 and 2.5."""
 
     type: Literal["monaghan"] = "monaghan"
-    alpha: NonNegativeNumber = Field(default=1.0, description="Linear coefficient alpha [-], at least 0")
-    beta: NonNegativeNumber = Field(default=2.0, description="Quadratic coefficient beta [-], at least 0")
+    alpha: NonNegativeNumber = key("Linear coefficient alpha [-], at least 0", 1.0)
+    beta: NonNegativeNumber = key("Quadratic coefficient beta [-], at least 0", 2.0)
 
 
 class BalsaraViscosity(StrictModel):
     """BAL: Monaghan's viscosity times |div u|/(|div u| + |curl u|), so that shear feels less of it (Balsara 1995)."""
 
     type: Literal["balsara"] = "balsara"
-    alpha: NonNegativeNumber = Field(default=1.0, description="Linear coefficient alpha [-], at least 0")
-    beta: NonNegativeNumber = Field(default=2.0, description="Quadratic coefficient beta [-], at least 0")
+    alpha: NonNegativeNumber = key("Linear coefficient alpha [-], at least 0", 1.0)
+    beta: NonNegativeNumber = key("Quadratic coefficient beta [-], at least 0", 2.0)
 
 
 class MorrisMonaghanViscosity(StrictModel):
     """MON: every particle its own alpha, raised by compression and relaxing; beta is twice it (1997)."""
 
     type: Literal["morris_monaghan"] = "morris_monaghan"
-    alpha_min: NonNegativeNumber = Field(default=0.1, description="What alpha relaxes to [-], at least 0")
-    decay: PositiveNumber = Field(default=0.2, description="C1: alpha relaxes in the time h/(C1 c) [-], above 0")
+    alpha_min: NonNegativeNumber = key("What alpha relaxes to [-], at least 0", 0.1)
+    decay: PositiveNumber = key("C1: alpha relaxes in the time h/(C1 c) [-], above 0", 0.2)
 
 
 Viscosity = Annotated[
@@ -180,12 +178,8 @@ class GrayArtificialStress(StrictModel):
     """Repulsion in tension against clumping (Gray, Monaghan & Swift 2001)."""
 
     type: Literal["gray"] = "gray"
-    eps: NonNegativeNumber = Field(
-        default=0.3, description="Strength of the repulsion [-], at least 0; 0.15 is Young 2021's"
-    )
-    n: Annotated[int, Field(strict=True, ge=1, le=16)] = Field(
-        default=4, description="Exponent of W/W(dx) [-], a whole number from 1 to 16"
-    )
+    eps: NonNegativeNumber = key("Strength of the repulsion [-], at least 0; 0.15 is Young 2021's", 0.3)
+    n: Annotated[int, Field(strict=True, ge=1, le=16)] = key("Exponent of W/W(dx) [-], a whole number from 1 to 16", 4)
 
 
 ArtificialStress = Annotated[NoArtificialStress | GrayArtificialStress, Field(discriminator="type")]
@@ -201,8 +195,8 @@ class ZisisDensityDissipation(StrictModel):
     """Diffusion of density by pressure differences, for layered materials (Zisis 2013, eqs. 22-24)."""
 
     type: Literal["zisis"] = "zisis"
-    alpha: Annotated[float, Quantity(NUMBER, minimum=0, maximum=2)] = Field(
-        default=0.3, description="Coefficient alpha_rho [-], 0 to 2; 0.3 for touching bodies, 0.8 with a gap"
+    alpha: Annotated[float, Quantity(NUMBER, minimum=0, maximum=2)] = key(
+        "Coefficient alpha_rho [-], 0 to 2; 0.3 for touching bodies, 0.8 with a gap", 0.3
     )
 
 
@@ -221,16 +215,16 @@ class NoCorrection(StrictModel):
 
 
 class _Limited(StrictModel):
-    factor: Annotated[float, Quantity(NUMBER, above=1)] | None = Field(
-        default=None,
-        description="C_f: a pair whose corrected gradient is more than C_f times as long as the plain one, or has "
+    factor: Annotated[float, Quantity(NUMBER, above=1)] | None = key(
+        "C_f: a pair whose corrected gradient is more than C_f times as long as the plain one, or has "
         "less than 1/C_f of it along the pair, takes the plain one [-], above 1; unless given, 7.5 without "
         "artificial stress and 90 with it",
+        None,
     )
-    limiter: Literal["pair", "components"] = Field(
-        default="pair",
-        description="Criterion of C_f: `pair`, independent of the frame of reference; `components` limits each "
+    limiter: Literal["pair", "components"] = key(
+        "Criterion of C_f: `pair`, independent of the frame of reference; `components` limits each "
         "component of the gradient, as published, so that results depend on the orientation of the axes",
+        "pair",
     )
 
 
@@ -292,21 +286,21 @@ class FrictionalContact(StrictModel):
     """
 
     type: Literal["frictional"] = "frictional"
-    friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = Field(
-        default=0.0, description="Coefficient of friction mu [-], 0 to 10"
+    friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = key(
+        "Coefficient of friction mu [-], 0 to 10", 0.0
     )
-    self_contact: Literal["none", "fragments", "all"] | None = Field(
-        default=None,
-        description="Contact within one body: `none`; `fragments`, between pieces farther apart than the kernel "
+    self_contact: Literal["none", "fragments", "all"] | None = key(
+        "Contact within one body: `none`; `fragments`, between pieces farther apart than the kernel "
         "support (`riemann`, `eulerian`); `all`, also between surfaces of one connected piece (`riemann`, 20 % more "
         "time a step; Total Lagrangian bodies). Without it `riemann` and `eulerian` surfaces bond, Total Lagrangian "
         "ones penetrate. Default: `all` for Total Lagrangian bodies, else `fragments`; `none` for a single connected "
         "body",
+        None,
     )
-    stiffness: PositiveNumber | None = Field(
-        default=None,
-        description="Initial contact stiffness over that of one particle spacing of each material [-], above 0; Total "
+    stiffness: PositiveNumber | None = key(
+        "Initial contact stiffness over that of one particle spacing of each material [-], above 0; Total "
         "Lagrangian bodies only; 1 unless given, more where the impact velocity requires it",
+        None,
     )
 
 
@@ -323,17 +317,14 @@ class PenaltyContact(StrictModel):
     """
 
     type: Literal["penalty"] = "penalty"
-    stiffness: PositiveNumber = Field(
-        default=0.025,
-        description="k, stiffness K over rho0 c0^2/dx^d of each material [-], above 0; a pair takes the softer K",
+    stiffness: PositiveNumber = key(
+        "k, stiffness K over rho0 c0^2/dx^d of each material [-], above 0; a pair takes the softer K", 0.025
     )
-    exponent: Annotated[int, Field(strict=True, ge=2, le=8)] = Field(
-        default=4, description="Exponent n of W/W(dx), 2 to 8"
-    )
-    absolute_stiffness: PositiveNumber | None = Field(
-        default=None,
-        description="K [Pa/m^d] of all bodies, above 0, instead of `stiffness`; supports a pressure of about "
+    exponent: Annotated[int, Field(strict=True, ge=2, le=8)] = key("Exponent n of W/W(dx), 2 to 8", 4)
+    absolute_stiffness: PositiveNumber | None = key(
+        "K [Pa/m^d] of all bodies, above 0, instead of `stiffness`; supports a pressure of about "
         "20 K dx^2 in 2D and 40 K dx^3 in 3D",
+        None,
     )
 
 
@@ -371,8 +362,7 @@ def separate_bodies_problems(case: AnyCase, smoothing_length: str, what: str) ->
         yield Problem(("formulation", "smoothing_length"), reason)
     if case.time.integrator == "staggered":
         yield Problem(
-            ("time", "integrator"),
-            "'staggered' requires Eulerian bodies in bonded or frictional contact; leave it out",
+            ("time", "integrator"), "'staggered' requires Eulerian bodies in bonded or frictional contact; leave it out"
         )
     if case.kinematics == "plane_stress":
         yield Problem(

@@ -3,9 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
-
-from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Path, Problem
+from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Path, Problem, key
 from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, parse_quantity
 from hvisph.core.text import Plain, recommend
 
@@ -47,26 +45,24 @@ class ProjectionFormulation(KernelOptions):
     }
 
     type: Literal["projection"] = "projection"
-    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
-        default=1.5, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
+    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = key(
+        "Initial smoothing length h over the resolution dx [-], 1 to 2.5", 1.5
     )
-    pressure_gradient: Literal["conjugate", "original"] = Field(
-        default="conjugate",
-        description="Pair pressure: `conjugate` is (P_a + P_b)/(rho_a rho_b); `original` is the paper's eq. 31, "
+    pressure_gradient: Literal["conjugate", "original"] = key(
+        "Pair pressure: `conjugate` is (P_a + P_b)/(rho_a rho_b); `original` is the paper's eq. 31, "
         "P_a/rho_a^2 + P_b/rho_b^2, which fails where bodies of different densities meet",
+        "conjugate",
     )
-    min_support: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
-        default=0.3,
-        description="Completeness of the kernel support below which a particle has zero pressure [-], at least 0 and "
+    min_support: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
+        "Completeness of the kernel support below which a particle has zero pressure [-], at least 0 and "
         "below 1; 1 inside a body, 0.5 at a plane surface. The Poisson equation of small detached groups is ill-posed",
+        0.3,
     )
-    pressure_average: Annotated[float, Quantity(TIME, above=0)] = Field(
-        default=2e-7,
-        description="Time over which the pressures of the history are averaged [s], above 0: single values ring",
+    pressure_average: Annotated[float, Quantity(TIME, above=0)] = key(
+        "Time over which the pressures of the history are averaged [s], above 0: single values ring", 2e-7
     )
-    body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = Field(
-        default=(),
-        description="Acceleration of all particles, one component per dimension [m/s^2]; none unless given",
+    body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = key(
+        "Acceleration of all particles, one component per dimension [m/s^2]; none unless given", ()
     )
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from hvisph.case.bodies import Body
 from hvisph.case.formulations.options import (
@@ -15,7 +15,7 @@ from hvisph.case.formulations.options import (
     frictional_problems,
     unavailable,
 )
-from hvisph.case.model import AnyCase, Problem, refuse
+from hvisph.case.model import AnyCase, Problem, key, refuse
 from hvisph.case.units import NUMBER, Quantity
 from hvisph.core.text import Plain
 
@@ -23,21 +23,9 @@ from .options import NO_CONVERSION, Kernel, PairOptions
 
 # Defaults of each variant.
 VARIANTS: dict[str, Plain] = {
-    "original": {
-        "tension_stabilization": False,
-        "conserve_angular_momentum": False,
-        "contact": {"type": "bonded"},
-    },
-    "corrected": {
-        "tension_stabilization": True,
-        "conserve_angular_momentum": True,
-        "contact": {"type": "frictional"},
-    },
-    "elastic": {
-        "tension_stabilization": True,
-        "conserve_angular_momentum": False,
-        "contact": {"type": "frictional"},
-    },
+    "original": {"tension_stabilization": False, "conserve_angular_momentum": False, "contact": {"type": "bonded"}},
+    "corrected": {"tension_stabilization": True, "conserve_angular_momentum": True, "contact": {"type": "frictional"}},
+    "elastic": {"tension_stabilization": True, "conserve_angular_momentum": False, "contact": {"type": "frictional"}},
 }
 
 # Equations of state of what expands without end.
@@ -88,8 +76,8 @@ def following(bodies: Iterable[object], kinematics: str) -> Plain:
 
 def is_gas(body: object, kinds: tuple[str, ...] = GASES) -> bool:
     """Whether a raw body is of a gas or of detonation products, which become one; or of these `kinds` of them."""
-    for key in ("material", "eos"):
-        body = body.get(key) if isinstance(body, dict) else getattr(body, key, None)
+    for name in ("material", "eos"):
+        body = body.get(name) if isinstance(body, dict) else getattr(body, name, None)
     kind = body.get("type") if isinstance(body, dict) else getattr(body, "type", None)
     return bool(kind in kinds)
 
@@ -115,39 +103,36 @@ class RiemannFormulation(PairOptions):
     }
 
     type: Literal["riemann"] = "riemann"
-    kernel: Kernel = Field(
-        default="quartic_spline",
-        description="Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
+    kernel: Kernel = key(
+        "Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
         "`gaussian` (cut off there) to 3h",
+        "quartic_spline",
     )
-    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
-        default=1.2, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
+    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = key(
+        "Initial smoothing length h over the resolution dx [-], 1 to 2.5", 1.2
     )
-    reconstruction: Literal["none", "minmod", "van_leer", "van_albada"] = Field(
-        default="van_albada",
-        description="Slope limiter of the reconstruction of the Riemann states; `none` is first order, as published",
+    reconstruction: Literal["none", "minmod", "van_leer", "van_albada"] = key(
+        "Slope limiter of the reconstruction of the Riemann states; `none` is first order, as published", "van_albada"
     )
-    variant: Literal["corrected", "original", "elastic"] = Field(
-        default="corrected",
-        description="`corrected`: density consistent with the particle spacing through shocks of any strength, shock "
+    variant: Literal["corrected", "original", "elastic"] = key(
+        "`corrected`: density consistent with the particle spacing through shocks of any strength, shock "
         "impedances, tractions limited by the strength of the material, exact gradients at free surfaces; `original`: "
         "CON as published, whose stress is 2 % too low at 3 km/s and 37 % at 24 km/s; `elastic`: `corrected` with "
         "force and work adjoint to the velocity gradient and little dissipation in solids that have not yielded, for "
         "impacts below the elastic limit. Default with reconstruction `none`: `original`",
+        "corrected",
     )
-    tension_stabilization: bool = Field(
-        default=True,
-        description="Whether solids are stabilized against the tensile instability, up to a plastic strain of 0.2; "
+    tension_stabilization: bool = key(
+        "Whether solids are stabilized against the tensile instability, up to a plastic strain of 0.2; "
         "not available with variant `original`",
+        True,
     )
-    conserve_angular_momentum: bool = Field(
-        default=True,
-        description="Whether the torque of non-central pair forces is compensated in the following step; not available "
+    conserve_angular_momentum: bool = key(
+        "Whether the torque of non-central pair forces is compensated in the following step; not available "
         "with variant `original`",
+        True,
     )
-    contact: Contact = Field(
-        default=FrictionalContact(), description="Contact between bodies; default with variant `original`: `bonded`"
-    )
+    contact: Contact = key("Contact between bodies; default with variant `original`: `bonded`", FrictionalContact())
 
     @model_validator(mode="before")
     @classmethod

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from hvisph.case.formulations.options import Contact, FrictionalContact, PenaltyContact, separate_bodies_problems
-from hvisph.case.model import AnyCase, Problem, StrictModel
+from hvisph.case.model import AnyCase, Problem, StrictModel, key
 from hvisph.case.output import EulerianRegion, region_problems
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 
@@ -27,28 +27,23 @@ from .options import (
 class ConversionLimits(StrictModel):
     """Criteria for the permanent conversion of a Total Lagrangian particle to an Eulerian one."""
 
-    strain: Annotated[float, Quantity(NUMBER, minimum=0)] | None = Field(
-        default=None,
-        description="Equivalent deviatoric Green-Lagrange strain at which a particle converts [-], at least 0; 0: "
+    strain: Annotated[float, Quantity(NUMBER, minimum=0)] | None = key(
+        "Equivalent deviatoric Green-Lagrange strain at which a particle converts [-], at least 0; 0: "
         "Eulerian from the first step on; none unless given",
+        None,
     )
-    damage: bool = Field(default=False, description="Whether a failed particle (damage 1) converts")
-    neighbours: bool = Field(
-        default=True, description="Whether the reference neighbours of a converted particle convert, too"
-    )
-    fallback: bool = Field(
-        default=True,
-        description="Whether Total Lagrangian particles with Eulerian neighbours convert where the deformation "
+    damage: bool = key("Whether a failed particle (damage 1) converts", False)
+    neighbours: bool = key("Whether the reference neighbours of a converted particle convert, too", True)
+    fallback: bool = key(
+        "Whether Total Lagrangian particles with Eulerian neighbours convert where the deformation "
         "gradient is no longer valid: J outside 0.2 to 5, or strain above `fallback_strain`",
+        True,
     )
-    fallback_strain: PositiveNumber | None = Field(
-        default=None,
-        description="Strain limit of the fallback [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given",
+    fallback_strain: PositiveNumber | None = key(
+        "Strain limit of the fallback [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given", None
     )
-    fallback_damage: bool = Field(
-        default=True,
-        description="Whether the fallback also converts the neighbours of failed Eulerian particles; with "
-        "`damage: true`",
+    fallback_damage: bool = key(
+        "Whether the fallback also converts the neighbours of failed Eulerian particles; with `damage: true`", True
     )
 
 
@@ -66,56 +61,50 @@ class TotalLagrangianFormulation(KernelOptions):
     meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
 
     type: Literal["total_lagrangian"] = "total_lagrangian"
-    viscosity: PlainViscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
-    viscosity_gradient: Literal["current", "reference"] = Field(
-        default="current",
-        description="Gradient of the viscosity between Total Lagrangian particles: the plain one at current "
+    viscosity: PlainViscosity = key("Artificial viscosity", MonaghanViscosity())
+    viscosity_gradient: Literal["current", "reference"] = key(
+        "Gradient of the viscosity between Total Lagrangian particles: the plain one at current "
         "positions, which dissipates in every pair, or that of Young 2021 eq. 9 in the reference configuration",
+        "current",
     )
-    correction: Literal["none", "gradient", "mixed"] = Field(
-        default="mixed", description="Correction of the reference kernel (Young 2021 eqs. 3-5)"
+    correction: Literal["none", "gradient", "mixed"] = key(
+        "Correction of the reference kernel (Young 2021 eqs. 3-5)", "mixed"
     )
-    spatial_correction: Correction = Field(
-        default=NoCorrection(),
-        description="Correction of the kernel in the current configuration, for Eulerian particles and those near them",
+    spatial_correction: Correction = key(
+        "Correction of the kernel in the current configuration, for Eulerian particles and those near them",
+        NoCorrection(),
     )
-    viscosity_in_shear: Literal["reduced", "full"] = Field(
-        default="reduced",
-        description="Linear viscosity of Total Lagrangian particles in plastic flow: `reduced` by the volumetric share "
+    viscosity_in_shear: Literal["reduced", "full"] = key(
+        "Linear viscosity of Total Lagrangian particles in plastic flow: `reduced` by the volumetric share "
         "of the strain rate (to 0.88 in a plane shock, 0.1 in shear), or `full`, which raises the flow stress",
+        "reduced",
     )
-    hourglass: NonNegativeNumber = Field(
-        default=10.0,
-        description="Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is off",
+    hourglass: NonNegativeNumber = key(
+        "Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is off", 10.0
     )
-    hourglass_stiffness: Literal["secant", "elastic"] = Field(
-        default="secant",
-        description="Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, "
+    hourglass_stiffness: Literal["secant", "elastic"] = key(
+        "Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, "
         "which hardens a body that flows (coefficients below 1 then)",
+        "secant",
     )
-    failed_particles: Literal["removed", "removed_renormalized", "retained"] = Field(
-        default="removed",
-        description="Failed Total Lagrangian particles carry no stress; `removed` from the neighbour lists, whose "
+    failed_particles: Literal["removed", "removed_renormalized", "retained"] = key(
+        "Failed Total Lagrangian particles carry no stress; `removed` from the neighbour lists, whose "
         "particles keep their reference volume, `removed_renormalized`: kernel sums renormalized over the remaining "
         "neighbours, which does not conserve energy, or `retained`",
+        "removed",
     )
-    reference_update_strain: PositiveNumber | None = Field(
-        default=None,
-        description="Equivalent strain since the last update at which the current configuration becomes the reference "
+    reference_update_strain: PositiveNumber | None = key(
+        "Equivalent strain since the last update at which the current configuration becomes the reference "
         "of all Total Lagrangian particles [-], above 0; 0.3 for distortions that a fixed reference does not permit. "
         "Touching surfaces of one body bond. No update unless given",
+        None,
     )
-    artificial_stress: ArtificialStress = Field(
-        default=NoArtificialStress(), description="Artificial stress of the Eulerian particles"
+    artificial_stress: ArtificialStress = key("Artificial stress of the Eulerian particles", NoArtificialStress())
+    artificial_stress_at_interface: Literal["both", "neither"] = key(
+        "Whether it acts between Eulerian and Total Lagrangian particles, on both sides or on neither", "both"
     )
-    artificial_stress_at_interface: Literal["both", "neither"] = Field(
-        default="both",
-        description="Whether it acts between Eulerian and Total Lagrangian particles, on both sides or on neither",
-    )
-    contact: Contact = Field(default=FrictionalContact(), description="Contact between bodies")
-    eulerian_regions: tuple[EulerianRegion, ...] = Field(
-        default=(), description="Regions that are Eulerian from the start", max_length=100
-    )
+    contact: Contact = key("Contact between bodies", FrictionalContact())
+    eulerian_regions: tuple[EulerianRegion, ...] = key("Regions that are Eulerian from the start", (), max_length=100)
 
     @model_validator(mode="before")
     @classmethod
@@ -164,10 +153,8 @@ class AdaptiveFormulation(TotalLagrangianFormulation):
     """AdapTLE (Young 2021): Total Lagrangian until a particle's strain or damage turns it Eulerian, for good."""
 
     type: Literal["adaptive"] = "adaptive"  # type: ignore[assignment]
-    artificial_stress: ArtificialStress = Field(
-        default=GrayArtificialStress(), description="Artificial stress of the Eulerian particles"
-    )
-    conversion: ConversionLimits = Field(description="What turns a particle Eulerian")
+    artificial_stress: ArtificialStress = key("Artificial stress of the Eulerian particles", GrayArtificialStress())
+    conversion: ConversionLimits = key("What turns a particle Eulerian")
 
     def _own_formulations(self, case: AnyCase) -> Iterator[Problem]:
         path = ("formulation", "conversion")

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hvisph.case.model import StrictModel
+from hvisph.case.model import StrictModel, key
 from hvisph.case.units import (
     NUMBER,
     RATE,
@@ -33,29 +33,28 @@ class NoDamage(StrictModel):
 class _Failing(StrictModel):
     """Options of all models with failure."""
 
-    failed_strength: Literal["fluid", "rubble", "unchanged"] = Field(
-        default="fluid",
-        description="Strength of failed material: `fluid`, pressure only; `rubble`, also friction; `unchanged`, marked "
+    failed_strength: Literal["fluid", "rubble", "unchanged"] = key(
+        "Strength of failed material: `fluid`, pressure only; `rubble`, also friction; `unchanged`, marked "
         "as failed only: with `adaptive` it converts to Eulerian particles, between which cracks open",
+        "fluid",
     )
-    friction: NonNegativeNumber = Field(
-        default=0.6,
-        description="Coefficient of friction of `rubble`, Y = friction p up to that of intact material [-], at least 0",
+    friction: NonNegativeNumber = key(
+        "Coefficient of friction of `rubble`, Y = friction p up to that of intact material [-], at least 0", 0.6
     )
 
 
 class _Fracturing(_Failing):
     """Energy that failure takes, for each area of crack."""
 
-    fracture_energy: Annotated[float, Quantity(SURFACE_ENERGY, above=0)] | None = Field(
-        default=None,
-        description="G_f, work for each area of crack [J/m^2]: the material softens after the onset of failure over a "
+    fracture_energy: Annotated[float, Quantity(SURFACE_ENERGY, above=0)] | None = key(
+        "G_f, work for each area of crack [J/m^2]: the material softens after the onset of failure over a "
         "displacement, at any spacing; none unless given: failure takes what one particle holds",
+        None,
     )
-    toughness: PositiveToughness | Literal["material"] | None = Field(
-        default=None,
-        description="K_IC in place of `fracture_energy` [Pa m^0.5], G_f = K_IC^2 (1 - nu^2)/E; `material`: the "
+    toughness: PositiveToughness | Literal["material"] | None = key(
+        "K_IC in place of `fracture_energy` [Pa m^0.5], G_f = K_IC^2 (1 - nu^2)/E; `material`: the "
         "`fracture_toughness` of the material",
+        None,
     )
 
     @model_validator(mode="after")
@@ -78,10 +77,10 @@ class _Fracturing(_Failing):
 class _Fitted(_Fracturing):
     """Width at which a strain to failure was fitted."""
 
-    fitted_at: PositiveLength | None = Field(
-        default=None,
-        description="L_0, width of the elements or necks where the constants were fitted [m]: once the metal softens "
+    fitted_at: PositiveLength | None = key(
+        "L_0, width of the elements or necks where the constants were fitted [m]: once the metal softens "
         "its strain counts l/L_0 times, l the particle's width, between 1/5 and 5; needs a fracture energy",
+        None,
     )
 
     @model_validator(mode="after")
@@ -94,23 +93,23 @@ class _Fitted(_Fracturing):
 class _Rated(_Fracturing):
     """Rate dependence of the spall strength."""
 
-    spall_exponent: Annotated[float, Quantity(NUMBER, minimum=0, maximum=0.5)] = Field(
-        default=0.0,
-        description="m, where the spall strength is that of `spall_rate` times (rate/spall_rate)^m, from 1e4 to "
+    spall_exponent: Annotated[float, Quantity(NUMBER, minimum=0, maximum=0.5)] = key(
+        "m, where the spall strength is that of `spall_rate` times (rate/spall_rate)^m, from 1e4 to "
         "1e7 1/s [-], at most 0.5; plate impacts have 0.1 to 0.3. 0: the same at all rates",
+        0.0,
     )
-    spall_rate: Annotated[float, Quantity(RATE, minimum=1e4, maximum=1e7)] = Field(
-        default=1e5, description="Rate of expansion at which it has its spall strength [1/s], 1e4 to 1e7"
+    spall_rate: Annotated[float, Quantity(RATE, minimum=1e4, maximum=1e7)] = key(
+        "Rate of expansion at which it has its spall strength [1/s], 1e4 to 1e7", 1e5
     )
 
 
 class _Spalling(_Failing):
     """Additional spall strength of damage models."""
 
-    spall_strength: PositivePressure | None = Field(
-        default=None,
-        description="Tension at which the material fails for good, whatever the damage [Pa], any once it has melted; "
+    spall_strength: PositivePressure | None = key(
+        "Tension at which the material fails for good, whatever the damage [Pa], any once it has melted; "
         "none unless given: models that add up strain or work know little of a release",
+        None,
     )
 
 
@@ -128,10 +127,8 @@ class PressureCutoff(_Rated):
     """Tension limit p >= pressure. With `permanent` material at the limit has spalled, melt under any tension."""
 
     type: Literal["pressure_cutoff"] = "pressure_cutoff"
-    pressure: NegativePressure = Field(description="Lowest pressure that the material bears [Pa]; negative, tension")
-    permanent: bool = Field(
-        default=False, description="Whether material at the limit fails permanently; if not, spall heals"
-    )
+    pressure: NegativePressure = key("Lowest pressure that the material bears [Pa]; negative, tension")
+    permanent: bool = key("Whether material at the limit fails permanently; if not, spall heals", False)
 
     @model_validator(mode="after")
     def _rated_permanent(self) -> Self:
@@ -150,26 +147,25 @@ class JohnsonCookDamage(_RatedSpalling, _Fitted):
     """
 
     type: Literal["johnson_cook"] = "johnson_cook"
-    d1: Number = Field(description="Failure strain at any triaxiality, D1 [-]")
-    d2: Number = Field(default=0.0, description="Triaxiality coefficient D2 [-]")
-    d3: Number = Field(default=0.0, description="Triaxiality exponent D3 [-]; below 0 where tension embrittles")
-    d4: Number = Field(default=0.0, description="Rate coefficient D4 [-]")
-    d5: Number = Field(default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength")
-    reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
-    softening: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
-        default=0.0,
-        description="D_c of Borvik 2001, share of the yield stress that is gone when the material fails: it bears "
+    d1: Number = key("Failure strain at any triaxiality, D1 [-]")
+    d2: Number = key("Triaxiality coefficient D2 [-]", 0.0)
+    d3: Number = key("Triaxiality exponent D3 [-]; below 0 where tension embrittles", 0.0)
+    d4: Number = key("Rate coefficient D4 [-]", 0.0)
+    d5: Number = key("Temperature coefficient D5 [-]; needs `johnson_cook` strength", 0.0)
+    reference_rate: PositiveRate = key("Reference plastic strain rate [1/s]", 1.0)
+    softening: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
+        "D_c of Borvik 2001, share of the yield stress that is gone when the material fails: it bears "
         "1 - D_c D of it [-], at least 0 and below 1",
+        0.0,
     )
-    high_triaxiality: Literal["constant", "void_growth"] = Field(
-        default="constant",
-        description="Failure strain beyond the tested range of triaxiality: `constant` above s* = 1.5, up to which the "
+    high_triaxiality: Literal["constant", "void_growth"] = key(
+        "Failure strain beyond the tested range of triaxiality: `constant` above s* = 1.5, up to which the "
         "formula was fitted; `void_growth`, for fits whose failure strain vanishes (d1 < 0 < d2, -1.5 < d3 < 0): "
         "exp(-1.5 s*) of Rice & Tracey 1969 where the fit falls faster",
+        "constant",
     )
-    pressure_cutoff: NegativePressure | None = Field(
-        default=None,
-        description="Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there",
+    pressure_cutoff: NegativePressure | None = key(
+        "Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there", None
     )
 
     @model_validator(mode="after")
@@ -191,18 +187,18 @@ class GradyKippDamage(_Spalling):
     """Brittle fracture from Weibull flaws, N(<eps) = k eps^m per m^3, that cracks grow from at 0.4 c_l."""
 
     type: Literal["grady_kipp"] = "grady_kipp"
-    weibull_k: Annotated[float, Quantity(NUMBER, above=0, maximum=1e60)] = Field(
-        description="Weibull's k [1/m^3], above 0; a set per cm^3 is 1e6 times smaller"
+    weibull_k: Annotated[float, Quantity(NUMBER, above=0, maximum=1e60)] = key(
+        "Weibull's k [1/m^3], above 0; a set per cm^3 is 1e6 times smaller"
     )
-    weibull_m: PositiveNumber = Field(description="Weibull's m [-], above 0")
-    seed: int = Field(default=0, ge=0, le=2**31, description="Seed of the random flaws; another one, other fragments")
-    brittle_ductile: PositivePressure | None = Field(
-        default=None,
-        description="p_bd, where broken `rock` is as strong as intact [Pa]: below it shear breaks at a strain of 0.01 "
+    weibull_m: PositiveNumber = key("Weibull's m [-], above 0")
+    seed: int = key("Seed of the random flaws; another one, other fragments", 0, ge=0, le=2**31)
+    brittle_ductile: PositivePressure | None = key(
+        "p_bd, where broken `rock` is as strong as intact [Pa]: below it shear breaks at a strain of 0.01 "
         "to 0.05; no damage by shear unless given",
+        None,
     )
-    brittle_plastic: PositivePressure | None = Field(
-        default=None, description="p_bp, above p_bd [Pa]: up to it shear breaks at 0.05 to 0.1, beyond at more"
+    brittle_plastic: PositivePressure | None = key(
+        "p_bp, above p_bd [Pa]: up to it shear breaks at 0.05 to 0.1, beyond at more", None
     )
 
     @model_validator(mode="after")
@@ -218,21 +214,18 @@ class GradySpallDamage(_Failing):
     """Spall by Grady's energies: the smaller of (3 rho c^2 Kc^2 rate)^(1/3) and (2 rho c^2 Y eps_c)^(1/2)."""
 
     type: Literal["grady_spall"] = "grady_spall"
-    toughness: PositiveToughness = Field(description="Fracture toughness K_c [Pa m^0.5], above 0")
-    yield_stress: NonNegativePressure = Field(
-        default=0.0, description="Y of ductile spall [Pa], at least 0; 0: brittle alone"
-    )
-    critical_strain: PositiveNumber = Field(default=0.15, description="eps_c of ductile spall [-], above 0")
+    toughness: PositiveToughness = key("Fracture toughness K_c [Pa m^0.5], above 0")
+    yield_stress: NonNegativePressure = key("Y of ductile spall [Pa], at least 0; 0: brittle alone", 0.0)
+    critical_strain: PositiveNumber = key("eps_c of ductile spall [-], above 0", 0.15)
 
 
 class PrincipalStressDamage(_RatedSpalling):
     """Permanent failure at a limit of the greatest principal stress."""
 
     type: Literal["principal_stress"] = "principal_stress"
-    tensile_strength: PositivePressure = Field(description="sigma_f, limit of the greatest principal stress [Pa]")
-    shear_strength: PositivePressure | None = Field(
-        default=None,
-        description="tau_f, limit of half the difference of the principal stresses [Pa]; none unless given",
+    tensile_strength: PositivePressure = key("sigma_f, limit of the greatest principal stress [Pa]")
+    shear_strength: PositivePressure | None = key(
+        "tau_f, limit of half the difference of the principal stresses [Pa]; none unless given", None
     )
 
 
@@ -240,18 +233,16 @@ class CockcroftLathamDamage(_RatedSpalling, _Fitted):
     """Damage is plastic work of the greatest principal stress in tension, sum max(sigma_1, 0) d(eps_p), over W_cr."""
 
     type: Literal["cockcroft_latham"] = "cockcroft_latham"
-    critical_work: PositivePressure = Field(description="W_cr [J/m^3 = Pa]")
+    critical_work: PositivePressure = key("W_cr [J/m^3 = Pa]")
 
 
 class JohnsonHolmquistDamage(StrictModel):
     """JH-2: D = sum d(eps_p)/(D1 x^D2), x = (p + T)/P_HEL, with bulking; goes with the strength of that name."""
 
     type: Literal["johnson_holmquist"] = "johnson_holmquist"
-    d1: PositiveNumber = Field(description="D1 [-]")
-    d2: NonNegativeNumber = Field(description="D2 [-]")
-    beta: NonNegativeNumber = Field(
-        default=1.0, description="Share of the elastic energy lost that becomes bulking [-]"
-    )
+    d1: PositiveNumber = key("D1 [-]")
+    d2: NonNegativeNumber = key("D2 [-]")
+    beta: NonNegativeNumber = key("Share of the elastic energy lost that becomes bulking [-]", 1.0)
 
 
 Residual = Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)]
@@ -265,25 +256,25 @@ class HashinDamage(StrictModel):
     """Hashin's modes of fibre, matrix and delamination, each for good; goes with `orthotropic` strength."""
 
     type: Literal["hashin"] = "hashin"
-    fibre_tension: PositivePressure = Field(description="XT [Pa]")
-    fibre_compression: PositivePressure = Field(description="XC [Pa], beyond the confinement")
-    matrix_tension: PositivePressure = Field(description="YT [Pa]")
-    matrix_compression: PositivePressure = Field(description="YC [Pa]")
-    shear: PositivePressure = Field(description="S12, also S13 [Pa]")
-    transverse_shear: PositivePressure = Field(description="S23 [Pa]")
-    delamination_tension: PositivePressure | None = Field(default=None, description="ZT [Pa]; YT unless given")
-    delamination_shear: PositivePressure | None = Field(default=None, description="SZ [Pa]; S12 unless given")
-    residual: Residual = Field(default=0.2, description=_RESIDUAL)
+    fibre_tension: PositivePressure = key("XT [Pa]")
+    fibre_compression: PositivePressure = key("XC [Pa], beyond the confinement")
+    matrix_tension: PositivePressure = key("YT [Pa]")
+    matrix_compression: PositivePressure = key("YC [Pa]")
+    shear: PositivePressure = key("S12, also S13 [Pa]")
+    transverse_shear: PositivePressure = key("S23 [Pa]")
+    delamination_tension: PositivePressure | None = key("ZT [Pa]; YT unless given", None)
+    delamination_shear: PositivePressure | None = key("SZ [Pa]; S12 unless given", None)
+    residual: Residual = key(_RESIDUAL, 0.2)
 
 
 class MaxStressDamage(StrictModel):
     """Each stress along the material axes against its own limit; goes with `orthotropic` strength."""
 
     type: Literal["max_stress"] = "max_stress"
-    tension: Strengths = Field(description="X, Y, Z in tension [Pa]")
-    compression: Strengths = Field(description="X, Y, Z in compression beyond that of the other axes [Pa]")
-    shear: Strengths = Field(description="S12, S13, S23 [Pa]")
-    residual: Residual = Field(default=0.2, description=_RESIDUAL)
+    tension: Strengths = key("X, Y, Z in tension [Pa]")
+    compression: Strengths = key("X, Y, Z in compression beyond that of the other axes [Pa]")
+    shear: Strengths = key("S12, S13, S23 [Pa]")
+    residual: Residual = key(_RESIDUAL, 0.2)
 
 
 Damage = Annotated[

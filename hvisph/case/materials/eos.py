@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hvisph.case.model import DataFile, Problem, StrictModel, refuse
+from hvisph.case.model import DataFile, Problem, StrictModel, key, refuse
 from hvisph.case.units import (
     NUMBER,
     Length,
@@ -37,17 +37,15 @@ class LinearEos(StrictModel):
     """
 
     type: Literal["linear"] = "linear"
-    bulk_modulus: PositivePressure | None = Field(
-        default=None, description="Bulk modulus K [Pa]; unless a Cauchy number is given"
-    )
-    cauchy_number: PositiveNumber | None = Field(
-        default=None,
-        description="Cauchy number Ca = rho0 v^2/K of the impact velocity v = 1 [-], above 0; only with "
+    bulk_modulus: PositivePressure | None = key("Bulk modulus K [Pa]; unless a Cauchy number is given", None)
+    cauchy_number: PositiveNumber | None = key(
+        "Cauchy number Ca = rho0 v^2/K of the impact velocity v = 1 [-], above 0; only with "
         "`units: none`, and in place of the modulus",
+        None,
     )
-    definition: Literal["density_difference", "density_ratio"] = Field(
-        default="density_difference",
-        description="Definition of Ca: `density_difference` p = (rho - rho0)/Ca, `density_ratio` p = (rho/rho0 - 1)/Ca",
+    definition: Literal["density_difference", "density_ratio"] = key(
+        "Definition of Ca: `density_difference` p = (rho - rho0)/Ca, `density_ratio` p = (rho/rho0 - 1)/Ca",
+        "density_difference",
     )
 
     @model_validator(mode="after")
@@ -77,8 +75,8 @@ class ElasticEos(StrictModel):
     """p = K (rho/rho0 - 1) with K = E / (3 (1 - 2 nu)); the strength takes its G = E / (2 (1 + nu))."""
 
     type: Literal["elastic"] = "elastic"
-    youngs_modulus: PositivePressure = Field(description="Young's modulus E [Pa]")
-    poisson_ratio: PoissonRatio = Field(description="Poisson's ratio nu [-], above -1 and below 0.5")
+    youngs_modulus: PositivePressure = key("Young's modulus E [Pa]")
+    poisson_ratio: PoissonRatio = key("Poisson's ratio nu [-], above -1 and below 0.5")
 
     @property
     def bulk_modulus(self) -> float:
@@ -95,8 +93,8 @@ class StiffenedGasEos(StrictModel):
     """p = c0^2 (rho - rho0) + (gamma - 1) rho e."""
 
     type: Literal["stiffened_gas"] = "stiffened_gas"
-    sound_speed: PositiveVelocity = Field(description="Bulk sound speed c0 at rest [m/s]")
-    gamma: AdiabaticIndex = Field(description="Exponent gamma [-], above 1; gamma - 1 is the Grueneisen coefficient")
+    sound_speed: PositiveVelocity = key("Bulk sound speed c0 at rest [m/s]")
+    gamma: AdiabaticIndex = key("Exponent gamma [-], above 1; gamma - 1 is the Grueneisen coefficient")
 
 
 class MieGruneisenEos(StrictModel):
@@ -107,25 +105,18 @@ class MieGruneisenEos(StrictModel):
     """
 
     type: Literal["mie_gruneisen"] = "mie_gruneisen"
-    sound_speed: PositiveVelocity | None = Field(
-        default=None, description="Bulk sound speed c0 at rest [m/s]; unless points are given"
+    sound_speed: PositiveVelocity | None = key("Bulk sound speed c0 at rest [m/s]; unless points are given", None)
+    s1: NonNegativeNumber | None = key("Slope s1 of the Us-up line [-], at least 0; unless points are given", None)
+    s2: Number = key("Second coefficient s2 of the Us-up curve [-]", 0.0)
+    s3: Number = key("Third coefficient s3 of the Us-up curve [-]", 0.0)
+    us_up: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = key(
+        "Points [up, Us] of the Hugoniot [m/s], two at least; for `sound_speed` and `s1`", ()
     )
-    s1: NonNegativeNumber | None = Field(
-        default=None, description="Slope s1 of the Us-up line [-], at least 0; unless points are given"
-    )
-    s2: Number = Field(default=0.0, description="Second coefficient s2 of the Us-up curve [-]")
-    s3: Number = Field(default=0.0, description="Third coefficient s3 of the Us-up curve [-]")
-    us_up: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = Field(
-        default=(), description="Points [up, Us] of the Hugoniot [m/s], two at least; for `sound_speed` and `s1`"
-    )
-    us_up_order: int = Field(
-        default=1, ge=1, le=3, description="Coefficients fitted to the points: s1, with 2 also s2, with 3 also s3"
-    )
-    gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
-    a: Number = Field(default=0.0, description="First-order volume correction to Gamma0 [-]")
-    expansion: Literal["vanishing", "linear"] = Field(
-        default="vanishing",
-        description="Pressure below the reference density: vanishing with density, or the published line",
+    us_up_order: int = key("Coefficients fitted to the points: s1, with 2 also s2, with 3 also s3", 1, ge=1, le=3)
+    gamma: NonNegativeNumber = key("Grueneisen coefficient Gamma0 at reference density [-], at least 0")
+    a: Number = key("First-order volume correction to Gamma0 [-]", 0.0)
+    expansion: Literal["vanishing", "linear"] = key(
+        "Pressure below the reference density: vanishing with density, or the published line", "vanishing"
     )
 
     @model_validator(mode="after")
@@ -172,12 +163,10 @@ class UsUpTableEos(StrictModel):
     """Mie-Grueneisen about a shock Hugoniot of straight pieces in Us and up, for changes of phase."""
 
     type: Literal["us_up_table"] = "us_up_table"
-    us_up: tuple[tuple[NonNegativeVelocity, PositiveVelocity], ...] = Field(
-        description="Points [up, Us] of the Hugoniot [m/s], joined by lines; the first is [0, c0]",
-        min_length=2,
-        max_length=64,
+    us_up: tuple[tuple[NonNegativeVelocity, PositiveVelocity], ...] = key(
+        "Points [up, Us] of the Hugoniot [m/s], joined by lines; the first is [0, c0]", min_length=2, max_length=64
     )
-    gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
+    gamma: NonNegativeNumber = key("Grueneisen coefficient Gamma0 at reference density [-], at least 0")
 
     @model_validator(mode="after")
     def _rises(self) -> UsUpTableEos:
@@ -196,22 +185,22 @@ class TillotsonEos(StrictModel):
     """Solid to vapour: p_c = (a + b/w) rho e + A mu + B mu^2, w = e/(E0 eta^2) + 1, blended into the vapour's."""
 
     type: Literal["tillotson"] = "tillotson"
-    bulk_modulus: PositivePressure = Field(description="A, the bulk modulus at rest [Pa]")
-    b_modulus: NonNegativePressure = Field(description="B, coefficient of mu^2 [Pa], at least 0")
-    a: PositiveNumber = Field(description="a, Grueneisen coefficient of the hot vapour [-]")
-    b: NonNegativeNumber = Field(description="b; a + b is the Grueneisen coefficient at rest [-]")
-    reference_energy: PositiveSpecificEnergy = Field(description="E0 [J/kg]")
-    alpha: NonNegativeNumber = Field(description="Exponent alpha of the expanded vapour [-]")
-    beta: NonNegativeNumber = Field(description="Exponent beta of the expanded vapour [-]")
-    incipient_energy: PositiveSpecificEnergy = Field(description="e_iv, energy of incipient vaporisation [J/kg]")
-    vaporization_energy: PositiveSpecificEnergy = Field(description="e_cv, energy of complete vaporisation [J/kg]")
-    expansion: Literal["faded", "linear", "full"] = Field(
-        default="faded",
-        description="Pressure in cold expansion: `faded` A mu eta^2 (3 - 2 eta), `linear` A mu, `full` A mu + B mu^2 "
+    bulk_modulus: PositivePressure = key("A, the bulk modulus at rest [Pa]")
+    b_modulus: NonNegativePressure = key("B, coefficient of mu^2 [Pa], at least 0")
+    a: PositiveNumber = key("a, Grueneisen coefficient of the hot vapour [-]")
+    b: NonNegativeNumber = key("b; a + b is the Grueneisen coefficient at rest [-]")
+    reference_energy: PositiveSpecificEnergy = key("E0 [J/kg]")
+    alpha: NonNegativeNumber = key("Exponent alpha of the expanded vapour [-]")
+    beta: NonNegativeNumber = key("Exponent beta of the expanded vapour [-]")
+    incipient_energy: PositiveSpecificEnergy = key("e_iv, energy of incipient vaporisation [J/kg]")
+    vaporization_energy: PositiveSpecificEnergy = key("e_cv, energy of complete vaporisation [J/kg]")
+    expansion: Literal["faded", "linear", "full"] = key(
+        "Pressure in cold expansion: `faded` A mu eta^2 (3 - 2 eta), `linear` A mu, `full` A mu + B mu^2 "
         "as published, whose pressure rises again and does not conserve energy",
+        "faded",
     )
-    low_density: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
-        default=0.0, description="rho/rho0 below which cold material bears nothing; 0.9 in many codes, off unless given"
+    low_density: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
+        "rho/rho0 below which cold material bears nothing; 0.9 in many codes, off unless given", 0.0
     )
 
     @model_validator(mode="after")
@@ -226,68 +215,62 @@ class PolynomialEos(StrictModel):
     """p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e; in expansion f (T1 mu + T2 mu^2 + B0 rho0 e)."""
 
     type: Literal["polynomial"] = "polynomial"
-    a1: PositivePressure = Field(description="A1, the bulk modulus at rest [Pa]; K1 in ceramics")
-    a2: Pressure = Field(default=0.0, description="A2 [Pa]")
-    a3: Pressure = Field(default=0.0, description="A3 [Pa]")
-    b0: NonNegativeNumber = Field(default=0.0, description="B0, Grueneisen coefficient at rest [-]")
-    b1: Number = Field(default=0.0, description="B1 [-]")
-    t1: PositivePressure | None = Field(default=None, description="T1 [Pa]; A1 unless given")
-    t2: Pressure = Field(default=0.0, description="T2 [Pa]")
+    a1: PositivePressure = key("A1, the bulk modulus at rest [Pa]; K1 in ceramics")
+    a2: Pressure = key("A2 [Pa]", 0.0)
+    a3: Pressure = key("A3 [Pa]", 0.0)
+    b0: NonNegativeNumber = key("B0, Grueneisen coefficient at rest [-]", 0.0)
+    b1: Number = key("B1 [-]", 0.0)
+    t1: PositivePressure | None = key("T1 [Pa]; A1 unless given", None)
+    t2: Pressure = key("T2 [Pa]", 0.0)
 
 
 class MurnaghanEos(StrictModel):
     """p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c), e_c the energy of cold compression; f of it in expansion."""
 
     type: Literal["murnaghan"] = "murnaghan"
-    bulk_modulus: PositivePressure = Field(description="Bulk modulus K at rest [Pa]")
-    exponent: AdiabaticIndex = Field(description="n = dK/dp [-], above 1; 4 for many rocks, 7 for water")
-    gamma: NonNegativeNumber = Field(
-        default=0.0, description="Grueneisen coefficient, with Gamma rho constant [-]; 0: energy plays no part"
-    )
+    bulk_modulus: PositivePressure = key("Bulk modulus K at rest [Pa]")
+    exponent: AdiabaticIndex = key("n = dK/dp [-], above 1; 4 for many rocks, 7 for water")
+    gamma: NonNegativeNumber = key("Grueneisen coefficient, with Gamma rho constant [-]; 0: energy plays no part", 0.0)
 
 
 class Detonation(StrictModel):
     """Detonation front from given points at the detonation velocity."""
 
-    points: tuple[tuple[Length, ...], ...] = Field(
-        description="Where it starts, a list of points [m]", min_length=1, max_length=1000
-    )
-    speed: PositiveVelocity | None = Field(
-        default=None,
-        description="Detonation speed D [m/s]; unless given that of Chapman and Jouguet, which a, b, r1, "
+    points: tuple[tuple[Length, ...], ...] = key("Where it starts, a list of points [m]", min_length=1, max_length=1000)
+    speed: PositiveVelocity | None = key(
+        "Detonation speed D [m/s]; unless given that of Chapman and Jouguet, which a, b, r1, "
         "r2, omega and detonation_energy come to",
+        None,
     )
-    time: NonNegativeTime = Field(default=0.0, description="When it starts [s], at least 0")
+    time: NonNegativeTime = key("When it starts [s], at least 0", 0.0)
 
 
 class JwlEos(StrictModel):
     """Detonation products: p = A (1 - w/(R1 V)) exp(-R1 V) + B (1 - w/(R2 V)) exp(-R2 V) + w rho e, V = rho0/rho."""
 
     type: Literal["jwl"] = "jwl"
-    a: PositivePressure = Field(description="A [Pa]")
-    b: PositivePressure = Field(description="B [Pa]")
-    r1: PositiveNumber = Field(description="R1 [-]")
-    r2: PositiveNumber = Field(description="R2 [-]")
-    omega: PositiveNumber = Field(description="w, the Grueneisen coefficient of the products [-]")
-    detonation_energy: PositivePressure = Field(description="Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
-    detonation: Detonation | None = Field(
-        default=None, description="Front of the detonation; unless given, all has burnt at the start"
-    )
+    a: PositivePressure = key("A [Pa]")
+    b: PositivePressure = key("B [Pa]")
+    r1: PositiveNumber = key("R1 [-]")
+    r2: PositiveNumber = key("R2 [-]")
+    omega: PositiveNumber = key("w, the Grueneisen coefficient of the products [-]")
+    detonation_energy: PositivePressure = key("Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
+    detonation: Detonation | None = key("Front of the detonation; unless given, all has burnt at the start", None)
 
 
 class TableEos(StrictModel):
     """A table of pressure and energy: SESAME's text (its table 301), CSV, HDF5, or as planetary codes write it."""
 
     type: Literal["table"] = "table"
-    file: DataFile = Field(
-        description="SESAME text; CSV with the columns, or HDF5 (.h5, .hdf5) with the datasets, density, temperature, "
+    file: DataFile = key(
+        "SESAME text; CSV with the columns, or HDF5 (.h5, .hdf5) with the datasets, density, temperature, "
         "pressure and energy in SI; beside the case file unless the path is absolute"
     )
-    number: int | None = Field(default=None, description="SESAME number of the material; the first of the file")
-    format: Literal["sesame", "aneos", "miluphcuda", "gadget", "woma"] | None = Field(
-        default=None,
-        description="Layout of the file, detected unless given: `aneos` the SESAME text of Stewart's ANEOS, "
+    number: int | None = key("SESAME number of the material; the first of the file", None)
+    format: Literal["sesame", "aneos", "miluphcuda", "gadget", "woma"] | None = key(
+        "Layout of the file, detected unless given: `aneos` the SESAME text of Stewart's ANEOS, "
         "`miluphcuda`, `gadget` over entropy in cgs, `woma` also of SWIFT",
+        None,
     )
 
 
@@ -295,7 +278,7 @@ class IdealGasEos(StrictModel):
     """p = (gamma - 1) rho e; the body's `internal_energy` sets its initial pressure."""
 
     type: Literal["ideal_gas"] = "ideal_gas"
-    gamma: AdiabaticIndex = Field(description="Ratio of specific heats gamma [-], above 1")
+    gamma: AdiabaticIndex = key("Ratio of specific heats gamma [-], above 1")
 
 
 Eos = Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hvisph.case.model import Problem, Shorthand, StrictModel, refuse
+from hvisph.case.model import Problem, Shorthand, StrictModel, key, refuse
 from hvisph.case.units import (
     NUMBER,
     NonNegativeNumber,
@@ -38,11 +38,11 @@ from .strength import (
 
 
 class _Temperature(StrictModel):
-    heat_capacity: PositiveHeatCapacity | None = Field(
-        default=None, description="Specific heat capacity c_v [J/(kg K)]; that of the strength model unless given"
+    heat_capacity: PositiveHeatCapacity | None = key(
+        "Specific heat capacity c_v [J/(kg K)]; that of the strength model unless given", None
     )
-    room_temperature: PositiveTemperature | None = Field(
-        default=None, description="Temperature at rest [K]; that of the strength model unless given, else 300 K"
+    room_temperature: PositiveTemperature | None = key(
+        "Temperature at rest [K]; that of the strength model unless given, else 300 K", None
     )
 
 
@@ -50,17 +50,15 @@ class IsentropeTemperature(_Temperature):
     """T = T_s(rho) + (e - e_s(rho))/c_v about the isentrope through the state at rest: compression is no heat."""
 
     type: Literal["isentrope"] = "isentrope"
-    heat_capacities: tuple[tuple[PositiveTemperature, PositiveHeatCapacity], ...] = Field(
-        default=(),
-        description="Points [T, c_p] of the heat capacity without pressure, joined by lines and held beyond their "
+    heat_capacities: tuple[tuple[PositiveTemperature, PositiveHeatCapacity], ...] = key(
+        "Points [T, c_p] of the heat capacity without pressure, joined by lines and held beyond their "
         "ends, in place of a constant",
+        (),
     )
-    heat_of_melting: PositiveSpecificEnergy | None = Field(
-        default=None, description="Heat of melting [J/kg], beside `heat_capacities`; left out unless given"
+    heat_of_melting: PositiveSpecificEnergy | None = key(
+        "Heat of melting [J/kg], beside `heat_capacities`; left out unless given", None
     )
-    melting_point: PositiveTemperature | None = Field(
-        default=None, description="Where it is taken up, without pressure [K]"
-    )
+    melting_point: PositiveTemperature | None = key("Where it is taken up, without pressure [K]", None)
 
     @model_validator(mode="after")
     def _one_capacity(self) -> IsentropeTemperature:
@@ -99,10 +97,10 @@ class ConstantMelting(StrictModel):
     """The melting point of the strength model, at any pressure; the type where `entropies` are given alone."""
 
     type: Literal["constant"] = "constant"
-    entropies: tuple[PositiveHeatCapacity, ...] | None = Field(
-        default=None,
-        description="Entropies [S_rest, S_im, S_cm, S_iv, S_cv] at rest, and at 1 bar of incipient and complete "
+    entropies: tuple[PositiveHeatCapacity, ...] | None = key(
+        "Entropies [S_rest, S_im, S_cm, S_iv, S_cv] at rest, and at 1 bar of incipient and complete "
         "melting and vaporisation [J/(kg K)]; for the measures `melt` and `vapour`",
+        None,
         min_length=5,
         max_length=5,
     )
@@ -119,18 +117,18 @@ class LindemannMelting(ConstantMelting):
     """T_m = T_m0 exp(2 a (1 - 1/eta)) eta^(2 (Gamma0 - a - 1/3)), eta = rho/rho0."""
 
     type: Literal["lindemann"] = "lindemann"  # type: ignore[assignment]
-    temperature: PositiveTemperature = Field(description="T_m0, without pressure [K]")
-    gamma: NonNegativeNumber = Field(description="Gamma0, Grueneisen coefficient at rest [-]")
-    a: NonNegativeNumber = Field(description="a [-]")
+    temperature: PositiveTemperature = key("T_m0, without pressure [K]")
+    gamma: NonNegativeNumber = key("Gamma0, Grueneisen coefficient at rest [-]")
+    a: NonNegativeNumber = key("a [-]")
 
 
 class SimonMelting(ConstantMelting):
     """T_m = T_m0 (1 + p/a)^(1/c)."""
 
     type: Literal["simon"] = "simon"  # type: ignore[assignment]
-    temperature: PositiveTemperature = Field(description="T_m0, without pressure [K]")
-    a: PositivePressure = Field(description="a [Pa]")
-    c: PositiveNumber = Field(description="c [-]")
+    temperature: PositiveTemperature = key("T_m0, without pressure [K]")
+    a: PositivePressure = key("a [Pa]")
+    c: PositiveNumber = key("c [-]")
 
 
 Melting = Annotated[LindemannMelting | SimonMelting | ConstantMelting, Field(discriminator="type")]
@@ -149,19 +147,18 @@ OptionalMelting = Annotated[
 class Porosity(StrictModel):
     """P-alpha pores in the solid that `density`, `eos` and `strength` describe: p = p_s(alpha rho, e)/alpha."""
 
-    distension: Annotated[float, Quantity(NUMBER, above=1)] = Field(
-        description="alpha0 = density of the solid over that of the porous body at rest [-], above 1"
+    distension: Annotated[float, Quantity(NUMBER, above=1)] = key(
+        "alpha0 = density of the solid over that of the porous body at rest [-], above 1"
     )
-    elastic_pressure: NonNegativePressure | None = Field(
-        default=None, description="p_e, where pores begin to crush [Pa], at least 0; needed unless `crush` is given"
+    elastic_pressure: NonNegativePressure | None = key(
+        "p_e, where pores begin to crush [Pa], at least 0; needed unless `crush` is given", None
     )
-    solid_pressure: PositivePressure | None = Field(
-        default=None, description="p_s, where they are gone [Pa], above p_e; needed unless `crush` is given"
+    solid_pressure: PositivePressure | None = key(
+        "p_s, where they are gone [Pa], above p_e; needed unless `crush` is given", None
     )
-    crush: tuple[tuple[NonNegativePressure, Annotated[float, Quantity(NUMBER, minimum=1)]], ...] = Field(
-        default=(),
-        description="Points [p, alpha] of the crush curve in place of the parabola, falling from alpha0 to 1, joined "
-        "by lines",
+    crush: tuple[tuple[NonNegativePressure, Annotated[float, Quantity(NUMBER, minimum=1)]], ...] = key(
+        "Points [p, alpha] of the crush curve in place of the parabola, falling from alpha0 to 1, joined by lines",
+        (),
         max_length=16,
     )
 
@@ -202,29 +199,18 @@ class Porosity(StrictModel):
 class Material(StrictModel):
     """Material of a body."""
 
-    name: str = Field(
-        default="",
-        description="Name in messages and output; that of the library, if it comes from there",
-        max_length=64,
+    name: str = key("Name in messages and output; that of the library, if it comes from there", "", max_length=64)
+    source: str = key("Where the numbers come from", "")
+    density: PositiveDensity = key("Reference density rho0 [kg/m^3]")
+    eos: Eos = key("Equation of state: pressure from density and energy")
+    strength: Strength = key("Strength: limits and history of the deviatoric stress", NoStrength())
+    damage: Damage = key("Damage and spall", NoDamage())
+    fracture_toughness: PositiveToughness | None = key(
+        "K_IC of the material [Pa m^0.5], used by `damage: {toughness: material}`", None
     )
-    source: str = Field(default="", description="Where the numbers come from")
-    density: PositiveDensity = Field(description="Reference density rho0 [kg/m^3]")
-    eos: Eos = Field(description="Equation of state: pressure from density and energy")
-    strength: Strength = Field(
-        default=NoStrength(), description="Strength: limits and history of the deviatoric stress"
-    )
-    damage: Damage = Field(default=NoDamage(), description="Damage and spall")
-    fracture_toughness: PositiveToughness | None = Field(
-        default=None,
-        description="K_IC of the material [Pa m^0.5], used by `damage: {toughness: material}`",
-    )
-    temperature: Temperature = Field(
-        default=IsentropeTemperature(), description="How the temperature follows from density and energy"
-    )
-    melting: OptionalMelting = Field(
-        default=None, description="Melting point under pressure; that of the strength model unless given"
-    )
-    porosity: Porosity | None = Field(default=None, description="Pores; none unless given")
+    temperature: Temperature = key("How the temperature follows from density and energy", IsentropeTemperature())
+    melting: OptionalMelting = key("Melting point under pressure; that of the strength model unless given", None)
+    porosity: Porosity | None = key("Pores; none unless given", None)
 
     @model_validator(mode="after")
     def _consistent(self) -> Material:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.model import StrictModel
+from hvisph.case.model import StrictModel, key
 from hvisph.case.units import (
     INVERSE_PRESSURE,
     INVERSE_TEMPERATURE,
@@ -30,9 +30,8 @@ _SHEAR = "Shear modulus G [Pa]; left out where the equation of state is `elastic
 class RateDependent(StrictModel):
     """Options of rate-dependent models."""
 
-    rate_smoothing: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(
-        default=0,
-        description="Steps over which the strain rate is smoothed, such as 10; 0: that of the step, noise and all",
+    rate_smoothing: Annotated[int, Field(strict=True, ge=0, le=10_000)] = key(
+        "Steps over which the strain rate is smoothed, such as 10; 0: that of the step, noise and all", 0
     )
 
 
@@ -46,25 +45,25 @@ class ElasticStrength(StrictModel):
     """Linear elastic in shear, without a limit."""
 
     type: Literal["elastic"] = "elastic"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
 
 
 class VonMisesStrength(StrictModel):
     """Elastic and perfectly plastic."""
 
     type: Literal["von_mises"] = "von_mises"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    yield_stress: PositivePressure = Field(description="Yield stress Y in uniaxial tension [Pa]")
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    yield_stress: PositivePressure = key("Yield stress Y in uniaxial tension [Pa]")
 
 
 class LinearHardeningStrength(StrictModel):
     """Y = Y0 + H eps_p."""
 
     type: Literal["linear_hardening"] = "linear_hardening"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    yield_stress: PositivePressure = Field(description="Initial yield stress Y0 [Pa]")
-    hardening_modulus: NonNegativePressure = Field(
-        description="Plastic hardening modulus H = dY/d(eps_p) [Pa], not the tangent modulus"
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    yield_stress: PositivePressure = key("Initial yield stress Y0 [Pa]")
+    hardening_modulus: NonNegativePressure = key(
+        "Plastic hardening modulus H = dY/d(eps_p) [Pa], not the tangent modulus"
     )
 
 
@@ -72,17 +71,17 @@ class JohnsonCookStrength(RateDependent):
     """Y = (A + B eps_p^n) (1 + C ln(rate/reference)) (1 - T*^m), T* = (T - T_room)/(T_melt - T_room)."""
 
     type: Literal["johnson_cook"] = "johnson_cook"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    a: PositivePressure = Field(description="Yield stress A at the reference rate and room temperature [Pa]")
-    b: NonNegativePressure = Field(description="Hardening coefficient B [Pa], at least 0")
-    n: PositiveNumber = Field(description="Hardening exponent n [-], above 0")
-    c: NonNegativeNumber = Field(description="Rate coefficient C [-], at least 0")
-    m: PositiveNumber = Field(description="Thermal softening exponent m [-], above 0")
-    reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
-    room_temperature: PositiveTemperature = Field(default=300.0, description="T_room, at the start [K]")
-    melt_temperature: PositiveTemperature = Field(description="Melting temperature T_melt [K], above room temperature")
-    heat_capacity: PositiveHeatCapacity = Field(
-        description="Specific heat capacity [J/(kg K)], which turns internal energy into temperature"
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    a: PositivePressure = key("Yield stress A at the reference rate and room temperature [Pa]")
+    b: NonNegativePressure = key("Hardening coefficient B [Pa], at least 0")
+    n: PositiveNumber = key("Hardening exponent n [-], above 0")
+    c: NonNegativeNumber = key("Rate coefficient C [-], at least 0")
+    m: PositiveNumber = key("Thermal softening exponent m [-], above 0")
+    reference_rate: PositiveRate = key("Reference plastic strain rate [1/s]", 1.0)
+    room_temperature: PositiveTemperature = key("T_room, at the start [K]", 300.0)
+    melt_temperature: PositiveTemperature = key("Melting temperature T_melt [K], above room temperature")
+    heat_capacity: PositiveHeatCapacity = key(
+        "Specific heat capacity [J/(kg K)], which turns internal energy into temperature"
     )
 
 
@@ -90,78 +89,76 @@ class SteinbergGuinanStrength(StrictModel):
     """Y = min(Y0 (1 + beta (eps_p + eps_i))^n, Ymax) f, G = G0 f, f = 1 + A p/eta^(1/3) - B (T - 300 K)."""
 
     type: Literal["steinberg_guinan"] = "steinberg_guinan"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    yield_stress: PositivePressure = Field(description="Y0 [Pa]")
-    yield_limit: PositivePressure = Field(description="Ymax, limit of work hardening [Pa], not below Y0")
-    beta: NonNegativeNumber = Field(description="beta of work hardening [-], at least 0")
-    n: NonNegativeNumber = Field(description="n of work hardening [-], at least 0")
-    pressure_coefficient: InversePressure = Field(description="A [1/Pa]")
-    heat_coefficient: InverseTemperature = Field(description="B [1/K]")
-    melt_temperature: PositiveTemperature = Field(description="T_m0 of his melting law [K], not the ambient one")
-    melt_gamma: NonNegativeNumber = Field(description="Grueneisen coefficient of his melting law [-]")
-    melt_a: NonNegativeNumber = Field(description="a of his melting law [-], not that of the equation of state")
-    initial_strain: NonNegativeNumber = Field(default=0.0, description="eps_i [-], at least 0")
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    yield_stress: PositivePressure = key("Y0 [Pa]")
+    yield_limit: PositivePressure = key("Ymax, limit of work hardening [Pa], not below Y0")
+    beta: NonNegativeNumber = key("beta of work hardening [-], at least 0")
+    n: NonNegativeNumber = key("n of work hardening [-], at least 0")
+    pressure_coefficient: InversePressure = key("A [1/Pa]")
+    heat_coefficient: InverseTemperature = key("B [1/K]")
+    melt_temperature: PositiveTemperature = key("T_m0 of his melting law [K], not the ambient one")
+    melt_gamma: NonNegativeNumber = key("Grueneisen coefficient of his melting law [-]")
+    melt_a: NonNegativeNumber = key("a of his melting law [-], not that of the equation of state")
+    initial_strain: NonNegativeNumber = key("eps_i [-], at least 0", 0.0)
 
 
 class SteinbergLundStrength(SteinbergGuinanStrength, RateDependent):
     """Y = (Y_T(rate, T) + min(Y_A (1 + beta (eps_p + eps_i))^n, Ymax)) f: Steinberg-Guinan with a rate."""
 
     type: Literal["steinberg_lund"] = "steinberg_lund"  # type: ignore[assignment]
-    yield_stress: PositivePressure = Field(description="Y_A [Pa]")
-    c1: PositiveRate = Field(description="C1 [1/s]")
-    c2: Annotated[float, Quantity(VISCOSITY, above=0)] = Field(description="C2, drag [Pa s]")
-    activation_energy: PositiveNumber = Field(description="U [eV]")
-    peierls_stress: PositivePressure = Field(description="Y_P, limit of Y_T [Pa]")
+    yield_stress: PositivePressure = key("Y_A [Pa]")
+    c1: PositiveRate = key("C1 [1/s]")
+    c2: Annotated[float, Quantity(VISCOSITY, above=0)] = key("C2, drag [Pa s]")
+    activation_energy: PositiveNumber = key("U [eV]")
+    peierls_stress: PositivePressure = key("Y_P, limit of Y_T [Pa]")
 
 
 class ZerilliArmstrongStrength(RateDependent):
     """fcc: Y = C0 + C2 eps_p^(1/2) E; bcc: Y = C0 + C1 E + C5 eps_p^n; E = exp(-C3 T + C4 T ln rate)."""
 
     type: Literal["zerilli_armstrong"] = "zerilli_armstrong"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    lattice: Literal["fcc", "bcc"] = Field(description="Which of the two forms")
-    c0: NonNegativePressure = Field(description="C0 [Pa]")
-    c1: NonNegativePressure = Field(default=0.0, description="C1 of bcc [Pa]")
-    c2: NonNegativePressure = Field(default=0.0, description="C2 of fcc [Pa]")
-    c3: InverseTemperature = Field(description="C3 [1/K]")
-    c4: InverseTemperature = Field(description="C4 [1/K]")
-    c5: NonNegativePressure = Field(default=0.0, description="C5 of bcc [Pa]")
-    n: PositiveNumber = Field(default=0.5, description="n of bcc [-], above 0")
-    melt_temperature: PositiveTemperature | None = Field(default=None, description="Above it no strength is left [K]")
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    lattice: Literal["fcc", "bcc"] = key("Which of the two forms")
+    c0: NonNegativePressure = key("C0 [Pa]")
+    c1: NonNegativePressure = key("C1 of bcc [Pa]", 0.0)
+    c2: NonNegativePressure = key("C2 of fcc [Pa]", 0.0)
+    c3: InverseTemperature = key("C3 [1/K]")
+    c4: InverseTemperature = key("C4 [1/K]")
+    c5: NonNegativePressure = key("C5 of bcc [Pa]", 0.0)
+    n: PositiveNumber = key("n of bcc [-], above 0", 0.5)
+    melt_temperature: PositiveTemperature | None = key("Above it no strength is left [K]", None)
 
 
 class CowperSymondsStrength(RateDependent):
     """Y = (Y0 + H eps_p) (1 + (rate/D)^(1/q))."""
 
     type: Literal["cowper_symonds"] = "cowper_symonds"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    yield_stress: PositivePressure = Field(description="Y0 [Pa]")
-    hardening_modulus: NonNegativePressure = Field(default=0.0, description="H [Pa], at least 0")
-    reference_rate: PositiveRate = Field(description="D [1/s]; mild steel 40.4, aluminium 6500, stainless steel 100")
-    exponent: PositiveNumber = Field(description="q [-]; mild steel 5, aluminium 4, stainless steel 10")
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    yield_stress: PositivePressure = key("Y0 [Pa]")
+    hardening_modulus: NonNegativePressure = key("H [Pa], at least 0", 0.0)
+    reference_rate: PositiveRate = key("D [1/s]; mild steel 40.4, aluminium 6500, stainless steel 100")
+    exponent: PositiveNumber = key("q [-]; mild steel 5, aluminium 4, stainless steel 10")
 
 
 class RockStrength(StrictModel):
     """Intact Y = Y0 + mu p/(1 + mu p/(Y_M - Y0)) (Lundborg), broken min(mu_b p, Y), weaker near the melt."""
 
     type: Literal["rock"] = "rock"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    cohesion: NonNegativePressure = Field(description="Y0, yield stress without pressure [Pa]")
-    friction: NonNegativeNumber = Field(description="mu_i, internal friction of the intact rock [-]")
-    limit: PositivePressure | None = Field(
-        default=None, description="Y_M, limit under pressure [Pa]; without it Drucker-Prager's straight line"
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    cohesion: NonNegativePressure = key("Y0, yield stress without pressure [Pa]")
+    friction: NonNegativeNumber = key("mu_i, internal friction of the intact rock [-]")
+    limit: PositivePressure | None = key(
+        "Y_M, limit under pressure [Pa]; without it Drucker-Prager's straight line", None
     )
-    tension: NonNegativePressure | None = Field(
-        default=None,
-        description="Tension borne at most, no more than the apex Y0/mu_i of the cone [Pa]; 0 of granular matter; not "
+    tension: NonNegativePressure | None = key(
+        "Tension borne at most, no more than the apex Y0/mu_i of the cone [Pa]; 0 of granular matter; not "
         "limited by the strength unless given",
+        None,
     )
-    broken_friction: NonNegativeNumber = Field(default=0.6, description="mu_b, friction of broken rock [-]")
-    melt_energy: PositiveSpecificEnergy | None = Field(
-        default=None, description="e_melt: Y falls as 1 - e/e_melt [J/kg]; not unless given"
-    )
-    melt_temperature: PositiveTemperature | None = Field(
-        default=None, description="T_m: Y falls as tanh(1.2 (T_m/T - 1)) [K]; not unless given"
+    broken_friction: NonNegativeNumber = key("mu_b, friction of broken rock [-]", 0.6)
+    melt_energy: PositiveSpecificEnergy | None = key("e_melt: Y falls as 1 - e/e_melt [J/kg]; not unless given", None)
+    melt_temperature: PositiveTemperature | None = key(
+        "T_m: Y falls as tanh(1.2 (T_m/T - 1)) [K]; not unless given", None
     )
 
 
@@ -169,39 +166,37 @@ class JohnsonHolmquistStrength(RateDependent):
     """JH-2 of glass and ceramics: q_i = s_H A x^N f, q_f = s_H B (p/P_HEL)^M f, Y = q_i - D (q_i - q_f)."""
 
     type: Literal["johnson_holmquist"] = "johnson_holmquist"
-    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
-    hugoniot_elastic_limit: PositivePressure = Field(description="HEL [Pa]")
-    hel_pressure: PositivePressure = Field(description="P_HEL, pressure at the HEL [Pa], below HEL")
-    tension: NonNegativePressure = Field(description="T, greatest hydrostatic tension [Pa], at least 0")
-    a: PositiveNumber = Field(description="A of the intact surface [-]")
-    n: PositiveNumber = Field(description="N of the intact surface [-]")
-    b: NonNegativeNumber = Field(description="B of the fractured surface [-]")
-    m: PositiveNumber = Field(description="M of the fractured surface [-]")
-    c: NonNegativeNumber = Field(default=0.0, description="C of the rate [-]")
-    fractured_limit: PositiveNumber | None = Field(default=None, description="SFMAX, limit of q_f/s_H [-]")
+    shear_modulus: PositivePressure | None = key(_SHEAR, None)
+    hugoniot_elastic_limit: PositivePressure = key("HEL [Pa]")
+    hel_pressure: PositivePressure = key("P_HEL, pressure at the HEL [Pa], below HEL")
+    tension: NonNegativePressure = key("T, greatest hydrostatic tension [Pa], at least 0")
+    a: PositiveNumber = key("A of the intact surface [-]")
+    n: PositiveNumber = key("N of the intact surface [-]")
+    b: NonNegativeNumber = key("B of the fractured surface [-]")
+    m: PositiveNumber = key("M of the fractured surface [-]")
+    c: NonNegativeNumber = key("C of the rate [-]", 0.0)
+    fractured_limit: PositiveNumber | None = key("SFMAX, limit of q_f/s_H [-]", None)
 
 
 class OrthotropicStrength(StrictModel):
     """Three material axes, along which the body's `axes` lie: fibre 1, across in the ply 2, thickness 3."""
 
     type: Literal["orthotropic"] = "orthotropic"
-    moduli: tuple[PositivePressure, PositivePressure, PositivePressure] = Field(description="E1, E2, E3 [Pa]")
-    poisson: tuple[Number, Number, Number] = Field(
-        description="nu12, nu13, nu23 [-]: contraction along the second axis over the strain, pulled along the first"
+    moduli: tuple[PositivePressure, PositivePressure, PositivePressure] = key("E1, E2, E3 [Pa]")
+    poisson: tuple[Number, Number, Number] = key(
+        "nu12, nu13, nu23 [-]: contraction along the second axis over the strain, pulled along the first"
     )
-    shear_moduli: tuple[PositivePressure, PositivePressure, PositivePressure] = Field(description="G12, G13, G23 [Pa]")
+    shear_moduli: tuple[PositivePressure, PositivePressure, PositivePressure] = key("G12, G13, G23 [Pa]")
 
 
 class FabricStrength(StrictModel):
     """Dry cloth: yarns along axes 1 and 2 that bear tension alone; compression is that of `porosity`."""
 
     type: Literal["fabric"] = "fabric"
-    moduli: tuple[PositivePressure, PositivePressure] = Field(
-        description="E1, E2 of the cloth at rest [Pa]: the fibre's times half of its share of the volume"
+    moduli: tuple[PositivePressure, PositivePressure] = key(
+        "E1, E2 of the cloth at rest [Pa]: the fibre's times half of its share of the volume"
     )
-    tensile_strength: tuple[PositivePressure, PositivePressure] = Field(
-        description="X1, X2 of the cloth at rest [Pa], likewise"
-    )
+    tensile_strength: tuple[PositivePressure, PositivePressure] = key("X1, X2 of the cloth at rest [Pa], likewise")
 
 
 Strength = Annotated[

@@ -26,10 +26,7 @@ PAIRS = (
     ("composition-b", "copper-ofhc"),
 )
 FIBRES = ("kevlar-129", "aluminium-6061-t6")  # in the kinematics that have materials with directions
-DIRECTIONS: dict[str, Plain] = {
-    "axisymmetric": {},
-    "three_d": {"axes": {"one": [0, 1, 0], "two": [0, 0, 1]}},
-}
+DIRECTIONS: dict[str, Plain] = {"axisymmetric": {}, "three_d": {"axes": {"one": [0, 1, 0], "two": [0, 0, 1]}}}
 
 
 def doctor(
