@@ -356,6 +356,7 @@ DOUBTFUL = {
     "projection, densities": document_of([METAL, METAL | {"density": 7900.0}], speed=100.0, formulation={"type": "projection", "pressure_gradient": "original"}),
     "moduli apart": document_of([METAL, "granite"], speed=300.0),
     "molten by its shock": document_of(["aluminium-2024-t3", "aluminium-2024-t3"], speed=6500.0),
+    "vapour beyond reach": document_of(["nylon-6-6-tillotson", "nylon-6-6-tillotson"], speed=6000.0),
     "shocks not as measured": document_of(["iron-high-pressure", "iron-high-pressure"]),
 }  # fmt: skip
 
@@ -374,6 +375,25 @@ def test_metals_that_a_shock_melts_are_told_with_the_variant_that_vaporises(name
     assert len(said(name, molten)) == 2
     assert all(f"material={name}-tillotson" in text for text in said(name, molten))
     assert not said(f"{name}-tillotson", molten)
+
+
+def test_matter_that_debris_vaporises_is_told_by_energy():
+    """v^2/8 against the energies of nylon (2.4 MJ/kg: 4.4 km/s) and aluminium (13.9: 10.5 km/s)."""
+    porous = {"base": "nylon-6-6", "porosity": {"distension": 2.0, "elastic_pressure": 1e6, "solid_pressure": 1e9}}
+
+    def said(material, speed, words, **further):
+        return [
+            text for text in advice(row_of(["aluminium-tillotson", material], speed=speed, **further)) if words in text
+        ]
+
+    assert not said("nylon-6-6-tillotson", 4300.0, "fixed kernel")
+    assert len(said("nylon-6-6-tillotson", 4500.0, "fixed kernel")) == 1
+    following = {"type": "riemann", "smoothing_length": {"type": "variable"}}
+    assert not said("nylon-6-6-tillotson", 4500.0, "fixed kernel", formulation=following)
+    assert not said("aluminium-tillotson", 10400.0, "fixed kernel")
+    assert said("aluminium-tillotson", 10600.0, "fixed kernel")
+    assert not said(porous, 4300.0, "no vapour")
+    assert len(said(porous, 4500.0, "no vapour")) == 1
 
 
 def check(source, *settings):

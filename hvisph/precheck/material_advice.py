@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 from hvisph.case.bodies import Body
@@ -207,6 +208,44 @@ def _molten(facts: Facts) -> Iterator[Values]:
             }
 
 
+def _vaporised(facts: Facts, followed: bool) -> Iterator[Values]:
+    """Bodies to which an impact gives more than vaporises them: debris and a layer of its mass take v^2/8 each.
+
+    With vapour in the equation of state (`followed`) they need a smoothing length that follows density. Those without
+    one are composites and porous materials; what does not melt there is told by `_molten`. Their energy is that of the
+    library's vapour of nearest density.
+    """
+    heat = facts.kind.velocity**2 / 8.0
+    if followed and (facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed"):
+        return
+    for name, body in facts.bodies.items() if facts.case.units == "si" and facts.impact_pair else ():
+        material, eos = body.material, body.material.eos
+        like = material.name
+        if eos.type == "tillotson" and followed:
+            limit = eos.vaporization_energy
+        elif eos.type in SOLID and not followed and (material.porosity or material_of_body(body).has_axes):
+            like = min(_vapours(), key=lambda known: abs(math.log(_vapours()[known][0] / material.density)))
+            limit = _vapours()[like][1]
+        else:
+            continue
+        if heat > limit:
+            yield {
+                "name": name,
+                "eos": eos.type,
+                "heat": 1e-6 * heat,
+                "limit": 1e-6 * limit,
+                "like": like,
+                "wanted": "{type: variable, min_over_initial: 1, max_over_initial: 2.5}",
+            }
+
+
+@cache
+def _vapours() -> dict[str, tuple[float, float]]:
+    """Return density [kg/m^3] and energy of complete vaporisation [J/kg] of the library's variants with a vapour."""
+    known = [load_material(name) for name in library_of().files if name.endswith(VAPOUR)]
+    return {one.name: (one.density, one.eos.vaporization_energy) for one in known if one.eos.type == "tillotson"}
+
+
 MATERIAL_CONDITIONS: dict[str, Condition] = {
     "brittle": _brittle,
     "spalling": _spalling,
@@ -217,4 +256,6 @@ MATERIAL_CONDITIONS: dict[str, Condition] = {
     "too_narrow": _too_narrow,
     "weak_cohesion": _weak_cohesion,
     "molten": _molten,
+    "no_vapour": lambda facts: _vaporised(facts, followed=False),
+    "vapour_beyond_reach": lambda facts: list(_vaporised(facts, followed=True))[:1],
 }
