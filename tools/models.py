@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -147,19 +147,19 @@ def models() -> Iterator[tuple[str, str, str, str, list[Any]]]:
 def pages() -> dict[str, str]:
     """Return the pages by name."""
     parts: dict[str, list[str]] = {}
-    earlier: dict[str, str] = {}
+    shared: dict[tuple[str, str], list[tuple[str, str, str, list[Any]]]] = {}
     for name, kind, heading, doc, case_models in models():
         page = kind if kind in PAGES else "thermal"
         if page not in parts:
             title, about = PAGES[page]
-            parts[page] = [
-                f"# {title}\n",
-                "Made by `tools/models.py`; do not edit.\n",
-                _wrapped(f"{about} Keys: [the case file](../case-file/materials.md)."),
-            ]
+            keys = "Keys: [the case file](../case-file/materials.md). Made by `tools/models.py`; do not edit."
+            introduction = INTRODUCTION if page == "eos" else ""
+            parts[page] = [f"# {title}\n", _wrapped(" ".join(f"{about} {keys} {introduction}".split()))]
             if page == "eos":
-                parts[page] += [_wrapped(INTRODUCTION), f"```yaml\n{case_text('eos-mie-gruneisen', 'eos')}\n```\n"]
-        parts[page].append(section(name, kind, heading, doc, case_models, earlier))
+                parts[page].append(f"```yaml\n{case_text('eos-mie-gruneisen', 'eos')}\n```\n")
+        shared.setdefault((page, doc), []).append((name, kind, heading, case_models))
+    for (page, doc), family in shared.items():
+        parts[page].append(section(doc, family))
     for page, (heading, module, example) in SHARED.items():
         first, _, rest = textwrap.dedent(module.__doc__ or "").strip().partition("\n")
         parts[page].append("\n".join([f"## {heading}\n", _prose(first, rest, ""), example.strip("\n") + "\n"]))
@@ -201,22 +201,22 @@ def case_text(name: str, kind: str) -> str:
                       "gauges: {rear: {type: free_surface, at: [3.9 mm], every: 1}}", "time: {end: 2 us}"])  # fmt: skip
 
 
-def section(name: str, kind: str, heading: str, doc: str, case_models: list[Any], earlier: dict[str, str]) -> str:
-    """Return the section of a model; a docstring of several models stands with the first of them."""
+def section(doc: str, family: Sequence[tuple[str, str, str, list[Any]]]) -> str:
+    """Return the section of the models with one docstring: each is name, kind, heading and case models."""
     first, _, rest = textwrap.dedent(doc).strip().partition("\n")
-    using, example = _using(kind, case_models), material_text(name, kind)
-    known = f"In the library: {', '.join(f'`{one}`' for one in using[:NAMED])}" if using else ""
-    if len(using) > NAMED:
-        known += f" and {len(using) - NAMED} more"
-    if not example.startswith("{") and example not in using[:NAMED]:
-        known = f"{known}. Example: `material: {example}`".lstrip(". ")
-    known = f"{known}." if known else ""
-    if doc in earlier:
-        text = _wrapped(f"Formula: see [{earlier[doc]}](#{earlier[doc]}). {known}")
-    else:
-        earlier[doc] = heading
-        text = _prose(first, rest, known)
-    return "\n".join([f"## {heading}\n", text, f"![{heading}]({name}.png)\n"])
+    known = []
+    for name, kind, heading, case_models in family:
+        using, example = _using(kind, case_models), material_text(name, kind)
+        text = ", ".join(f"`{one}`" for one in using[:NAMED])
+        text += f" and {len(using) - NAMED} more" if len(using) > NAMED else ""
+        one_of = f" with `{heading}`" if len(family) > 1 else ""
+        text = f"In the library{one_of}: {text}." if using else ""
+        if not example.startswith("{") and example not in using[:NAMED]:
+            text += f" Example: `material: {example}`."
+        known.append(text.strip())
+    headings = ", ".join(heading for _, _, heading, _ in family)
+    pictures = " ".join(f"![{heading}]({name}.png)" for name, _, heading, _ in family)
+    return "\n".join([f"## {headings}\n", _prose(first, rest, " ".join(filter(None, known))), f"{pictures}\n"])
 
 
 def _examples(page: str) -> list[str]:

@@ -142,9 +142,8 @@ def _write_page(rows: list[dict[str, Any]]) -> None:
              *_table(rows, list(PROBLEMS), SOLIDS), *_why(), "", "## Elastic variant", "",
              f"`{ELASTIC}` is `{default_formulation()}` with `variant: {ELASTIC}`.", "",
              *_table(rows, FOR_ELASTIC, (default_formulation(), ELASTIC)), "", "## Pictures"]  # fmt: skip
-    for name in PROBLEMS:
-        for picture, words in _pictures(name):
-            lines += ["", f"![{words}](verification/{picture})"]
+    shown = [f"![{words}](verification/{picture})" for name in PROBLEMS for picture, words in _pictures(name)]
+    lines += ["", *shown]
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -31,10 +31,6 @@ judged.
 
 {verdicts}
 
-## What misses, and why
-
-{missed}
-
 ## How to compute a set
 
 This page is made by `hvisph validate --page docs/validation.md`; do not edit it. All numbers are in the JSON files
@@ -66,12 +62,10 @@ def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
     sets = [Experiments(name) for name in (*ORDER, *(name for name in names if name not in ORDER)) if name in names]
     known = [(one, _best(one, folder)) for one in sets]
     lines = _header(("set", *CELLS))
-    missed: list[str] = []
     for one, kept in known:
         lines += _summary(one, kept)
-        missed += _missed(one, kept)
     text = "\n\n".join(part if part.startswith(("```", "#")) else wrapped(part) for part in TEXT.split("\n\n"))
-    parts = [text.format(verdicts="\n".join(lines), missed="\n".join(missed) or "Nothing.").rstrip()]
+    parts = [text.format(verdicts="\n".join(lines)).rstrip()]
     parts += ["\n".join(_section(one, kept, folder)) for one, kept in known]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -99,16 +93,13 @@ def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
         yield _line((link, ", ".join(words.values()), *[""] * (len(CELLS) - 1)))
 
 
-def _missed(one: Experiments, result: SetResult | None) -> Iterator[str]:
-    """Yield a line for every quantity beyond its tolerance or not computed, with its reason."""
+def _missed(one: Experiments, result: SetResult) -> str:
+    """Return the quantities beyond their tolerance, with reasons."""
     words = judge_of(one.model.judge).quantities
-    if result is None:
-        wrong = list(one.model.asked)
-    else:
-        wrong = [one.quantity for one in verdicts(result.rows, one.model.asked) if one.passed is False]
-    for quantity in wrong:
-        reason = one.model.why.get(quantity, "Why is not known.").strip()
-        yield wrapped(f"- [{one.name}](#{_anchor(one)}), {words.get(quantity, quantity)}: {reason}", "  ")
+    wrong = [one.quantity for one in verdicts(result.rows, one.model.asked) if one.passed is False]
+    return " ".join(
+        f"**Missed**, {words.get(name, name)}: {one.model.why.get(name, 'why is not known.').strip()}" for name in wrong
+    )
 
 
 def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
@@ -126,7 +117,7 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     yield f"## {model.title}"
     yield ""
     yield wrapped(f"`{one.name}`. {model.shows} {model.set_up} {model.stands_in or ''}")
-    note = "Not computed yet." if result is None else _resolutions(one, result, folder)
+    note = "Not computed yet." if result is None else f"{_missed(one, result)} {_resolutions(one, result, folder)}"
     for text in f"{(model.found or '').strip()} {note}".split("\n"):
         if text.strip():
             yield ""

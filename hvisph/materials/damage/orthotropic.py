@@ -1,6 +1,6 @@
 """Failure of orthotropic solids mode by mode: Hashin 1980 and maximum stress.
 
-With sigma in material axes, tension positive, and c = max(-(s22 + s33)/2, 0) the confinement of the fibres,
+sigma is in material axes, tension positive; c = max(-(s22 + s33)/2, 0) is the confinement of the fibres.
 
     Hashin   fibre          s11 >= 0: (s11/XT)^2 + (s12^2 + s13^2)/S12^2 >= 1,   else -s11 - c >= XC
              matrix         s22 + s33 >= 0: ((s22 + s33)/YT)^2 + h >= 1
@@ -14,8 +14,8 @@ An open mode bears no tension: s11 within -(residual XC + c) and 0, s22 <= 0, s3
 the axes; nothing at all normal to it while the volume is above that at rest (pressure below zero). Of the shear stress
 and moduli 12 and 23 (matrix), 13 and 23 (delamination) the share `residual` is left. Fibre and delamination together
 are failure (max stress: any two modes). Compression is counted beyond the confinement as in Yen 2002, Proc. 7th Int.
-LS-DYNA Users Conf.: pressure alone breaks no fibre. Neither rate nor energy of softening: the result depends on the
-spacing as that of all damage here does. Hashin 1980, J. Appl. Mech. 47, 329; cracks of fixed direction: Rashid 1968,
+LS-DYNA Users Conf.: pressure alone breaks no fibre. There is neither a rate nor an energy of softening: the result depends
+on the spacing. Hashin 1980, J. Appl. Mech. 47, 329; cracks of fixed direction: Rashid 1968,
 Nucl. Eng. Des. 7, 334.
 """
 
