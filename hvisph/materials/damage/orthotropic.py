@@ -14,9 +14,9 @@ An open mode bears no tension: s11 within -(residual XC + c) and 0, s22 <= 0, s3
 the axes; nothing at all normal to it while the volume is above that at rest (pressure below zero). Of the shear stress
 and moduli 12 and 23 (matrix), 13 and 23 (delamination) the share `residual` is left. Fibre and delamination together
 are failure (max stress: any two modes). Compression is counted beyond the confinement as in Yen 2002, Proc. 7th Int.
-LS-DYNA Users Conf.: pressure alone breaks no fibre. There is neither a rate nor an energy of softening: the result depends
-on the spacing. Hashin 1980, J. Appl. Mech. 47, 329; cracks of fixed direction: Rashid 1968,
-Nucl. Eng. Des. 7, 334.
+LS-DYNA Users Conf.: pressure alone breaks no fibre. There is neither a rate nor an energy of softening: the result
+depends on the spacing. Hashin 1980, J. Appl. Mech. 47, 329; cracks of fixed direction: Rashid 1968, Nucl. Eng. Des. 7,
+334.
 """
 
 from dataclasses import dataclass
