@@ -35,7 +35,7 @@ def _state(model: Any) -> list[Panel]:
     )
     if len(rows):
         shocks.curves.append(("Hugoniot", rows[:, 0] * 1e-3, rows[:, 1] * 1e-3))
-    pressures = Panel("density over that at rest", "pressure [GPa]")
+    pressures = Panel("density over density at rest", "pressure [GPa]")
     rho0, pressure = material.density, material.pressure_function()
     ambient = material.eos.ambient_energy
     for label, more in (("", 0.0), (" + 1 MJ/kg", 1e6), (" + 5 MJ/kg", 5e6)):
@@ -70,7 +70,7 @@ def _strength(model: Any) -> list[Panel]:
 
 def _directions(material: Any) -> list[Panel]:
     """Return stresses along the axes, each pulled at strains across of zero."""
-    pulled = Panel("strain along the axis, none across", "stress along the axis [MPa]")
+    pulled = Panel("strain along the axis, none across it", "stress along the axis [MPa]")
     for axis in range(3):
         record = drive(material, "uniaxial_strain", 1e4, 0.03, 200, axis=axis)
         pulled.curves.append((f"axis {axis + 1}", record.strain, record["xx"] * 1e-6))
@@ -79,6 +79,8 @@ def _directions(material: Any) -> list[Panel]:
 
 def _damage(model: Any) -> list[Panel]:
     material = material_of(model)
+    if material.has_axes:
+        return _directions(material)
     by_flow = model.damage.type in ("johnson_cook", "cockcroft_latham")
     crushed = model.damage.type == "johnson_holmquist"
     path, most, rates = ("uniaxial_stress", 1.0, (1.0, 1e4)) if by_flow else ("uniaxial_strain", 0.05, (1e4, 1e5))
@@ -86,7 +88,7 @@ def _damage(model: Any) -> list[Panel]:
         path, most, rates = "uniaxial_strain", -0.15, (1e4, 1e5)
     if model.damage.type == "grady_kipp":
         most, rates = 0.006, (1e2, 1e4)
-    stress = Panel("strain" + (", compression" if crushed else ", tension"), "stress along it [MPa]")
+    stress = Panel("strain" + (", compression" if crushed else ", tension"), "axial stress [MPa]")
     harm = Panel(stress.across, "damage")
     for rate in rates:
         record = drive(material, path, rate, most, 400)

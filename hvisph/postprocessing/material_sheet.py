@@ -166,14 +166,14 @@ def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes
 
 
 def flow_stress_curves(material: Material) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return the flow stress [MPa] over the pressure [GPa], whole and broken, of a strength that knows pressure."""
+    """Return the flow stress [MPa] over the pressure [GPa], intact and broken, of a strength that depends on pressure."""
     kind = material.strength.name
     if kind not in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
         return []
     (table, models), flow, p = pack([material]), python_twin(flow_stress), np.linspace(0.0, 10e9, 60)
     curves = []
     for words, damage in (
-        (("whole", 0.0), ("broken", 1.0)) if kind in ("rock", "johnson_holmquist") else (("whole", 0.0),)
+        (("intact", 0.0), ("broken", 1.0)) if kind in ("rock", "johnson_holmquist") else (("intact", 0.0),)
     ):
         y = [flow(table, models, 0, material.density, 0.0, one, 0.05, damage, 1e3)[0] for one in p]
         curves.append((words, p * 1e-9, np.array(y) * 1e-6))

@@ -83,13 +83,17 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         (ran,) = runs
         last = ran.last
-        x = vectors(last, "position")[:, 0]
-        panels = []
-        for body, what in enumerate(("striker", "bar")):
+        x, u = vectors(last, "position")[:, 0], vectors(last, "velocity")[:, 0]
+        line, computed, exact = [], [], []
+        for body, speed in enumerate((LEFT[dim], SPEED - LEFT[dim])):
             own = np.flatnonzero(last.body == body)
             own = own[np.argsort(x[own])]
-            panels.append(Curve(what, x[own], vectors(last, "velocity")[own, 0]))
-        return {"velocity_x": panels}
+            line += [x[own], [np.nan]]
+            computed += [u[own], [np.nan]]
+            exact += [np.full(len(own), speed), [np.nan]]
+        at = np.concatenate(line)
+        right = Curve("exact", at, np.concatenate(exact), exact=True)
+        return {"velocity_x": [Curve("computed", at, np.concatenate(computed)), right]}
 
     return Trial(f"{dim}D {name}", [Start(case)], figures, curves)
 
