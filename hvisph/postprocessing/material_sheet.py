@@ -166,7 +166,7 @@ def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes
 
 
 def flow_stress_curves(material: Material) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return the flow stress [MPa] over the pressure [GPa], intact and broken, of a strength that depends on pressure."""
+    """Return flow stress [MPa] over pressure [GPa], intact and broken, of a strength that depends on pressure."""
     kind = material.strength.name
     if kind not in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
         return []
