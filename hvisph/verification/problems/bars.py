@@ -84,16 +84,12 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
         (ran,) = runs
         last = ran.last
         x, u = vectors(last, "position")[:, 0], vectors(last, "velocity")[:, 0]
-        line, computed, exact = [], [], []
-        for body, speed in enumerate((LEFT[dim], SPEED - LEFT[dim])):
-            own = np.flatnonzero(last.body == body)
-            own = own[np.argsort(x[own])]
-            line += [x[own], [np.nan]]
-            computed += [u[own], [np.nan]]
-            exact += [np.full(len(own), speed), [np.nan]]
-        at = np.concatenate(line)
-        right = Curve("exact", at, np.concatenate(exact), exact=True)
-        return {"velocity_x": [Curve("computed", at, np.concatenate(computed)), right]}
+        order = np.lexsort((x, last.body))
+        x, u = x[order], u[order]
+        right = np.where(last.body[order] == 0, LEFT[dim], SPEED - LEFT[dim])
+        computed, exact = (np.insert(one, (last.body == 0).sum(), np.nan) for one in (u, right))
+        x = np.insert(x, (last.body == 0).sum(), np.nan)  # a gap between the bodies
+        return {"velocity_x": [Curve("computed", x, computed), Curve("exact", x, exact, exact=True)]}
 
     return Trial(f"{dim}D {name}", [Start(case)], figures, curves)
 
