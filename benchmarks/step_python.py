@@ -1,9 +1,9 @@
-"""The part of a step that is Python: cases of so few particles that the compiled loops take next to nothing.
+"""The part of a step that is Python: cases of few particles.
 
     python benchmarks/step_python.py [--steps 2000] [--profile]
 
-User CPU time of the step loop over its steps, history, watch and report included, on one thread: the best of several
-runs, since what else the machine does only adds to it.
+Wall time of a step on one thread, and what of it is spent outside compiled loops: the lowest tenth of all steps, since
+what else the machine does only adds to it. Lines of the history, written once a second, are not included.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ from __future__ import annotations
 import argparse
 import cProfile
 import pstats
-import resource
 import tempfile
 from pathlib import Path
+from time import perf_counter
 
 from hvisph.casefile.loader import load_case
+from hvisph.compiler.lazy_import import CompiledFunction
 from hvisph.core.errors import RunError
 from hvisph.output.run_folder import RunFolder
 from hvisph.setup.build import build
@@ -31,51 +32,69 @@ CASES = {
 }
 
 
-def user_seconds() -> float:
-    """Return the user CPU time of this process so far [s]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
-
-
 class Timed(Run):
-    """A run whose step loop is timed or profiled."""
+    """A run whose steps are timed or profiled: `seconds` and `outside` of each step."""
 
     profile: cProfile.Profile | None = None
-    seconds = 0.0
 
     def _take_steps(self) -> None:
-        began = user_seconds()
+        self.seconds: list[float] = []
+        self.outside: list[float] = []
         if self.profile:
             self.profile.enable()
         super()._take_steps()
         if self.profile:
             self.profile.disable()
-        self.seconds = user_seconds() - began
+
+    def _advance(self) -> None:
+        began, LOOPS[0] = perf_counter(), 0.0
+        super()._advance()
+        self.seconds.append(perf_counter() - began)
+        self.outside.append(self.seconds[-1] - LOOPS[0])
 
 
-def cost(name: str, changes: list[str], steps: int, profile: cProfile.Profile | None = None) -> tuple[int, float]:
-    """Return particles, and user CPU time of a step [s]."""
+LOOPS = [0.0]
+
+
+def timed_call(loop: CompiledFunction, *arguments: object) -> object:
+    """Call a compiled loop and add its time."""
+    began = perf_counter()
+    result = loop.made(*arguments)
+    LOOPS[0] += perf_counter() - began
+    return result
+
+
+def cost(name: str, changes: list[str], steps: int, profile: cProfile.Profile | None = None) -> tuple[int, Timed]:
+    """Return the number of particles and the run of a case."""
     case = load_case(name, [*changes, "time.end=1 s", f"time.max_steps={steps}", "output.every=null"])
     with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as held:
         run = Timed(case, build(case), held, Listener())
-        run.profile = profile
+        run.profile, count = profile, run.setup.particles.count
         if run.go().summary["status"] == "failed":
             raise RunError(f"{name} failed")
-        return run.setup.particles.count, run.seconds / run.clock.steps
+        return count, run
+
+
+def lowest_tenth(seconds: list[float]) -> float:
+    """Return what the fastest tenth of the steps takes at most [ms]."""
+    return 1e3 * sorted(seconds)[len(seconds) // 10]
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=2000)
-    parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
     arguments = parser.parse_args()
     set_threads(1)
-    print(f"{'case':<32}{'particles':>10}{'ms a step':>12}")
+    print(f"{'case':<32}{'particles':>10}{'ms a step':>12}{'outside loops':>15}")
     for label, (name, changes) in CASES.items():
         cost(name, changes, 5)  # compiles
-        found = [cost(name, changes, arguments.steps) for _ in range(arguments.repeats)]
-        print(f"{label:<32}{found[0][0]:>10}{1e3 * min(seconds for _, seconds in found):>12.3f}")
+        count, run = cost(name, changes, arguments.steps)
+        plain, CompiledFunction.__call__ = CompiledFunction.__call__, timed_call
+        outside = cost(name, changes, arguments.steps)[1].outside
+        CompiledFunction.__call__ = plain
+        print(f"{label:<32}{count:>10}{lowest_tenth(run.seconds):>12.3f}{lowest_tenth(outside):>15.3f}")
         if arguments.profile:
             profile = cProfile.Profile()
             cost(name, changes, arguments.steps, profile)

@@ -6,9 +6,11 @@ import numba
 import numpy as np
 import pytest
 
+from hvisph.compiler.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators.scheme import SCHEMES
+from hvisph.integrators.sums import COUNTED, add_chunks
 from hvisph.integrators.time_step import Criteria
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.material_table import Material
@@ -116,6 +118,34 @@ def test_any_number_of_threads_any_order_of_memory_and_any_torus(formulation):
     for state, sums in states[1:]:
         assert np.array_equal(state, states[0][0])
         assert np.array_equal(sums, states[0][1])
+
+
+def test_sums_over_chunks_have_a_plain_twin():
+    rng = np.random.default_rng(3)
+    wholes, extremes = rng.integers(-(2**50), 2**50, (7, 2, COUNTED)), rng.random((7, 3))
+    for broken in (None, 0, 1):
+        if broken is not None:
+            extremes[4, broken] = np.nan
+        parts, whole = np.zeros((2, COUNTED), np.int64), np.zeros(3)
+        specialise(add_chunks, parallel=False)(wholes, extremes, parts, whole)
+        assert np.array_equal(parts, wholes.sum(0))
+        assert np.array_equal(whole[:2], extremes[:, :2].max(0), equal_nan=True)
+        assert whole[2] == pytest.approx(extremes[:, 2].sum(), rel=1e-14)  # in another order
+
+
+def test_the_limit_has_a_plain_twin():
+    rng, n = np.random.default_rng(1), 900
+    criteria, numbers, place = Criteria(3, n, 0.3, 2.4), rng.permutation(n).astype(np.uint32), np.arange(n)
+    for steep in (1e8, 1e11):  # neither and either criterion limits
+        lengths, signals = rng.choice([1e-3, 2e-3], n), rng.choice([4e3, 5e3], n)
+        rates = rng.choice([0.0, 1.0], (n, 14)) * ([steep] * 3 + [0.0, 900.0] + [0.0] * 9)
+        found = criteria.limit(lengths, signals, rates, place.astype(np.uint32), numbers)
+        times = lengths / (signals + 2.4 * rates[:, 4])
+        with np.errstate(divide="ignore"):
+            more = lengths * lengths / ((rates[:, 0] ** 2 + rates[:, 1] ** 2) + rates[:, 2] ** 2)
+        by, at = ("acceleration", more) if np.sqrt(np.sqrt(more.min())) < times.min() else ("signal", times)
+        first = min(np.flatnonzero(at == at.min()), key=lambda s: numbers[s])
+        assert (found.criterion, found.particle, found.unrounded) == (by, first, at.min())
 
 
 def test_the_limit_names_criterion_and_particle():

@@ -26,12 +26,20 @@ _TEXT = """
 def {name}(count, {given}):
     count = np.uint64(count)
     chunks = (count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)
-    workers, counters = thread_count(), make_counters()
+{alone}    workers, counters = thread_count(), make_counters()
     for worker in prange(workers):
         chunk = next_chunk(counters, np.uint64(worker), workers, chunks)
         while chunk < chunks:
             visit(chunk, count, {given})
             chunk = next_chunk(counters, np.uint64(worker), workers, chunks)
+"""
+
+
+# What a loop over a single chunk does without threads, which take a microsecond.
+_ALONE = """
+    if chunks == np.uint64(1):
+        visit(np.uint64(0), count, {given})
+        return
 """
 
 
@@ -54,30 +62,32 @@ def _visit(chunk, count, *given):
 
 
 @cache
-def _loop(name: str, given: tuple[str, ...]) -> PythonFunction:
+def _loop(name: str, given: tuple[str, ...], short: bool) -> PythonFunction:
     made: dict[str, object] = {
         **{"np": np, "prange": prange, "next_chunk": next_chunk},
         **{"thread_count": thread_count, "make_counters": make_counters, "__name__": __name__},
     }
-    exec(_TEXT.format(name=name, given=", ".join(given)), made)  # noqa: S102
+    alone = _ALONE if short else ""
+    exec(_TEXT.format(name=name, alone=alone, given="{given}").format(given=", ".join(given)), made)  # noqa: S102
     return made[name]
 
 
-def chunk_loop(visit: CompiledFunction, chunk: int = CHUNK) -> CompiledFunction:
+def chunk_loop(visit: CompiledFunction, chunk: int = CHUNK, short: bool = False) -> CompiledFunction:
     """Return `loop(count, *given)`, which calls the compiled function `visit(k, count, *given)` for all chunks.
 
-    The k-th chunk begins at particle `k * chunk`; both numbers are uint64.
+    The k-th chunk begins at particle `k * chunk`; both numbers are uint64. `short` says that the function is: the loop
+    contains it twice.
     """
     code = visit.py_func.__code__
-    loop = _loop(code.co_name, code.co_varnames[2 : code.co_argcount])
+    loop = _loop(code.co_name, code.co_varnames[2 : code.co_argcount], short)
     return specialise(loop, parallel=True, visit=visit, CHUNK=chunk)
 
 
-def particle_loop(one: CompiledFunction) -> CompiledFunction:
+def particle_loop(one: CompiledFunction, short: bool = False) -> CompiledFunction:
     """Return `loop(count, *given)`, which calls the compiled function `one(i, *given)` for i below `count`."""
     code = one.py_func.__code__
     visit = specialise(_visit, one=one)
-    loop = _loop(code.co_name, code.co_varnames[1 : code.co_argcount])
+    loop = _loop(code.co_name, code.co_varnames[1 : code.co_argcount], short)
     return specialise(loop, parallel=True, visit=visit, CHUNK=CHUNK)
 
 

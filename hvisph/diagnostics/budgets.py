@@ -46,6 +46,7 @@ ANGULAR_COLUMNS: dict[int, tuple[str, ...]] = {
     3: ("angular_momentum_x", "angular_momentum_y", "angular_momentum_z"),
 }
 ANGULAR_EVERY = 20
+NAN = float("nan")
 # Particles summed at once: what numpy makes of so many stays in a cache.
 AT_ONCE = 4096
 # Work against a contact algorithm since the start [J]: a separating contact keeps it, a repulsive one has made it heat.
@@ -110,12 +111,14 @@ class Budget:
     def record(self, sums: np.ndarray, dt: float, pressures: np.ndarray) -> None:
         """Take account of a step [s]: forces on clamped particles, works, slip, pending terms, pressures (n,)."""
         self.highest_pressure = max(self.highest_pressure, float(pressures.max(initial=0.0)))
-        self.slip_work += dt * float(sums[column.SLIPPING])
-        self.plastic_work += float(sums[column.PLASTIC])
-        self.shock_heating += float(sums[column.HEATING])
+        plastic, heating, slipping = sums[column.PLASTIC : column.SLIPPING + 1].tolist()
+        self.slip_work += dt * slipping
+        self.plastic_work += plastic
+        self.shock_heating += heating
         self.impulse += dt * sums[column.SUPPORT : column.SUPPORT + 3]
-        self.retired[2:] += dt * self.pending
-        self.pending[:] = 0.0
+        if any(self.pending.tolist()):
+            self.retired[2:] += dt * self.pending
+            self.pending[:] = 0.0
         motion: PrescribedMotion | None = getattr(self._stepper, "motion", None)
         if motion is not None:
             self.external_work += motion.work
@@ -286,6 +289,8 @@ class Observer:
     def __init__(self, setup: Setup, spacing: float):
         self._setup, particles = setup, setup.particles
         self._watched = setup.observed or observed_particles(particles, setup.planes, spacing)
+        self._at_centre = len(self._watched[CENTRE_COLUMN])
+        self._numbers = np.concatenate([self._watched[CENTRE_COLUMN], self._watched[AXIS_COLUMN]])
         formulation = setup.stepper.formulation
         self.corrected, self._slips = formulation.corrects_kernels, formulation.has_friction
         counted = (FALLBACKS_COLUMN,) if self.corrected else ()
@@ -314,15 +319,13 @@ class Observer:
 
     def record(self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget) -> list[Any]:
         """Return the record of a step."""
-        sums, share = self._setup.stepper.sums, self._setup.subdomain
-        centre, axis = self._watched[CENTRE_COLUMN], self._watched[AXIS_COLUMN]
-        pressures = share.gather_values(np.concatenate([centre, axis]), self._setup.stepper.pressures)
+        sums, share, centre = self._setup.stepper.sums, self._setup.subdomain, self._at_centre
+        pressures = share.gather_values(self._numbers, self._setup.stepper.pressures)
         drift = budget.energy_drift(sums)
         return [
-            step, time, dt, criterion, particle, float(sums[column.KINETIC]), float(sums[column.INTERNAL]),
-            *(float(p) for p in sums[column.MOMENTUM : column.MOMENTUM + 3]),
-            float("nan") if drift is None else drift,
-            float(pressures[: len(centre)].sum()) / len(centre), float(pressures[len(centre) :].min()),
+            step, time, dt, criterion, particle, *sums[: column.MOMENTUM + 3].tolist(),
+            NAN if drift is None else drift,
+            float(pressures[:centre].sum()) / centre, float(pressures[centre:].min()),
             *((int(share.total(np.array([fallbacks(self._setup.stepper)]))[0]),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
@@ -340,7 +343,7 @@ class Observer:
     def _angular(self, step: int) -> list[float]:
         particles = self._setup.particles
         if step % ANGULAR_EVERY:
-            return [float("nan")] * len(ANGULAR_COLUMNS[_turns(particles)])
+            return [NAN] * len(ANGULAR_COLUMNS[_turns(particles)])
         return [float(one) for one in angular_momentum(self._setup)]
 
 

@@ -7,10 +7,13 @@ step; power of slip, forces on clamped particles; largest speed and smoothing le
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
+from math import sqrt
 
 import numpy as np
 
 from hvisph.compiler.exact_sum import LARGEST, decode_sum, exact_sum, rounding_constant, sum_unit
+from hvisph.compiler.jit import CompiledFunction, specialise
 from hvisph.core.particles import Particles
 from hvisph.core.text import Plain
 
@@ -23,6 +26,23 @@ COUNTED, SUMS = 11, 13
 SPEED2, LENGTH, SIZE = 0, 1, 2
 # A whole that hardly moves is counted as finely as if its energy were this share of M c^2: it may gain 2^11 times that.
 SLOWEST = 2.0**-12
+
+
+def add_chunks(wholes, extremes, parts, whole):
+    """Add the integers of all chunks, and find their extremes: not a number where one is none."""
+    for chunk in range(np.uint64(len(wholes))):
+        for part in range(np.uint64(2)):
+            for k in range(np.uint64(COUNTED)):
+                parts[part, k] += wholes[chunk, part, k]
+        for k in range(np.uint64(2)):
+            if extremes[chunk, k] > whole[k] or extremes[chunk, k] != extremes[chunk, k]:
+                whole[k] = extremes[chunk, k]
+        whole[SIZE] += extremes[chunk, SIZE]
+
+
+@cache
+def _add_chunks() -> CompiledFunction:
+    return specialise(add_chunks, parallel=False)
 
 
 class Sums:
@@ -68,15 +88,14 @@ class Sums:
 
     def total(self) -> np.ndarray:
         """Return the sums (SUMS,); integers count as zero where a particle's are invalid or too large."""
-        extremes = np.zeros(3)
-        if len(self.extremes):
-            extremes = self.extremes.max(axis=0)
-            extremes[SIZE] = self.extremes[:, SIZE].sum()
-        self._parts, extremes = self.over(self.wholes.sum(axis=0), extremes)
+        parts, extremes = np.zeros((2, COUNTED), np.int64), np.zeros(3)
+        _add_chunks()(self.wholes, self.extremes, parts, extremes)
+        self._parts, extremes = self.over(parts, extremes)
         sums = np.empty(SUMS)
         sums[:COUNTED] = decode_sum(self._parts, self.units)
-        sums[FASTEST], sums[LONGEST] = np.sqrt(extremes[SPEED2]), extremes[LENGTH]
-        if not extremes[SIZE] < LARGEST * self.units[KINETIC]:
+        fastest2, sums[LONGEST], size = extremes.tolist()
+        sums[FASTEST] = sqrt(fastest2)
+        if not size < LARGEST * self.units[KINETIC]:
             sums[:COUNTED] = np.nan
         self._extremes = extremes
         return sums

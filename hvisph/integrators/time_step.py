@@ -9,8 +9,7 @@ None depends on the frame. The smallest over all particles, times the case's cfl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite, sqrt
-from typing import Any
+from math import sqrt
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from hvisph.compiler.parallel_for import chunk_loop
 
 NAMES = ("signal", "acceleration")
 CHUNK = 256
-NOBODY = 0xFFFFFFFF
+NOBODY, NOT_FINITE = 0xFFFFFFFF, 2
 VISCOUS_SIGNAL = 1.2  # weight of the artificial viscosity in the signal speed [-]
 
 
@@ -59,17 +58,29 @@ def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
     least[chunk, 0], least[chunk, 1], least[chunk, 2] = by_signal, by_acceleration, whole
 
 
-def _limiting_particle(lengths, signals, rates, place, viscous, numbers, chunk, criterion, value):
-    """Return the particle of a chunk that attains `value`, or is not finite, with the smallest number."""
-    chosen = np.uint64(NOBODY)
-    first = np.uint64(chunk) * np.uint64(CHUNK)
-    for s in range(first, min(first + np.uint64(CHUNK), np.uint64(len(signals)))):
-        signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
-        # np.isfinite takes x - x for 0 where sums may be reordered
-        meant = not abs(health) < np.inf if criterion == 2 else (acceleration if criterion else signal) == value
-        if meant and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
-            chosen = s
-    return chosen
+def _limiting_particle(lengths, signals, rates, place, viscous, numbers, least):
+    """Return the limiting criterion (NOT_FINITE where a rate is so), its value, and the particle of smallest number."""
+    chosen, count, none = np.uint64(NOBODY), np.uint64(len(signals)), np.uint64(NOT_FINITE)
+    by_signal = by_acceleration = np.inf
+    for chunk in range(np.uint64(len(least))):
+        by_signal, by_acceleration = min(by_signal, least[chunk, 0]), min(by_acceleration, least[chunk, 1])
+    by_time = np.uint64(1) if sqrt(sqrt(by_acceleration)) < by_signal else np.uint64(0)
+    value = by_acceleration if by_time else by_signal
+    for criterion in (none, by_time):  # a sum may overflow where no particle has
+        for chunk in range(np.uint64(len(least))):
+            # np.isfinite takes x - x for 0 where sums may be reordered
+            if abs(least[chunk, 2]) < np.inf if criterion == none else least[chunk, criterion] != value:
+                continue
+            for s in range(chunk * np.uint64(CHUNK), min((chunk + np.uint64(1)) * np.uint64(CHUNK), count)):
+                signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
+                meant = (acceleration if criterion else signal) == value
+                if criterion == none:
+                    meant = not abs(health) < np.inf
+                if meant and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
+                    chosen = s
+        if chosen != np.uint64(NOBODY):
+            return criterion, value, chosen
+    return by_time, value, chosen
 
 
 class Criteria:
@@ -78,7 +89,7 @@ class Criteria:
     def __init__(self, dim: int, count: int, cfl: float, viscous: float):
         self.cfl, self.viscous = cfl, viscous
         limits_of = specialise(_limits_of, DIM=dim)
-        self._loop = chunk_loop(specialise(_limits, limits_of=limits_of), CHUNK)
+        self._loop = chunk_loop(specialise(_limits, limits_of=limits_of), CHUNK, short=True)
         self._which = specialise(_limiting_particle, parallel=False, limits_of=limits_of)
         self.resize(count)
 
@@ -95,19 +106,7 @@ class Criteria:
         """
         given = (lengths, signals, rates, place, self.viscous)
         self._loop(len(signals), *given, self._least)
-        least = self._least.min(axis=0).tolist()
-        if not isfinite(self._least[:, 2].sum()):
-            bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
-            culprit = self._first(given, numbers, bad, 2, 0.0)
-            if culprit != NOBODY:  # a sum may overflow where no particle has
-                return Limit(0.0, "not_finite", culprit)
-        times = least[0], sqrt(sqrt(least[1]))
-        kind = int(times[1] < times[0])
-        alike = (self._least[:, kind] == least[kind]).nonzero()[0]
-        who = self._first(given, numbers, alike, kind, least[kind])
-        return Limit(self.cfl * times[kind], NAMES[kind], who, least[kind])
-
-    def _first(self, given: Any, numbers: np.ndarray, chunks: np.ndarray, criterion: int, value: float) -> int:
-        """Return the particle of smallest number at the limit in `chunks`, or NOBODY."""
-        chosen = [self._which(*given, numbers, chunk, criterion, value) for chunk in chunks]
-        return int(min((s for s in chosen if s != NOBODY), key=lambda s: numbers[s], default=NOBODY))
+        kind, value, particle = self._which(*given, numbers, self._least)
+        if kind == NOT_FINITE:
+            return Limit(0.0, "not_finite", particle)
+        return Limit(self.cfl * (sqrt(sqrt(value)) if kind else value), NAMES[kind], particle, value)

@@ -9,11 +9,14 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from hvisph.core.errors import OutputError
 from hvisph.core.text import PlainMapping
 
 from .atomic_write import reason, write_errors, write_text
+
+PLAIN = {float, int, str}
 
 
 class NoHistory:
@@ -151,16 +154,11 @@ class HistoryWriter:
 
 def _lines(records: Sequence[Sequence[object]]) -> str:
     buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows([[_text(value) for value in record] for record in records])
+    plain = [[value if type(value) in PLAIN else _plain(value) for value in record] for record in records]
+    csv.writer(buffer, lineterminator="\n").writerows(plain)  # floats by their shortest exact form
     return buffer.getvalue()
 
 
-def _text(value: object) -> str:
-    kind = type(value)
-    if kind is float:
-        return repr(value)
-    if kind is str or kind is int:
-        return str(value)
-    if hasattr(value, "item"):
-        value = value.item()  # numpy's scalars have a repr of their own
-    return repr(value) if isinstance(value, float) else str(value)
+def _plain(value: Any) -> object:
+    """Return a number of numpy as one of Python, and anything else as its text."""
+    return value.item() if hasattr(value, "item") else str(value)

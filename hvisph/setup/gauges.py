@@ -85,6 +85,8 @@ class Gauges:
 
     def record(self, step: int, subdomain: Subdomain) -> list[float]:
         """Return the values of `columns`; NaN for gauges that are not due, have no particles or are retired."""
+        if not self._gauges:
+            return []
         due = [g.every is None or step % g.every == 0 for g in self._gauges]
         riding = [g.particle for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
         particles, numbers = self._stepper.particles, np.array(riding, np.int64)

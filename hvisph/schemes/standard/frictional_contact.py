@@ -129,9 +129,9 @@ class SeparatingContact:
         widths |= {name: width for name, width in (("RING", 1), ("TURN_RATE", self._spins)) if name in to}
         same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
         named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
-        pack = particle_loop(bind(contact_rows, named, to))
+        pack = particle_loop(bind(contact_rows, named, to), short=True)
         ways = {"DIM": dim, "ANGULAR_MOMENTUM": self._spins}
-        add = particle_loop(bind(add_contact, ways, sums_of_pairs.slots(dim)))
+        add = particle_loop(bind(add_contact, ways, sums_of_pairs.slots(dim)), short=True)
         taken = np.array(same, np.uint64).T.copy()
         return pack, add, (taken[0], taken[1])
 

@@ -182,10 +182,10 @@ def find_uniform(c, starts, order, known, rows, zero, equal, uniform):
 
 
 def find_surrounded(c, starts, rows, equal, nx, ny, nz, uniform, surrounded):
-    """Set `surrounded[c]` to 1 if the cells at and around `c` are `uniform` and agree in `equal`, empty ones apart."""
+    """Set `surrounded[c]` to 1 if `c` has rows, and it and those around it are `uniform`, empty ones apart."""
     begin = np.uint64(starts[c])
-    surrounded[c] = uniform[c]
-    if uniform[c] == 0 or begin == np.uint64(starts[c + np.uint64(1)]):
+    surrounded[c] = uniform[c] if begin < np.uint64(starts[c + np.uint64(1)]) else 0
+    if surrounded[c] == 0:
         return
     place = place_of(c, nx, nz)
     for shift in range(np.uint64(3**DIM)):
@@ -288,17 +288,17 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 @cache
 def _loops(dim: int, u: int, x_rest: int, u_rest: int) -> tuple[CompiledFunction, ...]:
     return (
-        particle_loop(specialise(find_cells, DIM=dim)),
+        particle_loop(specialise(find_cells, DIM=dim), short=True),
         specialise(count_and_place, parallel=False),
-        chunk_loop(specialise(_order_and_gather, DIM=dim, U=u, X_REST=x_rest, U_REST=u_rest), CHUNK),
+        chunk_loop(specialise(_order_and_gather, DIM=dim, U=u, X_REST=x_rest, U_REST=u_rest), CHUNK, short=True),
     )
 
 
 @cache
 def _rest_loops(dim: int) -> tuple[Any, ...]:
     return (
-        particle_loop(specialise(find_uniform)),
-        particle_loop(specialise(find_surrounded, DIM=dim)),
+        particle_loop(specialise(find_uniform), short=True),
+        particle_loop(specialise(find_surrounded, DIM=dim), short=True),
         particle_loop(specialise(find_negative)),
         particle_loop(specialise(add_enclosed, DIM=dim)),
     )

@@ -101,10 +101,10 @@ class Selection:
         self.fit(position)
         self._with_neighbours = with_neighbours
         self._nowhere = np.zeros(count, np.uint8)
-        self._locate = chunk_loop(specialise(_locate, DIM=dim), CHUNK)
-        self._tell = particle_loop(specialise(_tell))
-        self._spread = particle_loop(specialise(_spread, DIM=dim))
-        self._widen = particle_loop(specialise(_widen, DIM=dim))
+        self._locate = chunk_loop(specialise(_locate, DIM=dim), CHUNK, short=True)
+        self._tell = particle_loop(specialise(_tell), short=True)
+        self._spread = particle_loop(specialise(_spread, DIM=dim), short=True)
+        self._widen = particle_loop(specialise(_widen, DIM=dim), short=True)
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""

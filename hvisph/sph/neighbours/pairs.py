@@ -21,6 +21,8 @@ from .particle_layout import RowLayout, aligned_zeros
 # Fields of a row that are zero, and those that agree, among particles that have no rates.
 ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "gu_before", "correction_decay", "density_relaxation")
 EQUAL_AT_REST = ("u", "body")
+# Evaluations without a search for undisturbed cells after one that found none.
+PAUSE = 16
 # What laws in single precision take in place of their own: vectors, and numbers whose squares are within its range.
 IN_SINGLES: Options = {"LANES": api.SINGLES, "broadcast_lanes": api.broadcast_singles, "broadcast": broadcast_singles}
 RANGE_OF_SINGLES: Options = {"TINY": 1e-18, "UNLIMITED": 1e18, "STEEP": 1e30}
@@ -129,7 +131,7 @@ class Pairs:
         self.images = ImageCopies(planes, layout) if planes else None
         self.grid = cells.Grid.from_positions(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
-        self._room = 0
+        self._room = self._pause = 0
         self._make_room(self.count)
         shared = {
             "DIM": dim,
@@ -179,6 +181,7 @@ class Pairs:
             self.sorted = self.workspace[:rows].view(precision).reshape(-1, width)
             self.columns = self.workspace[rows:].reshape(-1, along)
             self.rates = np.zeros((self._room, particle_layout.width(dim) + self._further))
+            self._lists = self.rates.view(np.uint32)
             self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)
             self.place = np.zeros(self._room, np.uint32)
@@ -224,10 +227,12 @@ class Pairs:
         self.grid.edge = edge
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
                    self.sorted[:n], self.columns, self.layout.dim, self._units, self._vectors)  # fmt: skip
-        if self._skips:
+        self._pause = max(self._pause - 1, 0)
+        if self._skips and not self._pause:
             known = n if self.halo is None else own
             cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim,
                                    self._rigid)  # fmt: skip
+            self._pause = 0 if self.grid.undisturbed.any() else PAUSE
         failure = None
         for sweep, into_rows in self._sweeps:
             try:
@@ -254,7 +259,7 @@ class Pairs:
     def _run(self, sweep: CompiledFunction, out: np.ndarray, meant: int) -> None:
         self.capacity = traversal.complete_sweep(
             sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
-            self._constants, self.capacity, lambda capacity: out, self.rates.view(np.uint32))  # fmt: skip
+            self._constants, self.capacity, lambda capacity: out, self._lists)  # fmt: skip
 
 
 def _limited(one: Pass) -> Options:
