@@ -46,7 +46,7 @@ def text() -> str:
     for name, command in commands.items():
         own = typer.Context(command, info_name=name, parent=context)
         records = [record for record in (p.get_help_record(own) for p in command.params) if record]
-        rows[name] = [f"| `{left.replace('|', '/')}` | {right.replace('|', '/')} |" for left, right in records]
+        rows[name] = [f"`{left.replace('|', '/')}` | {right.replace('|', '/')}" for left, right in records]
     counts = Counter(row for found in rows.values() for row in found)
     common = [row for row, count in counts.items() if count >= COMMON]
     lines = []
@@ -56,9 +56,9 @@ def text() -> str:
         shared = [row.split("`")[1].split()[0] for row in rows[name] if row in common]
         options = ", ".join(f"`{option}`" for option in shared if option.startswith("-"))
         about = " ".join((command.help or "").split()).replace("|", "/")
-        lines.append(f"| {usage} | {about}{f' Common: {options}.' if options else ''} |")
-        lines += [row for row in rows[name] if row not in common]
-    return HEAD.format(common="\n".join(common), commands="\n".join(lines))
+        more = [row.replace(" | ", ": ", 1) for row in rows[name] if row not in common]
+        lines.append(f"| {usage} | {'<br>'.join([about, *more, *([f'Common: {options}'] if options else [])])} |")
+    return HEAD.format(common="\n".join(f"| {row} |" for row in common), commands="\n".join(lines))
 
 
 def index() -> str:

@@ -39,7 +39,7 @@ def _shell(name: str, shell: Shell, dx: float) -> Trial:
     sphere, end = shell.dimensions == 3, LONG * dx
     shape = {"type": "hollow_sphere"} if sphere else {"type": "tube", "length": end}
     case = {
-        "title": f"imploding {name} of rings",
+        "title": f"imploding axisymmetric {name}",
         "kinematics": "axisymmetric",
         "resolution": dx,
         "bodies": {"shell": {"material": STIFF, "position": [0.0 if sphere else 0.5 * end, 0.0],

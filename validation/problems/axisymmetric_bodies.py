@@ -172,7 +172,7 @@ def _impact(dx: float) -> Trial:
 def _bar(dx: float) -> Trial:
     length, diameter = BAR
     case = {
-        "title": "Taylor bar of rings",
+        "title": "axisymmetric Taylor bar",
         "kinematics": "axisymmetric",
         "resolution": dx,
         "bodies": {"bar": {"material": COPPER, "position": [0.5 * length, 0.0], "velocity": [-210.0, 0.0],

@@ -139,7 +139,7 @@ def _graded(dx: float, rings: bool) -> Trial:
         exact = 0.5 * (pulse(at - C * END) + pulse(at + C * END) + pulse(-2.0 * LENGTHS[0] - at + C * END))
         return {"velocity_x": [Curve("computed", x[order], u[order]), Curve("exact", at, exact, exact=True)]}
 
-    return Trial(f"{'rings' if rings else '2D'}, graded to 1:2", [Start(case, state=start)], figures, curves)
+    return Trial(f"{'axisymmetric' if rings else '2D'}, graded to 1:2", [Start(case, state=start)], figures, curves)
 
 
 def _along(ran: Ran, body: int) -> tuple[np.ndarray, np.ndarray]:
