@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hvisph.measures.frame.measurement_frame import reference
 from hvisph.measures.measure import measure_in_time
+from hvisph.measures.measurement_frame import reference
 from hvisph.output import reader
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.snapshot import Snapshot

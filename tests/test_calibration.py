@@ -16,8 +16,7 @@ from hvisph.sweeps.analysis import following, verdict
 from hvisph.sweeps.design import points
 from hvisph.sweeps.driver import begin
 from hvisph.sweeps.plan import load_plan
-from hvisph.sweeps.statistics import combine_uncertainties, logistic_limit
-from hvisph.sweeps.surrogate import Surrogate, sensitivity
+from hvisph.sweeps.statistics import Surrogate, combine_uncertainties, logistic_limit, sensitivity
 
 SPEEDS = {"slow": 169, "middle": 262, "fast": 373}
 A, B, N = 324.0, 114.0, 0.42  # 6061-T6 of the library
@@ -196,7 +195,7 @@ def test_the_error_of_a_surface_is_that_of_leaving_points_out():
 
 def calibration_terms(x, degree):
     """Terms of a polynomial surface."""
-    from hvisph.sweeps.surrogate import _terms
+    from hvisph.sweeps.statistics import _terms
 
     return _terms(x, degree)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
-from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure, measure_snapshot
-from hvisph.measures.target.targets import layer_measures
+from hvisph.measures.measurement_frame import Scene
+from hvisph.measures.targets import layer_measures
 from hvisph.output.hdf5 import write_hdf5
 
 DX = 0.5 * MM

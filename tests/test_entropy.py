@@ -11,8 +11,7 @@ from hvisph.case.materials.material import Material as MaterialModel
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import load_material
 from hvisph.core.errors import CaseError
-from hvisph.exact.entropy import entropy
-from hvisph.exact.hugoniot import shock
+from hvisph.exact.hugoniot import entropy, shock
 from hvisph.materials import isentrope
 from hvisph.materials.eos import Grid, MieGrueneisen, Table, Tillotson
 from hvisph.materials.material_table import Material

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hvisph.geometry.cutting_planes import Section, fill_section
 from hvisph.geometry.filling import fill
 from hvisph.geometry.lattices import Grading, fill_graded
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.placement import rotate, rotation_matrix, row
-from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import (
     Annulus,
     Box,

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from hvisph.core.errors import CaseError
+from hvisph.geometry.cutting_planes import Mirror, cut, fill_section
 from hvisph.geometry.filling import allowed_arrangements, fill, refuse_sparse
 from hvisph.geometry.lattices import Grading, fill_graded
-from hvisph.geometry.section import Mirror, cut, fill_section
 from hvisph.geometry.shapes import (
     Annulus,
     Box,

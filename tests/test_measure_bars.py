@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
-from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure_snapshot
+from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import evaluate
 
 LENGTH, WIDTH, DX = 24 * MM, 8 * MM, 0.4 * MM

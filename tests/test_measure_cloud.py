@@ -9,9 +9,9 @@ from test_measure_perforation import DX, holed, moment, plates, same, shot
 
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import SECTIONS
-from hvisph.measures.debris.cloud import cloud
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.debris import cloud
 from hvisph.measures.measure import measure_snapshot
+from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import weighted_quantile
 from hvisph.visualization.curves import witness_picture
 

@@ -11,9 +11,9 @@ from measure_bodies import MM, box, snapshot
 import hvisph
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import CATALOGUE
-from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import debris, measure_snapshot
-from hvisph.measures.series import columns, write_fragments, write_series
+from hvisph.measures.measurement_frame import Scene
+from hvisph.measures.tables import columns, write_fragments, write_series
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
 from hvisph.visualization.curves import KINDS, series_picture

@@ -9,8 +9,8 @@ from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, s
 from hvisph.core.errors import OutputError
 from hvisph.geometry.lattices import Grading, fill_graded
 from hvisph.geometry.shapes import Box
-from hvisph.measures.frame.measurement_frame import Scene, reference
-from hvisph.measures.projectile.lengths import length_of
+from hvisph.measures.lengths import length_of
+from hvisph.measures.measurement_frame import Scene, reference
 from hvisph.measures.result import evaluate
 
 CRATER = ("crater_diameter", "crater_diameter_min", "crater_lip_diameter")

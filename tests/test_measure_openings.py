@@ -5,10 +5,10 @@ import pytest
 from measure_bodies import MM, ball, box
 from test_measure_perforation import DX, holed, in_time, moment, rotation, same, turned
 
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.frame.target_geometry import Grid, place_of, plate_of
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.target.targets import layer_measures
+from hvisph.measures.measurement_frame import Scene
+from hvisph.measures.target_geometry import Grid, place_of, plate_of
+from hvisph.measures.targets import layer_measures
 
 WIDE = 30 * MM
 RESIDUAL = ("residual_mass", "residual_length", "residual_angle")

@@ -9,12 +9,12 @@ from measure_bodies import MM, ball, box, snapshot
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import OutputError
 from hvisph.core.measure_catalogue import SECTIONS
-from hvisph.measures.frame.impact_geometry import roles_of
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.impact_geometry import roles_of
 from hvisph.measures.measure import add_swing, measure_scene, measure_snapshot, recent_moments
+from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result, entries, undefined_result
-from hvisph.measures.target.target_damage import _front_surface
-from hvisph.measures.target.targets import Moment, Timeline, layer_measures, verdict
+from hvisph.measures.target_damage import _front_surface
+from hvisph.measures.targets import Moment, Timeline, layer_measures, verdict
 from hvisph.simulation.writer import _roles
 
 DX = 0.5 * MM

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import evaluate
 from hvisph.output.snapshot import Snapshot
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles, peak, plateau
 from hvisph.measures.result import UndefinedMeasureError, evaluate
 

@@ -18,7 +18,7 @@ from hvisph.measures.compare import compare_expected
 from hvisph.measures.measure import measure, measure_snapshot, undefined_measures
 from hvisph.measures.pressure import Plateau, before_release
 from hvisph.measures.result import Result, undefined_result
-from hvisph.measures.table import body_rows, rows
+from hvisph.measures.tables import body_rows, rows
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
 

@@ -7,7 +7,7 @@ from small_runs import METAL, assert_same_results, final
 from hvisph.case.conditions import condition_words
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.measurement_frame import Scene
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import resume, run
 

@@ -7,7 +7,7 @@ from small_runs import METAL, SPRING, assert_same_results, final
 from hvisph.case.conditions import condition_words
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.geometry.open_edge import Edge, cut_open, face_areas, follow, row_shares
+from hvisph.geometry.cutting_planes import Edge, cut_open, face_areas, follow, row_shares
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import resume, run

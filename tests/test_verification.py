@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 from hvisph.verification.problem import ALL, Figure, Options, limit
-from hvisph.verification.problems.sod import GasState, Noh, riemann
+from hvisph.verification.problems.gas_dynamics import GasState, Noh, riemann
 from hvisph.verification.runner import PROBLEMS, run_trial, verdicts, with_formulation
 from hvisph.visualization.curves import label_and_scale
 

@@ -63,7 +63,7 @@ hvisph verify hugoniot --only "12 km/s" --set formulation.h_over_dx=1.4
 hvisph verify bars --resolution 0.05mm --keep runs/bars --pictures pictures
 ```
 
-Each problem is one file with its cases and tolerances, in `hvisph/verification/problems/` (five
+Problems stand with their cases and tolerances in `hvisph/verification/problems/` (five
 quick ones, installed) or `validation/problems/` (in a checkout). Coarse forms run in the tests. The
 table shows for every problem how many figures are within their tolerance, and every figure that a
 formulation misses (**bold**): of each formulation the trial farthest from the exact value (in

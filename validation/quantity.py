@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.measures.debris.groups import connected_groups
+from hvisph.measures.fragments import connected_groups
 from hvisph.sweeps.parameters import Values
 from hvisph.verification.problem import Ran, vectors
 

@@ -21,7 +21,7 @@ from hvisph.materials.slots import MELT_TEMPERATURE
 from hvisph.materials.validity_limits import outside_range, range_of
 from hvisph.measures.compare import compare_expected
 from hvisph.measures.measure import measure_in_time, undefined_measures
-from hvisph.measures.table import angular_velocity
+from hvisph.measures.tables import angular_velocity
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.precheck.correlation_input import correlations_of

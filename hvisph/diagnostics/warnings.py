@@ -8,7 +8,7 @@ import numpy as np
 
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.measure_catalogue import axis_unit, format_share, format_time
-from hvisph.measures.debris.groups import connected_groups
+from hvisph.measures.fragments import connected_groups
 from hvisph.output.snapshot import Snapshot
 
 LOOKED_AT = ("mass", "density", "internal_energy", "temperature", "pressure", "damage")

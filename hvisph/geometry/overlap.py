@@ -16,7 +16,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .section import Section
+from .cutting_planes import Section
 from .shapes import Placed, Shape
 
 # Depth [spacings of the finer body] from which on bodies stand in each other: less is how a place is typed.

@@ -11,7 +11,10 @@ Spheres of any metal on plates of aluminium. Sources:
 - crater in a thick layer of soil, rock, ice or water: Holsapple 1993, Annu. Rev. Earth Planet. Sci. 21, 333, constants
   as in the public code cratermaker; in rock, Gault 1973, The Moon 6, 32, in the form of
   Melosh's program (1996 to 2016); Gault's own relation, 10^-2.823 rho_p^(1/6) rho_t^(-1/2) E^0.37 in cgs, is recalled;
-- residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976.
+- residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976;
+- metal driven by an explosive: Gurney 1943, BRL report 405; metal on both faces: Kennedy 1970, SC-RR-70-790. The
+  explosive shares its Gurney energy E between the metal and its products, whose velocity varies linearly across them.
+  Gurney velocities (2 E)^(1/2) are those of cylinder tests (Kury et al. 1965; Dobratz & Crawford 1985), recalled.
 
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 """
@@ -23,13 +26,59 @@ from math import cos, inf, pi, sqrt
 import numpy as np
 
 CM, KM, KSI = 1e-2, 1e3, 6.894757e6
-DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
-STUFFED, SHOCKS = "Christiansen and Kerr 2001", "NASA/TP-2003-210788 eqs. 4-25 to 4-37"
-MAIDEN, SAWLE = "Maiden and McHugh 1963; coefficients recalled", "Sawle 1969; coefficients recalled"
 CELLS = 2.0  # of a honeycomb, within which a cloud stays as if the gap were so wide
 RECHT = "Recht and Ipson 1963"
+DRIVEN = "final velocity of "  # and the name of the body
+WHIPPLE = "NASA TM-2009-214785 eqs. 4-23 to 4-26"
+COUR_PALAIS = ("aluminium alloys, 0.5 to 8 km/s, 0 to 85 deg", "NASA TM-2009-214785 eqs. 4-1 to 4-6")
+THIN = "aluminium on aluminium, normal, 2 to 8 km/s, t/d below 0.5"
+POINT = "point source, above 1 km/s; layer twice as thick as the crater; a paraboloid as deep as 2/3 radius"
 HOLSAPPLE = "Holsapple 1993; editions differ by two in K1"
-GAULT = "Gault 1973 as in Melosh's program; Gault's relation in cgs, recalled, gives 3.9 times as much"
+CRITICAL = "critical diameter of the sphere"
+# By key: name, quantity with the body's name in place of {}, range and source.
+LAWS = {
+    "crater": ("Cour-Palais", "crater depth in a thick {}", *COUR_PALAIS),
+    "wall": ("Cour-Palais", "least thickness of {} that holds", *COUR_PALAIS),
+    "maiden": ("Maiden-McHugh", "hole in {}", THIN, "Maiden and McHugh 1963; coefficients recalled"),
+    "sawle": ("Sawle", "hole in {}", THIN, "Sawle 1969; coefficients recalled"),
+    "whipple": ("Christiansen, Whipple", CRITICAL, "two aluminium walls, 1 to 15 km/s; +-25 % in diameter", WHIPPLE),
+    "honeycomb": ("Christiansen, honeycomb", CRITICAL,
+                  f"aluminium faces on honeycomb, gap at most {CELLS:g} cells (recalled)", WHIPPLE),
+    "stuffed": ("Christiansen, stuffed Whipple", CRITICAL, "aluminium bumper, cloth, aluminium wall, 1 to 15 km/s",
+                "Christiansen and Kerr 2001"),
+    "multi-wall": ("Christiansen, multi-wall", CRITICAL,
+                   "four bumpers of cloth before an aluminium wall, 1 to 15 km/s",
+                   "NASA/TP-2003-210788 eqs. 4-25 to 4-37"),
+    "radius": ("Holsapple", "crater radius in {}", POINT, HOLSAPPLE),
+    "depth": ("Holsapple", "crater depth in {}", POINT, HOLSAPPLE),
+    "gault": ("Gault", "crater diameter in {}",
+              "dense rock, craters up to 10 m; layer thicker than 2/3 of the diameter",
+              "Gault 1973 as in Melosh's program; Gault's relation in cgs, recalled, gives 3.9 times as much"),
+    "gurney": ("Gurney", DRIVEN + "{}",
+               "final velocity, without losses at edges; metal of 0.1 to 10 times the mass of the explosive",
+               "Gurney 1943; constant of the explosive recalled"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """One number of a correlation in SI, or its statement in words."""
+
+    # whose it is, and of what
+    name: str
+    quantity: str
+    # number in SI
+    value: float
+    unit: str
+    text: str  # what it means for this shot; empty where the number says it
+    # where it holds, and where it is from
+    range: str
+    source: str
+
+
+def _correlation(key: str, body: str, value: float, text: str = "", unit: str = "m") -> Correlation:
+    name, quantity, span, source = LAWS[key]
+    return Correlation(name, quantity.format(body), value, unit, text, span, source)
 
 
 @dataclass(frozen=True)
@@ -114,28 +163,12 @@ class Impact:
     @property
     def mass(self) -> float:
         """Mass of the sphere [kg]."""
-        return self.density * 3.141592653589793 / 6.0 * self.diameter**3
+        return self.density * pi / 6.0 * self.diameter**3
 
     @property
     def normal(self) -> float:
         """Normal component of the velocity [m/s]."""
         return self.speed * cos(self.obliquity)
-
-
-@dataclass(frozen=True)
-class Correlation:
-    """One number of a correlation in SI, or its statement in words."""
-
-    # whose it is, and of what
-    name: str
-    quantity: str
-    # number in SI
-    value: float
-    unit: str
-    text: str  # what it means for this shot; empty where the number says it
-    # where it holds, and where it is from
-    range: str
-    source: str
 
 
 def crater_depth(impact: Impact, wall: Wall, alloy: Alloy) -> float:
@@ -291,22 +324,12 @@ def _single_wall(impact: Impact) -> Iterator[Correlation]:
     wall = impact.walls[0] if impact.walls else None
     if wall is None or wall.alloy is None or not 0.5 * KM <= impact.speed <= 8.0 * KM:
         return
-    span = "aluminium alloys, 0.5 to 8 km/s, 0 to 85 deg"
     depth = crater_depth(impact, wall, wall.alloy)
-    yield Correlation("Cour-Palais", f"crater depth in a thick {wall.name}", depth, "m", "", span, DESIGN)
-    if len(impact.walls) > 1:
-        return
-    held = wall.thickness
-    text = (
-        "no incipient spall"
-        if held >= 3.0 * depth
-        else "incipient spall"
-        if held >= 2.2 * depth
-        else "detached spall"
-        if held >= 1.8 * depth
-        else "perforated"
-    )
-    yield Correlation("Cour-Palais", f"least thickness of {wall.name} that holds", 1.8 * depth, "m", text, span, DESIGN)
+    yield _correlation("crater", wall.name, depth)
+    if len(impact.walls) == 1:
+        states = {3.0: "no incipient spall", 2.2: "incipient spall", 1.8: "detached spall", 0.0: "perforated"}
+        text = next(text for least, text in states.items() if wall.thickness >= least * depth)
+        yield _correlation("wall", wall.name, 1.8 * depth, text)
 
 
 def _hole(impact: Impact) -> Iterator[Correlation]:
@@ -314,15 +337,11 @@ def _hole(impact: Impact) -> Iterator[Correlation]:
     if wall is None or wall.alloy is None or impact.obliquity > 1e-3:
         return
     share, v = wall.thickness / impact.diameter, impact.speed / KM
-    aluminium = 2400.0 < impact.density < 3000.0
-    if not (aluminium and 2.0 <= v <= 8.0 and share < 0.5):
+    if not (2400.0 < impact.density < 3000.0 and 2.0 <= v <= 8.0 and share < 0.5):
         return
-    span = "aluminium on aluminium, normal, 2 to 8 km/s, t/d below 0.5"
-    hole = (0.45 * v * share ** (2 / 3) + 0.90) * impact.diameter
-    yield Correlation("Maiden-McHugh", f"hole in {wall.name}", hole, "m", "", span, MAIDEN)
+    yield _correlation("maiden", wall.name, (0.45 * v * share ** (2 / 3) + 0.90) * impact.diameter)
     speed = impact.density * impact.speed / (wall.density * wall.alloy.sound)
-    hole = (3.2 * speed**0.22 * share ** (2 / 3) + 1.0) * impact.diameter
-    yield Correlation("Sawle", f"hole in {wall.name}", hole, "m", "", span, SAWLE)
+    yield _correlation("sawle", wall.name, (3.2 * speed**0.22 * share ** (2 / 3) + 1.0) * impact.diameter)
 
 
 def _whipple(impact: Impact) -> Iterator[Correlation]:
@@ -338,12 +357,13 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
     if thin and impact.normal >= 7.0 * KM:
         return  # too thin a bumper to break the sphere: the curve does not hold there
     critical = critical_diameter(impact, bumper, wall, wall.alloy.strength)
-    text = f"{wall.name} {'perforated' if impact.diameter > critical else 'holds'}"
-    span = "two aluminium walls, 1 to 15 km/s; +-25 % in diameter"
-    name = "Christiansen, Whipple"
-    if wall.cell:
-        name, span = "Christiansen, honeycomb", f"aluminium faces on honeycomb, gap at most {CELLS:g} cells (recalled)"
-    yield Correlation(name, "critical diameter of the sphere", critical, "m", text, span, WHIPPLE)
+    yield _judge("honeycomb" if wall.cell else "whipple", impact, critical)
+
+
+def _judge(key: str, impact: Impact, critical: float) -> Correlation:
+    """Return the critical diameter [m] of a shield, and in words whether its last wall holds."""
+    verdict = "perforated" if impact.diameter > critical else "holds"
+    return _correlation(key, "", critical, f"{impact.walls[-1].name} {verdict}")
 
 
 def _cloth(impact: Impact) -> Iterator[Correlation]:
@@ -353,20 +373,14 @@ def _cloth(impact: Impact) -> Iterator[Correlation]:
     if wall.alloy is None or not all(one.cloth for one in front[1:]) or not 1.0 * KM <= impact.speed <= 15.0 * KM:
         return
     if front[0].alloy is not None:
-        name, law, source = "Christiansen, stuffed Whipple", STUFFED_SHIELD, STUFFED
+        law = STUFFED_SHIELD
         stuffing = sum(one.areal_density for one in front[1:])
         share = stuffing / sum(one.areal_density for one in impact.walls)
         if LITTLE_STUFFING[0] <= share <= LITTLE_STUFFING[1]:
             law = replace(law, high=LITTLE_COEFFICIENT)
-        span = "aluminium bumper, cloth, aluminium wall, 1 to 15 km/s"
+        yield _judge("stuffed", impact, law.critical_diameter(impact, wall.alloy.strength))
     elif front[0].cloth and len(front) == 4:
-        name, law, source = "Christiansen, multi-wall", MULTI_WALL_SHIELD, SHOCKS
-        span = "four bumpers of cloth before an aluminium wall, 1 to 15 km/s"
-    else:
-        return
-    critical = law.critical_diameter(impact, wall.alloy.strength)
-    text = f"{wall.name} {'perforated' if impact.diameter > critical else 'holds'}"
-    yield Correlation(name, "critical diameter of the sphere", critical, "m", text, span, source)
+        yield _judge("multi-wall", impact, MULTI_WALL_SHIELD.critical_diameter(impact, wall.alloy.strength))
 
 
 def _cratering(impact: Impact) -> Iterator[Correlation]:
@@ -377,13 +391,42 @@ def _cratering(impact: Impact) -> Iterator[Correlation]:
     radius = (3.0 * volume / pi) ** (1 / 3)  # of a paraboloid, a third of its diameter deep
     depth = 2.0 / 3.0 * radius
     if wall.thickness >= 2.0 * depth:
-        ground = GROUNDS[wall.ground]
         field = f"{impact.gravity:.3g} m/s^2" if impact.gravity else "no gravity"
-        text = f"{1e3 * volume:.3g} litre; taken as {wall.ground}, Y {1e-6 * ground.strength:g} MPa; {field}"
-        span = "point source, above 1 km/s; layer twice as thick as the crater; a paraboloid as deep as 2/3 radius"
-        yield Correlation("Holsapple", f"crater radius in {wall.name}", radius, "m", text, span, HOLSAPPLE)
-        yield Correlation("Holsapple", f"crater depth in {wall.name}", depth, "m", "", span, HOLSAPPLE)
+        strength = 1e-6 * GROUNDS[wall.ground].strength
+        text = f"{1e3 * volume:.3g} litre; taken as {wall.ground}, Y {strength:g} MPa; {field}"
+        yield _correlation("radius", wall.name, radius, text)
+        yield _correlation("depth", wall.name, depth)
     diameter = rock_crater_diameter(impact, wall) if wall.ground == "hard rock" else inf
     if diameter <= min(10.0, 1.5 * wall.thickness):
-        span = "dense rock, craters up to 10 m; layer thicker than 2/3 of the diameter"
-        yield Correlation("Gault", f"crater diameter in {wall.name}", diameter, "m", "", span, GAULT)
+        yield _correlation("gault", wall.name, diameter)
+
+
+# (2 E)^(1/2) by material of the library [m/s].
+GURNEY_VELOCITY = {"tnt": 2370.0, "composition-b": 2700.0, "c-4": 2660.0, "petn": 2930.0, "pbx-9404": 2900.0}
+LIGHTEST, HEAVIEST = 0.1, 10.0
+
+
+def plate_velocity(gurney: float, metal: float, behind: float = 0.0) -> float:
+    """Return the final velocity of a plate on one face of a slab of explosive [m/s].
+
+    `gurney`: Gurney velocity of the explosive [m/s].
+    `metal`, `behind`: mass of the plate, and of what covers the other face, over that of the explosive [-].
+    """
+    ratio = (1.0 + 2.0 * metal) / (1.0 + 2.0 * behind)
+    products = (1.0 + ratio**3) / (3.0 * (1.0 + ratio))
+    return gurney / sqrt(products + behind * ratio**2 + metal)
+
+
+def shell_velocity(gurney: float, metal: float, products: float = 0.5) -> float:
+    """Return the final velocity of a shell about an explosive [m/s].
+
+    `gurney`: Gurney velocity of the explosive [m/s].
+    `metal`: mass of the shell over that of the explosive [-].
+    `products`: share of the products' mass that moves with the shell: 1/2 in a tube, 3/5 in a sphere [-].
+    """
+    return gurney / sqrt(metal + products)
+
+
+def driven(name: str, velocity: float) -> Correlation:
+    """Return the final velocity [m/s] of a driven body as a correlation."""
+    return _correlation("gurney", name, velocity, unit="m/s")

@@ -13,24 +13,23 @@ import numpy as np
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import CATALOGUE, reported_measures
 from hvisph.core.text import Plain
-from hvisph.measures.debris.cloud import Cloud, cloud
-from hvisph.measures.debris.ejecta import ejecta_over_speed
-from hvisph.measures.debris.fragments import FEWEST, BodyFragments, Fragments
-from hvisph.measures.frame.impact_geometry import PROJECTILE
-from hvisph.measures.frame.measurement_frame import InitialReference, Scene
-from hvisph.measures.frame.symmetry_completion import Whole
-from hvisph.measures.projectile.lengths import plug_of
-from hvisph.measures.target.targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
 from hvisph.output import file_names, reader
 from hvisph.output.snapshot import Snapshot
 
+from .debris import Cloud, cloud, ejecta_over_speed
+from .fragments import FEWEST, BodyFragments, Fragments
+from .impact_geometry import PROJECTILE
+from .lengths import plug_of
+from .measurement_frame import InitialReference, Scene
 from .result import MASS_UNITS, Result, evaluate, undefined_result
-from .table import body_table
+from .symmetry_completion import Whole
+from .targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
 
 History = Mapping[str, np.ndarray]
 LATELY = 0.1  # share of the run over which a swing counts
 MOST = 3  # earlier moments that are measured for it
 LARGE = 300_000  # particles from which on one is enough
+ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component is zero
 
 
 @dataclass(frozen=True)
@@ -153,6 +152,26 @@ def measure_scene(scene: Scene, source: str = "") -> Measures:
     )
 
 
+def body_table(scene: Scene) -> dict[str, Plain]:
+    """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
+    if not scene.has_motion:
+        return {}
+    velocity = scene.shot.back(scene.now.fields["velocity"].reshape(scene.now.count, -1))
+    velocity = velocity + np.array(scene.shot.drift or (0.0,))
+    table = {}
+    for body in scene.now.present:
+        own = scene.now.body == body
+        mass = scene.now.fields["mass"][own]
+        whole = float(mass.sum())
+        mean = mass @ velocity[own] / whole if whole > 0.0 else np.zeros(velocity.shape[1])
+        mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[own]).max(initial=0.0), mean, 0.0)
+        energy = 0.5 * float(mass @ (velocity[own] ** 2).sum(axis=1))
+        values = np.array([whole, *mean, energy])
+        if np.isfinite(values).all():
+            table[scene.name(body)] = {"mass": whole, "velocity": mean.tolist(), "kinetic_energy": energy}
+    return table
+
+
 def debris(scene: Scene) -> tuple[BodyFragments, ...]:
     """Return the fragments of every body that has particles, in the order of bodies.
 
@@ -164,8 +183,7 @@ def debris(scene: Scene) -> tuple[BodyFragments, ...]:
         roles = _roles(scene, body, fragments)
         elsewhere = scene.shot.is_rotated or scene.shot.drift
         own = replace(fragments, back=scene.shot.case_axes(scene.now.time)) if elsewhere else fragments
-        name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
-        pieces.append(BodyFragments(name, own, roles))
+        pieces.append(BodyFragments(scene.name(body), own, roles))
     return tuple(pieces)
 
 
@@ -249,7 +267,7 @@ def measure(
     Measures
         ``measure(run)["plug_velocity"].value`` is a number in SI, and
         ``[piece.mass for body in measure(run).fragments for piece in body]`` are the masses of all fragments.
-        `hvisph.measures.series` writes what ``at="all"`` returns, `hvisph.visualization.curves` draws it.
+        `hvisph.measures.tables` writes what ``at="all"`` returns, `hvisph.visualization.curves` draws it.
 
     Raises
     ------

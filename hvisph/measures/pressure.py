@@ -4,7 +4,7 @@ A run records at every step `centre_pressure`, the mean pressure of the projecti
 within 0.3 mm of its centre, and `axis_pressure_min`, the lowest pressure of those within dx of the shot line. Peaks are
 the largest and smallest samples.
 
-Melt and vapour are those at 1 bar after an isentropic release, by the entropy S of the particles (`exact.entropy`) and
+Melt and vapour are those at 1 bar after an isentropic release, by the entropy S of the particles (`exact.hugoniot`) and
 the five `entropies` of each material in the metadata:
 
     melt      (S - S_im)/(S_cm - S_im)  in [0, 1]        vapour    (S - S_iv)/(S_cv - S_iv)  in [0, 1]
@@ -17,8 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hvisph.core.text import PlainMapping
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, weighted_quantile
+
+from .measurement_frame import Scene
+from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, weighted_quantile
 
 CENTRE_RADIUS = 0.3e-3  # [m]
 CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"

@@ -14,8 +14,9 @@ import numpy as np
 import hvisph.measures as measures_package
 from hvisph.core.measure_catalogue import SECTIONS, Measure, reported_measures
 from hvisph.core.text import Plain, PlainMapping
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.frame.target_geometry import Plate
+
+from .measurement_frame import Scene
+from .target_geometry import Plate
 
 SETTLED = 0.02  # relative change over the last tenth of the run below which a number is settled
 MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}  # per area in 1D and per depth in 2D

@@ -20,7 +20,7 @@ from hvisph.core.measure_catalogue import axis_unit, format_time
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.measure import measure
 from hvisph.measures.result import Result
-from hvisph.measures.table import rows
+from hvisph.measures.tables import rows
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary, snapshots_at
 from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.particles import Look, Moment, draw, usual_view, view_picture

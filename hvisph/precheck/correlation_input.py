@@ -11,8 +11,20 @@ from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
-from hvisph.measures.correlations import GROUNDS, Correlation, Impact, Wall, alloy_of, correlations
-from hvisph.measures.gurney import GURNEY_VELOCITY, HEAVIEST, LIGHTEST, driven, plate_velocity, shell_velocity
+from hvisph.measures.correlations import (
+    GROUNDS,
+    GURNEY_VELOCITY,
+    HEAVIEST,
+    LIGHTEST,
+    Correlation,
+    Impact,
+    Wall,
+    alloy_of,
+    correlations,
+    driven,
+    plate_velocity,
+    shell_velocity,
+)
 from hvisph.setup.shapes import shape_of
 
 from .impact_pair import TOUCHING, body_boxes, impact_pair

@@ -15,8 +15,8 @@ from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.memory import free_memory
 from hvisph.core.particles import BASE_FIELDS
+from hvisph.geometry.cutting_planes import Section
 from hvisph.geometry.filling import estimated_count
-from hvisph.geometry.section import Section
 from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.setup.bodies import PlacedBody, placed_bodies
 from hvisph.setup.build import build

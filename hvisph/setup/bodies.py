@@ -12,13 +12,12 @@ import numpy as np
 from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
+from hvisph.geometry.cutting_planes import Edge, Mirror, Section, crosses, cut, cut_open, fill_section
 from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.lattices import Filling, Grading, fill_graded
-from hvisph.geometry.open_edge import Edge, cut_open
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.placement import ball_volume, deal_spheres, needed_turn, owner_of, rotate, rotation_matrix, row
-from hvisph.geometry.section import Mirror, Section, crosses, cut, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 
 from .materials import material_of, start_of

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
-from hvisph.geometry.open_edge import Edge, face_areas, follow, is_beyond, row_shares
+from hvisph.geometry.cutting_planes import Edge, face_areas, follow, is_beyond, row_shares
 from hvisph.integrators.boundary_forces import AmbientLayer, Boundaries, EdgeRow, Face, MovingPlane
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, LAYER_GROUP, Motion
 from hvisph.materials.material_table import Material

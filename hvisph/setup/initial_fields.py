@@ -17,7 +17,7 @@ from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.eos.jwl import BURN_SPACINGS
 from hvisph.materials.material_table import Material
 from hvisph.materials.stress_update import NOTHING
-from hvisph.measures.debris.groups import connected_groups
+from hvisph.measures.fragments import connected_groups
 from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody

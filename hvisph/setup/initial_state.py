@@ -18,7 +18,7 @@ from hvisph.integrators.prescribed_motion import GROUP_SHIFT, Motion
 from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.material_table import Material
-from hvisph.measures.debris.groups import connected_groups
+from hvisph.measures.fragments import connected_groups
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.setup.formulations import stiff_enough

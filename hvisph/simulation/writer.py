@@ -16,11 +16,11 @@ from hvisph.core.fields import OF_STATE, Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import MigratingRows, Peaks
-from hvisph.exact.entropy import entropy
+from hvisph.exact.hugoniot import entropy
 from hvisph.integrators.gravity import SPHERE, Gravity
 from hvisph.materials import tags
 from hvisph.materials.slots import EOS_TAG
-from hvisph.measures.frame.measurement_frame import reference
+from hvisph.measures.measurement_frame import reference
 from hvisph.output import file_names
 from hvisph.output.atomic_write import reason
 from hvisph.output.hdf5 import Form, write_hdf5

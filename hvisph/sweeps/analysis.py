@@ -23,9 +23,9 @@ from .statistics import (
     lambert_jonas,
     logistic_limit,
     next_values,
+    sensitivity,
     spread,
 )
-from .surrogate import sensitivity
 
 
 def verdict(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], record: Sequence[str] | None = None) -> Plain:

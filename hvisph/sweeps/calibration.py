@@ -29,7 +29,7 @@ from hvisph.measures.result import weighted_quantile
 from hvisph.output.reader import read_history, read_summary
 
 from .parameters import EXPERIMENT, Scale, Values, plain
-from .surrogate import Surrogate
+from .statistics import Surrogate
 
 SHOT = f"{EXPERIMENT}shot"
 MATERIAL = "material."

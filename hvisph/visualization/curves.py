@@ -12,10 +12,10 @@ from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE, field_of
 from hvisph.core.measure_catalogue import axis_unit, format_of
 from hvisph.core.text import Plain
-from hvisph.measures.debris.cloud import Cloud
-from hvisph.measures.debris.fragments import FEWEST
+from hvisph.measures.debris import Cloud
+from hvisph.measures.fragments import FEWEST
 from hvisph.measures.measure import Measures
-from hvisph.measures.series import columns, moments
+from hvisph.measures.tables import columns, moments
 from hvisph.output.reader import read_history
 
 from .style import store

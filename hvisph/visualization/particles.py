@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.measures.frame.impact_geometry import spacing_of
+from hvisph.measures.impact_geometry import spacing_of
 from hvisph.output.atomic_write import replacing
 from hvisph.output.snapshot import Snapshot
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from hvisph_validation.quantity import Judge, Key, Shot, Value
 
-from hvisph.measures.debris.groups import connected_groups
+from hvisph.measures.fragments import connected_groups
 from hvisph.verification.problem import vectors
 
 FAILED = 1.0  # damage at which a particle belongs to no fragment

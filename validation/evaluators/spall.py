@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
-from hvisph.measures.debris.fragments import FEWEST
+from hvisph.measures.fragments import FEWEST
 from hvisph.sweeps.statistics import bracket
 from hvisph.verification.problem import vectors
 

@@ -15,7 +15,7 @@ from hvisph_validation.structures import Shell
 from hvisph.core.particles import Particles
 from hvisph.setup.bodies import PlacedBody
 from hvisph.verification.problem import EULERIAN, SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
-from hvisph.verification.problems.noh import SPHERE, Implosion, trial
+from hvisph.verification.problems.gas_dynamics import SPHERE, Implosion, trial
 from hvisph.visualization.curves import Curve
 
 from .implosion import SHELLS, STIFF, TIMES, rings

@@ -58,7 +58,7 @@ def measure(
 ) -> None:
     """Measure a run: crater, penetration, pressures, plug, fragments; at one time or over time."""
     _refuse(at, fragments, smallest, plot)
-    from hvisph.measures.debris.fragments import FEWEST
+    from hvisph.measures.fragments import FEWEST
     from hvisph.measures.measure import measure as measure_source
 
     moment = at if at in (None, "all") else parse_option(at, "TIME", "--at", ", or all")
@@ -68,7 +68,7 @@ def measure(
     if isinstance(moment, float) and abs(measured.time - moment) > FAR * max(abs(moment), measured.time):
         say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
     if csv is not None:
-        from hvisph.measures.series import write_fragments, write_series
+        from hvisph.measures.tables import write_fragments, write_series
 
         (write_fragments if fragments else write_series)(measured, csv)
     if plot is not None or witness is not None:
@@ -165,7 +165,7 @@ def _compare_expected(case: Case | None, measured: Measures) -> list[Plain]:
 
 def _series(series: Sequence[Measures], unitless: bool) -> str:
     """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
-    from hvisph.measures.table import rows
+    from hvisph.measures.tables import rows
 
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
     names = [name for name in shown[0] if any(cells[name].value != "-" for cells in shown)]

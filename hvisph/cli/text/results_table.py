@@ -17,10 +17,10 @@ from hvisph.core.text import PlainMapping
 
 if TYPE_CHECKING:
     from hvisph.measures.compare import Row as ComparedRow
-    from hvisph.measures.debris.fragments import BodyFragments
+    from hvisph.measures.fragments import BodyFragments
     from hvisph.measures.measure import Measures
     from hvisph.measures.result import Result
-    from hvisph.measures.table import Row
+    from hvisph.measures.tables import Row
     from hvisph.postprocessing.exact_solution import Overlay
 
 # Heading of values: their uncertainty is estimated from one run, not from several resolutions.
@@ -42,7 +42,7 @@ def results_table(
     `further`: other figures by name, such as drifts.
     `variants`: whether to show all variants of a measure.
     """
-    from hvisph.measures.table import rows
+    from hvisph.measures.tables import rows
 
     results = {name: _result(plain) for name, plain in measures.items()}
     shown = rows({**results, **(further or {})}, expected, unitless, variants)
@@ -65,7 +65,7 @@ def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool =
     `unitless`: True for a case without units.
     `variants`: whether to show all variants of a measure.
     """
-    from hvisph.measures.table import rows
+    from hvisph.measures.tables import rows
 
     blocks = []
     for name, parts in (("layer", plain.get("layers", [])), *((k, plain.get(k)) for k in ("projectile", "cloud"))):
@@ -88,7 +88,7 @@ def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool =
 
 def bodies_table(plain: PlainMapping, unitless: bool = False) -> str:
     """Return mass, velocity and kinetic energy of every body of a summary as aligned text; empty without any."""
-    from hvisph.measures.table import body_rows
+    from hvisph.measures.tables import body_rows
 
     rows = body_rows(plain, unitless)
     return table([("body", "mass", "velocity", "kinetic energy"), *rows]) if rows else ""

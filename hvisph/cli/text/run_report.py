@@ -111,7 +111,7 @@ def _unsettled(summary: Plain) -> str:
 
 
 def _results(summary: Plain, folder: Path, unitless: bool, everything: bool) -> str:
-    from hvisph.measures.table import headline
+    from hvisph.measures.tables import headline
 
     from .results_table import bodies_table, results_table
 

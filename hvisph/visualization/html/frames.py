@@ -13,7 +13,7 @@ import numpy as np
 
 from hvisph.core.measure_catalogue import axis_unit
 from hvisph.core.text import Plain
-from hvisph.measures.frame.impact_geometry import spacing_of
+from hvisph.measures.impact_geometry import spacing_of
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.html.charts import COLOURS

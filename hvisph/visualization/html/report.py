@@ -14,10 +14,10 @@ import numpy as np
 from hvisph.casefile.document import symmetry_axes
 from hvisph.core.measure_catalogue import format_share, format_time
 from hvisph.core.text import Plain
-from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import debris, measure
+from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result
-from hvisph.measures.table import Row, body_rows, headline, rows
+from hvisph.measures.tables import Row, body_rows, headline, rows
 from hvisph.output import file_names
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT

@@ -13,7 +13,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import axis_unit
 from hvisph.core.text import Plain, PlainMapping
-from hvisph.measures.frame.impact_geometry import spacing_of
+from hvisph.measures.impact_geometry import spacing_of
 from hvisph.measures.measure import measure
 from hvisph.output import file_names
 from hvisph.output.reader import read_history, read_snapshot, read_summary, snapshots_in

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.measures.debris.ejecta import pull_of
-from hvisph.measures.debris.fragments import FEWEST
-from hvisph.measures.debris.groups import NEAR, connected_groups
-from hvisph.measures.frame.measurement_frame import Scene, memoize
-from hvisph.measures.frame.target_geometry import RIM, Plate
-from hvisph.measures.result import Outcome, Outcomes, Result, UndefinedMeasureError, measures
-
+from .debris import pull_of
+from .fragments import FEWEST, NEAR, connected_groups
+from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
+from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures
+from .target_geometry import RIM, Plate
 
 RECENTRED = 8  # goes at the centroid
 FEWEST_SECTORS, MOST_SECTORS = 8, 128

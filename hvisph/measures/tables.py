@@ -1,44 +1,29 @@
-"""Masses, velocities and energies of bodies, and measures as rows of text, in units of the field."""
+"""Tables: measures and bodies as rows of text in units of the field; measures and fragments over time, also as CSV."""
 
-from collections.abc import Mapping, Sequence
+import csv
+import io
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from hvisph.core.measure_catalogue import HEADLINES, PER_DEPTH, NumberFormat, format_of
 from hvisph.core.text import Plain, PlainMapping
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.output.atomic_write import write_text
 
-from .gurney import DRIVEN
+from .correlations import DRIVEN
+from .fragments import FEWEST
+from .measure import Measures
 from .result import Result
 
 # Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
 UNSIZED = ("", "%", "deg")
 LEAST = 1e-6
-ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component is zero
 KILO = 1e4  # [J]; kinetic energies of bodies from here on are shown in kJ
 MOST_HEADLINES = 8  # measures that end a run
 _TIME = NumberFormat("time", "t", "us", 2)
-
-
-def body_table(scene: Scene) -> dict[str, Plain]:
-    """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
-    if not scene.has_motion:
-        return {}
-    velocity = scene.shot.back(scene.now.fields["velocity"].reshape(scene.now.count, -1))
-    velocity = velocity + np.array(scene.shot.drift or (0.0,))
-    table = {}
-    for body in scene.now.present:
-        own = scene.now.body == body
-        mass = scene.now.fields["mass"][own]
-        whole = float(mass.sum())
-        mean = mass @ velocity[own] / whole if whole > 0.0 else np.zeros(velocity.shape[1])
-        mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[own]).max(initial=0.0), mean, 0.0)
-        energy = 0.5 * float(mass @ (velocity[own] ** 2).sum(axis=1))
-        values = np.array([whole, *mean, energy])
-        if np.isfinite(values).all():
-            table[scene.name(body)] = {"mass": whole, "velocity": mean.tolist(), "kinetic_energy": energy}
-    return table
 
 
 def angular_velocity(position: np.ndarray, velocity: np.ndarray, mass: np.ndarray) -> list[float]:
@@ -179,3 +164,137 @@ def _is_tiny(value: float, spread: float | None, display: NumberFormat) -> bool:
     last, size = 10.0**-display.decimals, abs(value) * display.factor
     known = abs(spread or 0.0) * display.factor < 0.5 * last
     return display.unit not in UNSIZED and known and LEAST < size < 10.0 * last
+
+
+@dataclass(frozen=True)
+class Column:
+    """One quantity over time: its SI unit, empty for plain numbers, and a value a moment, NaN where there is none."""
+
+    unit: str
+    values: np.ndarray
+
+
+def moments(measured: Measures) -> tuple[Measures, ...]:
+    """Return the moments of a series, or the single moment."""
+    return measured.series or (measured,)
+
+
+def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
+    """Return every measure over time by its name, and what the fragments of each body come to.
+
+    With `sections` also those of the projectile, the layers and the cloud that have a value at any moment, as
+    ``projectile.<name>``, ``layer.<body>.<name>`` and ``cloud.<name>``.
+
+    Of the fragments: ``fragments.<body>.number`` (of five particles or more), ``.loose_mass_share`` (in smaller ones),
+    ``.largest_mass_share``, ``.largest_velocity_x`` (``_y``, ``_z``) and ``.largest_speed`` [m/s].
+    """
+    rows: list[dict[str, tuple[str, float | None]]] = []
+    for moment in moments(measured):
+        row = _cells("", moment.results)
+        for part in moment.fragments:
+            head, largest = f"fragments.{part.body}.", part.fragments[0]
+            row[head + "number"] = "", part.number()
+            row[head + "loose_mass_share"] = "", part.share(part.counts < FEWEST)
+            row[head + "largest_mass_share"] = "", part.share([0])
+            for axis, speed in zip("xyz", largest.velocity, strict=False):
+                row[f"{head}largest_velocity_{axis}"] = "m/s", float(speed)
+            row[head + "largest_speed"] = "m/s", largest.speed
+        rows.append(row)
+    if sections:
+        for row, moment in zip(rows, moments(measured), strict=True):
+            parts = {"projectile": moment.projectile, "cloud": moment.cloud.results}
+            parts |= {f"layer.{layer.body}": layer.results for layer in moment.layers}
+            for section, results in parts.items():
+                row |= _cells(f"{section}.", results)
+        valued = {name for row in rows for name, (_, value) in row.items() if value is not None}
+        inner = ("projectile.", "cloud.", "layer.")
+        rows = [
+            {name: cell for name, cell in row.items() if name in valued or not name.startswith(inner)} for row in rows
+        ]
+    units = {name: unit for row in rows for name, (unit, _) in row.items()}
+    return {
+        name: Column(unit, np.array([_number(row.get(name, (unit, None))[1]) for row in rows]))
+        for name, unit in units.items()
+    }
+
+
+def _cells(head: str, results: Mapping[str, Result]) -> dict[str, tuple[str, float | None]]:
+    """Return unit and value of each result, and of its further variants that have one, by the name of the column."""
+    cells: dict[str, tuple[str, float | None]] = {}
+    for name, result in results.items():
+        cells[f"{head}{name}"] = result.unit, result.value
+        for variant, one in [*result.variants.items()][1:]:
+            if one.value is not None:
+                cells[f"{head}{name}.{variant}"] = one.unit, one.value
+    return cells
+
+
+def write_series(measured: Measures, path: str | os.PathLike[str]) -> Path:
+    """Write one row a moment: time, step, and the columns; empty where a measure has no value.
+
+    The header names each column with its SI unit, as in ``crater_diameter [m]``. Raises `OutputError` where the file
+    cannot be written; an earlier file of that name is then untouched.
+    """
+    table = columns(measured, sections=True)
+    head = [_heading("time", "s", measured), "step", *(_heading(name, table[name].unit, measured) for name in table)]
+    body = [
+        [moment.time, moment.step, *(column.values[row] for column in table.values())]
+        for row, moment in enumerate(moments(measured))
+    ]
+    return _write(path, head, body)
+
+
+def write_fragments(measured: Measures, path: str | os.PathLike[str]) -> Path:
+    """Write one row a fragment, single particles included, of every body and moment.
+
+    Fragments are numbered from 1, the one with most particles. ``number_at_least`` and ``mass_share_at_least`` are the
+    body's cumulative mass distribution. Raises as `write_series`.
+    """
+    axes = "xyz"[: measured.dimensions]
+    head = [
+        _heading("time", "s", measured),
+        "body",
+        "fragment",
+        "role",
+        "particles",
+        _heading("mass", measured.mass_unit, measured),
+    ]
+    head += ["mass_share", "number_at_least", "mass_share_at_least"]
+    head += [_heading(f"velocity_{axis}", "m/s", measured) for axis in axes] + [_heading("speed", "m/s", measured)]
+    head += [_heading(f"{name}_{axis}", "m", measured) for name in ("centre", "extent") for axis in axes]
+    body: list[list[object]] = []
+    for moment in moments(measured):
+        for part in moment.fragments:
+            for number, (piece, role) in enumerate(zip(part.fragments, part.roles, strict=True), 1):
+                heavier = part.distribution.at_mass(piece.mass) or (None, None)
+                share = piece.mass / part.mass if part.mass > 0.0 else None
+                body.append([moment.time, part.body, number, role, piece.count, piece.mass, share, *heavier,
+                             *piece.velocity, piece.speed, *piece.centre, *piece.extent])  # fmt: skip
+    return _write(path, head, body)
+
+
+def _heading(name: str, unit: str, measured: Measures) -> str:
+    return f"{name} [{unit}]" if unit and not measured.unitless else name
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _write(path: str | os.PathLike[str], head: Sequence[str], body: Iterable[Sequence[object]]) -> Path:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([_cell(value) for value in row] for row in body)
+    target = Path(path)
+    write_text(target, buffer.getvalue())
+    return target
+
+
+def _cell(value: object) -> str:
+    """Return a number with the fewest digits that give it back; empty without a value."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or (isinstance(value, float) and not np.isfinite(value)):
+        return ""
+    return repr(value + 0.0) if isinstance(value, float) else str(value)  # no -0.0

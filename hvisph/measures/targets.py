@@ -9,15 +9,15 @@ import numpy as np
 
 from hvisph.core.measure_catalogue import format_of
 from hvisph.core.text import Plain
-from hvisph.measures.frame.impact_geometry import PROJECTILE
-from hvisph.measures.frame.measurement_frame import Scene, memoize
-from hvisph.measures.frame.target_geometry import Plate
-from hvisph.measures.projectile.lengths import length_of
-from hvisph.measures.projectile.residual_projectile import HALF
-from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, weighted_quantile
 from hvisph.output.snapshot import Snapshot
 
+from .impact_geometry import PROJECTILE
+from .lengths import length_of
+from .measurement_frame import Scene, memoize
 from .perforation import NO, NOT_YET, YES, is_behind, layer_state
+from .residual_projectile import HALF
+from .result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, weighted_quantile
+from .target_geometry import Plate
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,12 @@ present thickness, dx (D0/D)^2, before the foremost particle.
 
 import numpy as np
 
-from hvisph.measures.frame.impact_geometry import PROJECTILE, members
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
-from hvisph.measures.target.target_damage import crater_of
-
+from .impact_geometry import PROJECTILE, members
 from .lengths import end_layers, initial_length
+from .measurement_frame import Scene
 from .residual_projectile import HALF
+from .result import Outcomes, Result, UndefinedMeasureError, measures
+from .target_damage import crater_of
 
 WIDER = 1.5  # times the bar's width; a wider target is a plate
 SWOLLEN = 1.01  # times the initial diameter; a wider section has been deformed

@@ -1,4 +1,4 @@
-"""Fragments of every body: connected groups of particles, their roles, mass fractions and mass distribution."""
+"""Connected groups of particles, and fragments of every body: roles, mass fractions and mass distribution."""
 
 from __future__ import annotations
 
@@ -12,7 +12,68 @@ import numpy as np
 from hvisph.core.text import Plain
 from hvisph.output.snapshot import Snapshot
 
-from .groups import by_size
+LINK = 2.0  # particles nearer than this many spacings belong together
+NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
+LIKE_SPACING = 1.2  # spacings of a body that differ by no more than this factor are one
+
+
+def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK) -> np.ndarray:
+    """Return the number of the group that each particle (n,) belongs to, the largest group being 0.
+
+    Groups are particles linked at `link` spacings; `spacing` is dx [m], or of every particle its own (n,), and two
+    particles are linked by the mean of theirs. Groups are ordered by their number of particles, and by their first one
+    where that is the same.
+    """
+    from scipy.spatial import cKDTree
+
+    if len(position) == 0:
+        return np.zeros(0, dtype=np.int64)
+    position = position.reshape(len(position), -1)
+    spacing = np.broadcast_to(np.asarray(spacing, float), len(position))
+    classes = np.floor(np.log(spacing / spacing.min()) / np.log(LIKE_SPACING))
+    members = [np.flatnonzero(classes == k) for k in np.unique(classes)]
+    trees = [cKDTree(position[rows]) for rows in members]
+    near = [min(NEAR, link) * spacing[rows].min() for rows in members]
+    found = [
+        rows[tree.query_pairs(reach, output_type="ndarray")]
+        for rows, tree, reach in zip(members, trees, near, strict=True)
+    ]
+    labels = _components(len(position), np.concatenate(found))
+    # of all other links one end is outside the largest group; coarse reaches are not searched among fine particles
+    apart = labels != np.bincount(labels).argmax()
+    found = [np.zeros((0, 2), np.int64)]
+    for mine in filter(len, (rows[apart[rows]] for rows in members)):
+        tree = cKDTree(position[mine])
+        for rows, other in zip(members, trees, strict=True):
+            reach = 0.5 * link * float(spacing[mine].max() + spacing[rows].max())
+            pairs = tree.sparse_distance_matrix(other, reach, output_type="ndarray")
+            ends = np.column_stack([mine[pairs["i"]], rows[pairs["j"]]])
+            found.append(ends[pairs["v"] <= 0.5 * link * spacing[ends].sum(axis=1)])
+    labels = _components(int(labels.max()) + 1, labels[np.concatenate(found)])[labels]
+    return by_size(labels)
+
+
+def _components(count: int, pairs: np.ndarray) -> np.ndarray:
+    """Return the number of the connected component of each of `count` nodes, from pairs of them (m, 2)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def by_size(labels: np.ndarray) -> np.ndarray:
+    """Return the same groups numbered by their size, and where that is the same by their first particle."""
+    _, first, inverse, sizes = np.unique(labels, return_index=True, return_inverse=True, return_counts=True)
+    rank = np.empty(len(sizes), dtype=np.int64)
+    rank[np.lexsort((first, -sizes))] = np.arange(len(sizes))
+    return rank[inverse]
+
+
+def main_body(position: np.ndarray, spacing: float | np.ndarray) -> np.ndarray:
+    """Return the indices of the particles of the largest group linked at `LINK` spacings."""
+    return np.flatnonzero(connected_groups(position, spacing) == 0)
+
 
 FEWEST = 5  # particles of a fragment that is counted and listed
 ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums

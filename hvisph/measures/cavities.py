@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.measures.frame.impact_geometry import PROJECTILE, members
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
+from .impact_geometry import PROJECTILE, members
+from .measurement_frame import Scene
+from .result import Outcomes, Result, UndefinedMeasureError, measures
 
 CELLS_PER_SPACING = 3  # grid dx/3
 CLOSING_RADIUS = 5.0  # [dx]

@@ -13,11 +13,11 @@ import math
 
 import numpy as np
 
-from hvisph.measures.debris.fragments import FEWEST
-from hvisph.measures.frame.impact_geometry import PROJECTILE, members, own_spacings
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
-from hvisph.measures.target.perforation import NO, NOT_YET, layer_state
+from .fragments import FEWEST
+from .impact_geometry import PROJECTILE, members, own_spacings
+from .measurement_frame import Scene
+from .perforation import NO, NOT_YET, layer_state
+from .result import Outcomes, Result, UndefinedMeasureError, measures
 
 CRATER_BIN = 0.25e-3  # [m], along the plate's thickness
 AXIS_STRIP = 1.0e-3  # [m], half-width of the strip about the shot line

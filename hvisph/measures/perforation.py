@@ -13,18 +13,36 @@ perforated by a path that was not there.
 - empty: without a new path the projectile passes through an initial opening.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from hvisph.measures.debris.groups import connected_groups
-from hvisph.measures.frame.impact_geometry import own_spacings
-from hvisph.measures.frame.measurement_frame import Perforation, Rim, Scene, memoize
-from hvisph.measures.frame.target_geometry import Plate, has_opened, is_open, place_of
-from hvisph.measures.result import weighted_quantile
+from .fragments import connected_groups
+from .impact_geometry import own_spacings
+from .measurement_frame import Rim, Scene, memoize
+from .result import weighted_quantile
+from .target_geometry import Plate, has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
 SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come
 LOOSE = 0.56  # share of the density at the start below which grains do not touch
 SLOW = 0.03  # share of the shot's speed below which a fragment is stuck
+
+
+@dataclass(frozen=True)
+class Perforation:
+    """State of a layer: perforated or not, and which of its particles are attached."""
+
+    state: str  # ``yes``, ``no`` or ``not yet``; empty where a perforation is undefined
+    reason: str  # why it is not perforated; empty where it is
+    # indices of the particles of the layer that are attached to its rim, without loose rubble, and what that alone
+    # holds, where the layer would be closed by it; None where they are not known
+    attached: np.ndarray | None = None
+
+    @property
+    def opening(self) -> bool:
+        """Whether it has no state because its initial openings let the projectile through."""
+        return self.attached is not None and not self.state
 
 
 @memoize

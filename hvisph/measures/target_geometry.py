@@ -17,7 +17,8 @@ from itertools import product
 import numpy as np
 
 from hvisph.core.text import Plain
-from hvisph.measures.debris.groups import connected_groups
+
+from .fragments import connected_groups
 
 PLATE_LIKE = 0.5  # a body is a plate where its least extent is below this share of the next
 ALIGNED = 1e-7  # directions that differ by less are one

@@ -17,10 +17,9 @@ import numpy as np
 
 from hvisph.core.errors import OutputError
 from hvisph.core.text import Plain
-from hvisph.measures.debris.fragments import Fragments, Groups
-from hvisph.measures.debris.groups import LINK, Neighbours, connected_groups, main_body
 from hvisph.output.snapshot import Snapshot
 
+from .fragments import LINK, Fragments, Groups, connected_groups, main_body
 from .impact_geometry import PROJECTILE, Shot, line_of, members, own_spacings, shot_of, spacing_of
 from .target_geometry import RIM, Plate, plate_of
 
@@ -69,7 +68,6 @@ class InitialReference:
 
     def __init__(self, start: Snapshot):
         self.start = start
-        self.neighbours = Neighbours(start, spacing_of(start))
         self._shots: dict[int, Shot] = {}
         self._start_in_frame: tuple[Shot, Snapshot] | None = None
         self.rims: dict[int, Rim] = {}
@@ -86,22 +84,6 @@ class InitialReference:
         if self._start_in_frame is None or self._start_in_frame[0] != shot:
             self._start_in_frame = (shot, shot.in_frame(self.start))
         return self._start_in_frame[1]
-
-
-@dataclass(frozen=True)
-class Perforation:
-    """State of a layer: perforated or not, and which of its particles are attached."""
-
-    state: str  # ``yes``, ``no`` or ``not yet``; empty where a perforation is undefined
-    reason: str  # why it is not perforated; empty where it is
-    # indices of the particles of the layer that are attached to its rim, without loose rubble, and what that alone
-    # holds, where the layer would be closed by it; None where they are not known
-    attached: np.ndarray | None = None
-
-    @property
-    def opening(self) -> bool:
-        """Whether it has no state because its initial openings let the projectile through."""
-        return self.attached is not None and not self.state
 
 
 def reference(start: Snapshot) -> Plain:
@@ -315,9 +297,8 @@ class Scene:
         _ = self.position  # says which particle has none
         images, count = self.shot.whole.images, self.now.count // self.shot.whole.images
         part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
-        likely = self.initial.neighbours.pairs(bodies, self.now.id[part] // images) if self.initial else None
         spacing = self.spacings(part)
-        labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
+        labels = connected_groups(self.now.fields["position"][part], spacing)
         case_axes = self.shot.back(self.position[part].reshape(len(part), -1))  # those of the planes of symmetry
         labels = self.shot.whole.join_groups(labels, case_axes, LINK * spacing)
         return Groups.from_labels((part[None] + count * np.arange(images)[:, None]).ravel(), labels)

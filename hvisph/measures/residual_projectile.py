@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from hvisph.measures.frame.impact_geometry import LAYER, PROJECTILE, members
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.result import Outcomes, Result, UndefinedMeasureError, measures
-from hvisph.measures.target.perforation import NO, NOT_YET, is_behind, layer_state
 from hvisph.output.snapshot import Snapshot
 
+from .impact_geometry import LAYER, PROJECTILE, members
 from .lengths import initial_length, length_of
+from .measurement_frame import Scene
+from .perforation import NO, NOT_YET, is_behind, layer_state
+from .result import Outcomes, Result, UndefinedMeasureError, measures
 
 HALF = 0.5  # mass fraction below which the heaviest fragment does not stand for the projectile
 

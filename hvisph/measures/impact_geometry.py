@@ -14,12 +14,11 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import transform_arrays
 from hvisph.core.text import Plain, PlainMapping
-from hvisph.measures.debris.groups import ALIKE
-from hvisph.measures.frame.target_geometry import with_openings
 from hvisph.output.snapshot import Snapshot
 
+from .fragments import LIKE_SPACING
 from .symmetry_completion import Mirror, Whole, whole_of
-from .target_geometry import ALIGNED, Plate, plate_of
+from .target_geometry import ALIGNED, Plate, plate_of, with_openings
 
 PROJECTILE, LAYER, OTHER = "projectile", "layer", "other"
 STILL = 1e-6  # share of the highest speed below which a body stands still
@@ -214,7 +213,7 @@ def own_spacings(start: Snapshot, rows: np.ndarray, spacing: float) -> float | n
     if ratio is None or "smoothing_length" not in start.fields or not len(rows):
         return spacing
     own = start.fields["smoothing_length"][rows] / float(ratio)
-    return np.asarray(own) if own.min() < spacing / ALIKE or own.max() > spacing * ALIKE else spacing
+    return np.asarray(own) if own.min() < spacing / LIKE_SPACING or own.max() > spacing * LIKE_SPACING else spacing
 
 
 def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:

@@ -1,1 +1,0 @@
-"""Measures of debris: fragments, cloud, witness plate, voids."""

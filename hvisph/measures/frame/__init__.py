@@ -1,1 +1,0 @@
-"""Reference frame of measures: axis, bodies, roles and initial geometry."""

@@ -1,1 +1,0 @@
-"""Measures of the projectile and of bars."""

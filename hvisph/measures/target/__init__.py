@@ -1,1 +1,0 @@
-"""Measures of targets: hole, perforation, damage, plug, impulse."""
