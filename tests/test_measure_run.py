@@ -344,7 +344,7 @@ def test_schema_takes_later_measures(run):
 
 
 def test_measure_is_light_to_import():
-    modules = "measure, pressure, compare, table"
+    modules = "measure, pressure, compare, tables"
     heavy = "{'numba', 'scipy', 'matplotlib', 'yaml', 'h5py'}"
     code = f"import sys; from hvisph.measures import {modules}; from hvisph.visualization import style; print(*{heavy} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
