@@ -8,7 +8,7 @@ from hvisph_validation.comparison import verdicts
 from hvisph_validation.results import stored
 from small_runs import GAS, LIQUID, METAL, SPRING, document_of, row_of
 
-from hvisph.case.checks.consistency import warnings_of
+from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.precheck.advice import advice, contact_warnings, sparse, tears

@@ -5,7 +5,7 @@ import pytest
 from small_runs import METAL, TWO, assert_same_results, final
 
 import hvisph
-from hvisph.case.checks.consistency import axisymmetric_warnings
+from hvisph.case.consistency import axisymmetric_warnings
 from hvisph.case.formulations.options import NoArtificialStress
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError

@@ -5,7 +5,7 @@ import json
 import jsonschema
 import pytest
 
-from hvisph.case.checks.consistency import warnings_of
+from hvisph.case.consistency import warnings_of
 from hvisph.casefile.document import parse
 from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
 from hvisph.casefile.manual import case_manual, explain

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_runs import DAMAGED, FORMULATIONS, LIQUID, METAL, OPTIONS, assert_same_results, final, row_of
 
-from hvisph.case.checks.consistency import warnings_of
+from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity

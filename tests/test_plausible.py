@@ -2,8 +2,8 @@
 
 import pytest
 
-from hvisph.case.checks.consistency import warnings_of
-from hvisph.case.checks.plausible import of_material
+from hvisph.case.consistency import warnings_of
+from hvisph.case.plausible import of_material
 from hvisph.casefile.loader import bundled_cases, library, load_case
 
 ALUMINIUM = {

@@ -5,7 +5,7 @@ import pytest
 from small_runs import LIQUID, METAL, assert_same_results, row_of
 
 import hvisph
-from hvisph.case.checks.consistency import warnings_of
+from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot

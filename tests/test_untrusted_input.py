@@ -17,7 +17,7 @@ from small_runs import LIQUID, METAL, assert_same_results, row_of
 from typer.testing import CliRunner
 
 import hvisph
-from hvisph.case.checks.consistency import warnings_of
+from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.cli.main import app
 from hvisph.core import memory

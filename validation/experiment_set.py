@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hvisph.case.model import Problem, StrictModel, refuse
+from hvisph.case.model import StrictModel, refuse
 from hvisph.case.sweep import Bound, Settings, Text
 from hvisph.case.units import NonNegativeNumber, PositiveNumber
 from hvisph.casefile.document import read_yaml
@@ -68,7 +68,7 @@ class ExperimentSet(StrictModel):
     @model_validator(mode="after")
     def _bisections(self) -> Self:
         if (self.judge == "limit") != bool(self.limits):
-            refuse([Problem(("limits",), "belong to the judge `limit`, and to no other")])
+            refuse([("limits", "belong to the judge `limit`, and to no other")])
         return self
 
 

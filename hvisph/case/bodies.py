@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo
 
 from hvisph.case.materials.material import NamedMaterial
 from hvisph.core.catalogues import ARRANGEMENTS
 
-from .model import SCALAR_AS_LIST, AnyCase, DataFile, Shorthand, StrictModel, expand_switch, key
-from .shapes import OptionalRotation, Position, Rotation, Shape
-from .simple_shapes import UNIT_VECTORS, Axis, Direction
+from .model import SCALAR_AS_LIST, AnyCase, DataFile, Problem, Shorthand, StrictModel, expand_switch, key
+from .shapes import UNIT_VECTORS, Axis, Direction, OptionalRotation, Position, Rotation, Shape
 from .units import (
     ANGLE,
     INERTIA,
@@ -207,16 +206,15 @@ class MaterialAxes(StrictModel):
     one: Direction = key("Axis 1, such as that of the fibres [-], or x, y, z")
     two: Direction = key("Axis 2 [-], at right angles to it")
 
-    @model_validator(mode="after")
-    def _right_angles(self) -> Self:
+    def _faults(self) -> Iterator[Problem]:
         first, second = math.hypot(*self.one), math.hypot(*self.two)
         if not (first > 0.0 and second > 0.0):
-            raise ValueError("a direction must not be all zero")
+            yield "", "a direction must not be all zero"
+            return
         across = math.fsum(a * b for a, b in zip(self.one, self.two, strict=True)) / (first * second)
         if abs(across) > 1e-6:
             angle = math.degrees(math.acos(max(-1.0, min(1.0, across))))
-            raise ValueError(f"one and two must be at right angles, but lie at {angle:.4g} degrees")
-        return self
+            yield "", f"one and two must be at right angles, but lie at {angle:.4g} degrees"
 
 
 class Inclusions(StrictModel):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
-from hvisph.case.checks.consistency import problems_of
+from hvisph.case.consistency import problems_of
 from hvisph.case.formulations.projection import default_step
 from hvisph.case.formulations.riemann import gas_formulation, is_gas
 from hvisph.case.output import LateStages, RunLimits, Time, Witness, default_courant
@@ -19,7 +20,7 @@ from .bodies import Body
 from .conditions import Gravity, OpenEdge, OptionalOverburden, PressureLoad, Start
 from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
-from .model import StrictModel, key, refuse
+from .model import Problem, StrictModel, key
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
 from .units import PositiveLength, PositiveTime, PositiveVelocity
 
@@ -184,10 +185,8 @@ class Case(StrictModel):
             filled["time"] = {**filled["time"], "cfl": courant}
         return filled
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Case:
-        refuse(problems_of(self))
-        return self
+    def _faults(self) -> Iterator[Problem]:
+        return problems_of(self)
 
     @field_serializer("expected")
     def _expected_values(self, expected: Any) -> Plain:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, create_model
 
 from .bodies import Axis, Position
-from .model import SCALAR_AS_LIST, AnyCase, Path, Problem, Shorthand, StrictModel, expand_switch, is_scalar, key
+from .model import SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, expand_switch, is_scalar, key
 from .output import BoxRegion, Region, SymmetryPlane
 from .units import MASS, NUMBER, Acceleration, Length, NonNegativeTime, PositiveLength, Pressure, Quantity
 
@@ -45,11 +45,11 @@ class PressureLoad(Region):
     )
 
 
-def table_problems(times: list[float], path: Path) -> Iterator[Problem]:
+def table_problems(times: list[float], path: str) -> Iterator[Problem]:
     """Yield the errors of the times of a table."""
     falls = any(later < earlier for earlier, later in pairwise(times))
     if falls or any(times[k] == times[k + 2] for k in range(len(times) - 2)):
-        yield Problem(path, "its times must rise; two rows at one time are a jump, three none")
+        yield path, "its times must rise; two rows at one time are a jump, three none"
 
 
 def edge_problems(case: AnyCase) -> Iterator[Problem]:
@@ -59,56 +59,54 @@ def edge_problems(case: AnyCase) -> Iterator[Problem]:
         if not given:
             continue
         if kind not in (*LAYERED, *VISCOUS):
-            yield Problem((name,), f"{kind} has none; use riemann, eulerian or total_lagrangian")
+            yield name, f"{kind} has none; use riemann, eulerian or total_lagrangian"
         if case.time.integrator == "predictor_corrector":
-            yield Problem((name,), "need one force a step for their work; use `time.integrator: leapfrog`")
+            yield name, "need one force a step for their work; use `time.integrator: leapfrog`"
         if case.start is not None:
-            yield Problem(
-                (name,), "refer to the start of the bodies, which `start` takes from another run; leave it out"
-            )
+            yield name, "refer to the start of the bodies, which `start` takes from another run; leave it out"
     if case.edges and kind in LAYERED and case.kinematics == "plane_stress":
-        yield Problem(("edges",), "contact SPH has no plate impedance in plane stress; use eulerian")
+        yield "edges", "contact SPH has no plate impedance in plane stress; use eulerian"
     for index, edge in enumerate(case.edges):
-        path: Path = ("edges", index)
+        path = f"edges.{index}"
         if edge.axis not in axes:
-            yield Problem((*path, "axis"), f"there is no axis {edge.axis} in {case.dim}D; allowed: {', '.join(axes)}")
+            yield f"{path}.axis", f"there is no axis {edge.axis} in {case.dim}D; allowed: {', '.join(axes)}"
             continue
         across = [plane for plane in case.symmetry if plane.axis == edge.axis]
         if any(plane.keep == edge.keep or edge.sign * (edge.at - plane.at) <= 0.0 for plane in across):
             message = "is cut off by the symmetry plane across the same axis; put it on the side that is kept"
-            yield Problem((*path, "at"), message)
+            yield f"{path}.at", message
         if case.kinematics == "axisymmetric" and edge.axis == "y" and edge.at <= 0.0:
-            yield Problem((*path, "at"), "is not beside the axis; give the radius of the edge, above 0")
+            yield f"{path}.at", "is not beside the axis; give the radius of the edge, above 0"
         twins = [one for one in case.edges[:index] if one.axis == edge.axis]
         if len(twins) > 1 or any(
             one.keep == edge.keep or (edge.at - one.at) * (edge.sign - one.sign) <= 0.0 for one in twins
         ):
             message = "two edges across an axis keep what lies between them: the lower one `above`, the upper `below`"
-            yield Problem((*path, "keep"), message)
+            yield f"{path}.keep", message
     for index, plane in enumerate(case.symmetry):
         if plane.velocity:
-            yield from _moving_plane(case, plane, ("symmetry", index, "velocity"))
+            yield from _moving_plane(case, plane, f"symmetry.{index}.velocity")
     for index, load in enumerate(case.loads):
         if load.normal[1] not in axes:
-            yield Problem(("loads", index, "normal"), f"there is no axis {load.normal[1]} in {case.dim}D")
-        yield from table_problems([time for time, _ in load.pressure], ("loads", index, "pressure"))
+            yield f"loads.{index}.normal", f"there is no axis {load.normal[1]} in {case.dim}D"
+        yield from table_problems([time for time, _ in load.pressure], f"loads.{index}.pressure")
 
 
-def _moving_plane(case: AnyCase, plane: SymmetryPlane, path: Path) -> Iterator[Problem]:
+def _moving_plane(case: AnyCase, plane: SymmetryPlane, path: str) -> Iterator[Problem]:
     yield from table_problems([time for time, _ in plane.velocity], path)
     if case.formulation.type == "projection":
-        yield Problem(path, "projection has no planes that move; use another formulation, or leave the velocity out")
+        yield path, "projection has no planes that move; use another formulation, or leave the velocity out"
     if getattr(case.formulation, "reference_update_strain", None) is not None:
         message = "a reference that is renewed has no plane that moves; leave out `formulation.reference_update_strain`"
-        yield Problem(path, message)
+        yield path, message
     if [one.axis for one in case.symmetry].count(plane.axis) > 1:
-        yield Problem(path, "needs one plane across its axis for its work; leave the other one out")
+        yield path, "needs one plane across its axis for its work; leave the other one out"
     if any(body.rigid is not None for body in case.bodies.values()):
-        yield Problem(path, "does not go with rigid bodies; leave one of them out")
+        yield path, "does not go with rigid bodies; leave one of them out"
     if case.time.integrator == "predictor_corrector":
-        yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
+        yield path, "needs one force a step for its work; use `time.integrator: leapfrog`"
     if case.kinematics == "axisymmetric" and plane.axis != "x":
-        yield Problem(path, "axisymmetric planes move along the axis x alone")
+        yield path, "axisymmetric planes move along the axis x alone"
 
 
 Components = Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST, Field(min_length=1, max_length=3)]
@@ -164,33 +162,30 @@ def gravity_problems(case: AnyCase) -> Iterator[Problem]:
     if gravity is None:
         for asked in ("overburden", "settle"):
             if getattr(case, asked) is not None:
-                yield Problem((asked,), "needs `gravity`")
+                yield asked, "needs `gravity`"
         return
     if case.formulation.type == "projection":
-        yield Problem(("gravity",), "projection has `formulation.body_force` in its place")
+        yield "gravity", "projection has `formulation.body_force` in its place"
     vector = gravity.acceleration if gravity.type == "uniform" else gravity.centre
-    path = ("gravity", "acceleration" if gravity.type == "uniform" else "centre")
+    path = "gravity.acceleration" if gravity.type == "uniform" else "gravity.centre"
     if vector and len(vector) != dim:
-        yield Problem(path, f"has {len(vector)} components, needs {dim} in {dim}D")
+        yield path, f"has {len(vector)} components, needs {dim} in {dim}D"
         return
     if case.kinematics == "axisymmetric" and any(vector[1:]):
-        yield Problem(path, "axisymmetric cases have gravity along the axis x alone; set the other component to 0")
+        yield path, "axisymmetric cases have gravity along the axis x alone; set the other component to 0"
     if case.overburden is not None and case.formulation.type in ("total_lagrangian", "adaptive"):
         remedy = "use riemann or eulerian, or `settle` alone"
-        yield Problem(("overburden",), f"a Total Lagrangian reference is free of stress; {remedy}")
+        yield "overburden", f"a Total Lagrangian reference is free of stress; {remedy}"
     if case.settle is not None and case.start is not None:
-        yield Problem(("settle",), "the bodies have the state of the other run; leave it out")
+        yield "settle", "the bodies have the state of the other run; leave it out"
     if case.settle is not None and any(body.material.eos.type == "jwl" for body in case.bodies.values()):
-        yield Problem(("settle",), "explosives burn by a clock that begins at the start; leave it out")
+        yield "settle", "explosives burn by a clock that begins at the start; leave it out"
     if gravity.type == "uniform" and not case.clamped:
         for asked, axis in ((k, a) for k in ("overburden", "settle") for a in _unsupported(case, vector)):
             if getattr(case, asked) is not None:
                 name, side = "xyz"[axis], "above" if vector[axis] < 0.0 else "below"
-                yield Problem(
-                    (asked,),
-                    f"nothing supports the bodies along {name}: give `symmetry` a plane {{axis: {name}, at: ..., "
-                    f"keep: {side}}} under them, or clamp their lowest rows",
-                )
+                fault = f"nothing supports the bodies along {name}: give `symmetry` a plane {{axis: {name}, at: ...,"
+                yield asked, f"{fault} keep: {side}}} under them, or clamp their lowest rows"
 
 
 def _unsupported(case: AnyCase, acceleration: tuple[float, ...]) -> list[int]:
@@ -228,10 +223,8 @@ def _flowing(case: AnyCase, lateral: float) -> Iterator[str]:
         if strength.type == "rock" and strength.cohesion == 0.0 and not any(body.velocity):
             least = (1.0 - strength.friction / 3.0) / (1.0 + 2.0 * strength.friction / 3.0)
             if lateral < least:
-                yield (
-                    f"overburden.lateral: {lateral:g} is below {least:.3g}, the least ratio that the friction of "
-                    f"'{name}' bears: it flows at the start; give {least:.3g} to 1"
-                )
+                fault = f"overburden.lateral: {lateral:g} is below {least:.3g}, the least ratio that the friction of"
+                yield f"{fault} '{name}' bears: it flows at the start; give {least:.3g} to 1"
 
 
 def _resolve_folder(value: object, info: ValidationInfo) -> object:
@@ -289,17 +282,17 @@ def start_problems(case: AnyCase) -> Iterator[Problem]:
     if start is None:
         return
     if not case.time.end > start.at:
-        yield Problem(("time", "end"), f"{case.time.end:g} is not after the start, start.at = {start.at:g}")
+        yield "time.end", f"{case.time.end:g} is not after the start, start.at = {start.at:g}"
     if start.mapping != "same" and case.kinematics != "three_d":
-        yield Problem(("start", "as"), f"{start.mapping} needs kinematics three_d, not {case.kinematics}")
+        yield "start.as", f"{start.mapping} needs kinematics three_d, not {case.kinematics}"
     if (start.mapping == "extruded") != (start.width is not None):
-        yield Problem(("start", "width"), "`as: extruded` needs it, and nothing else has it")
+        yield "start.width", "`as: extruded` needs it, and nothing else has it"
     if case.formulation.type == "projection":
-        yield Problem(("start",), "projection does not start from another run; use another formulation")
+        yield "start", "projection does not start from another run; use another formulation"
     if case.time.step is not None:
-        yield Problem(("time", "step"), "a run with a start has steps by criteria; leave it out")
+        yield "time.step", "a run with a start has steps by criteria; leave it out"
     if case.overburden is not None:
-        yield Problem(("overburden",), "the bodies have the stress of the other run; leave it out")
+        yield "overburden", "the bodies have the stress of the other run; leave it out"
 
 
 def condition_words(case: AnyCase) -> list[tuple[str, str]]:

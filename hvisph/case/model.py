@@ -1,17 +1,26 @@
 """Base class of the models of the case file, and errors with their path."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path as Path_
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 PROBLEMS = "problems"
 
 Path = tuple[str | int, ...]  # keys and places in lists, from the outermost in
+Problem = tuple[str, str]  # dotted path of the key to blame, from the checked block on; fault, allowed values, remedy
 AnyCase = Any  # a case in the checks of its parts, which its class imports
 
 
@@ -23,24 +32,26 @@ class StrictModel(BaseModel):
     # Keys that its siblings have and it has not, with the reason, for the message when a user writes one.
     meaningless: ClassVar[dict[str, str]] = {}
 
+    def _faults(self) -> Iterator[Problem]:
+        """Yield the errors that involve several keys."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _refuse_faults(self) -> Self:
+        refuse(self._faults())
+        return self
+
 
 def key(description: str, default: Any = ..., **limits: Any) -> Any:
     """Return a field of a block: description, default (required unless given), limits of `pydantic.Field`."""
     return Field(default, description=description, **limits)
 
 
-class Problem(NamedTuple):
-    """Error that involves several fields."""
-
-    path: Path  # keys from the checked model down to the field to blame
-    message: str  # the fault, the allowed values, the remedy
-
-
-def refuse(problems: Sequence[Problem]) -> None:
+def refuse(problems: Iterable[Problem]) -> None:
     """Raise, inside a validator, all `problems` at once; do nothing if there are none."""
-    if problems:
-        text = "; ".join(f"{'.'.join(map(str, p.path))}: {p.message}" for p in problems)
-        raise PydanticCustomError(PROBLEMS, "{text}", {"text": text, PROBLEMS: tuple(problems)})
+    if problems := tuple(problems):
+        text = "; ".join(f"{path}: {message}" for path, message in problems)
+        raise PydanticCustomError(PROBLEMS, "{text}", {"text": text, PROBLEMS: problems})
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,12 @@
 """Time and output of a run: steps, late stages, limits; regions, gauges, symmetry planes, clamps; files."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from hvisph.case.bodies import Axis, Position, VelocityVector
-from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, Shorthand, StrictModel, is_scalar, key
+from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, is_scalar, key
 from hvisph.case.units import (
     LENGTH,
     NUMBER,
@@ -111,23 +111,23 @@ class EulerianRegion(Region):
     box: BoxRegion = key("Region in the initial configuration whose particles are Eulerian")
 
 
-def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str]) -> Iterator[Problem]:
+def region_problems(region: Region, path: str, dim: int, bodies: Collection[str]) -> Iterator[Problem]:
     """Yield the errors of a region in `dim` dimensions of a case with these `bodies`."""
     for number, name in enumerate(region.bodies):
         if name not in bodies:
-            yield Problem((*path, "bodies", number), f"unknown body '{name[:64]}'{suggest_nearest(name, list(bodies))}")
-    yield from box_problems(region.box, (*path, "box"), dim)
+            yield f"{path}.bodies.{number}", f"unknown body '{name[:64]}'{suggest_nearest(name, list(bodies))}"
+    yield from box_problems(region.box, f"{path}.box", dim)
 
 
-def box_problems(box: BoxRegion, path: Path, dim: int) -> Iterator[Problem]:
+def box_problems(box: BoxRegion, path: str, dim: int) -> Iterator[Problem]:
     """Yield the errors of a box in `dim` dimensions."""
     axes = "xyz"[:dim]
     for side, corner in (("min", box.min), ("max", box.max)):
         if corner and len(corner) != dim:
-            yield Problem((*path, side), f"has {len(corner)} components, needs {dim} in {dim}D: [{', '.join(axes)}]")
+            yield f"{path}.{side}", f"has {len(corner)} components, needs {dim} in {dim}D: [{', '.join(axes)}]"
     for axis, low, high in zip(axes, box.min, box.max, strict=False):
         if low is not None and high is not None and not low < high:
-            yield Problem(path, f"min {low:g} must be below max {high:g} along {axis}")
+            yield path, f"min {low:g} must be below max {high:g} along {axis}"
 
 
 Fields = Annotated[tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_LIST, Field(min_length=1, max_length=64)]
@@ -171,22 +171,23 @@ class FreeSurfaceGauge(GaugeOptions):
 Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, Field(discriminator="type")]
 
 
-def gauge_problems(gauges: Mapping[str, Gauge], dim: int) -> Iterator[Problem]:
-    """Yield the errors of the gauges of a case in `dim` dimensions beyond their single fields."""
-    for name, gauge in gauges.items():
-        path: Path = ("gauges", name)
+def gauge_problems(case: AnyCase) -> Iterator[Problem]:
+    """Yield the errors of the gauges of a case beyond their single fields."""
+    dim = case.dim
+    for name, gauge in case.gauges.items():
+        path = f"gauges.{name}"
         if len(gauge.at) != dim:
             axes = ", ".join("xyz"[:dim])
-            yield Problem((*path, "at"), f"has {len(gauge.at)} coordinates, needs {dim} in {dim}D: [{axes}]")
+            yield f"{path}.at", f"has {len(gauge.at)} coordinates, needs {dim} in {dim}D: [{axes}]"
         if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[:dim]:
-            yield Problem((*path, "direction"), f"there is no axis {gauge.direction[1]} in {dim}D")
+            yield f"{path}.direction", f"there is no axis {gauge.direction[1]} in {dim}D"
         allowed = recordable(dim)
         for number, field in enumerate(gauge.fields):
             if field not in allowed:
-                yield Problem((*path, "fields", number), f"unknown field '{field}'{suggest_nearest(field, allowed)}")
+                yield f"{path}.fields.{number}", f"unknown field '{field}'{suggest_nearest(field, allowed)}"
         columns = [c for field in gauge.fields if field in allowed for c in component_names(field, dim)]
         if len(set(columns)) < len(columns):
-            yield Problem((*path, "fields"), "names a field twice")
+            yield f"{path}.fields", "names a field twice"
 
 
 # Fields that snapshots always hold: places, and volumes as mass over density.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
 
 from hvisph.core.text import Plain
 
-from .model import Problem, StrictModel, key, refuse
+from .model import Problem, StrictModel, key
 from .units import NUMBER, PositiveTime, Quantity
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
@@ -57,11 +58,9 @@ class Listed(StrictModel):
         None,
     )
 
-    @model_validator(mode="after")
-    def _one_source(self) -> Listed:
+    def _faults(self) -> Iterator[Problem]:
         if (self.cases is None) == (self.file is None):
-            refuse([Problem(("cases",), "a list needs either `cases` or `file`")])
-        return self
+            yield "cases", "a list needs either `cases` or `file`"
 
 
 class Uniform(StrictModel):

@@ -1,6 +1,6 @@
 """Error messages of validation: path, fault, allowed values and nearest name."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from typing import Any, TypeVar
@@ -42,7 +42,8 @@ def translate(
     for detail in error.errors(include_url=False):
         path = user_path(root, detail["loc"], data)
         if detail["type"] == PROBLEMS:
-            problems: Iterable[tuple[Path, str]] = ((path + p.path, p.message) for p in detail["ctx"][PROBLEMS])
+            given = value_at(data, path)
+            problems = [((*path, *_keys_of_text(given, text)), what) for text, what in detail["ctx"][PROBLEMS]]
         else:
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
@@ -66,6 +67,13 @@ def locate_error(path: Path, message: str, places: Mapping[Path, Place]) -> Case
     place = next((places[path[:n]] for n in range(len(path), -1, -1) if path[:n] in places), Place(""))
     where = ".".join(_short(str(part)) for part in path)
     return CaseError(message, where=where, file=place.file, line=place.line)
+
+
+def _keys_of_text(data: object, text: str) -> Iterator[str | int]:
+    """Yield the keys of a dotted path below `data`; numbers are places in lists unless a mapping has such a key."""
+    for key in text.split(".") if text else ():
+        yield key if isinstance(data, dict) or not key.isdecimal() else int(key)
+        data = value_at(data, (int(key),) if key.isdecimal() and not isinstance(data, dict) else (key,))
 
 
 def user_path(root: type[BaseModel], loc: Sequence[str | int], data: object) -> Path:

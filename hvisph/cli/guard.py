@@ -157,10 +157,8 @@ def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> fl
 def refuse_format(picture: Path, option: str) -> None:
     """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
     if picture.suffix.lower() not in PICTURES:
-        raise CaseError(
-            f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}",
-            where=option,
-        )
+        fault = f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}"
+        raise CaseError(fault, where=option)
 
 
 def case_of_run(folder: Path) -> Case | None:

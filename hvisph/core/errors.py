@@ -54,10 +54,8 @@ def computable() -> Iterator[None]:
         yield
     except ArithmeticError as error:
         what = str(error.args[-1] if error.args else error).lower()
-        raise CaseError(
-            f"numbers of the case lead beyond what can be computed ({what}); look for one that is far too large "
-            "or too small"
-        ) from error
+        fault = f"numbers of the case lead beyond what can be computed ({what}); look for one that is far too large"
+        raise CaseError(f"{fault} or too small") from error
 
 
 def suggest_nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:

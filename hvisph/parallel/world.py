@@ -260,10 +260,8 @@ def detect_processes() -> SingleProcess:
     here = MPI.COMM_WORLD
     if here.size != size:
         own = MPI.Get_library_version().splitlines()[0].strip()
-        raise CaseError(
-            f"the launcher started {size} processes, but MPI sees {here.size}: mpi4py uses another MPI than the "
-            f"launcher's ({own}); take the `mpiexec` of that one, or {INSTALL}"
-        )
+        fault = f"the launcher started {size} processes, but MPI sees {here.size}: mpi4py uses another MPI than the"
+        raise CaseError(f"{fault} launcher's ({own}); take the `mpiexec` of that one, or {INSTALL}")
     world = MpiProcesses(here)
     kinds = world.gather_objects(build_id())
     if len(set(kinds)) > 1:

@@ -21,21 +21,15 @@ _ALONG = 1e-6  # sine of the angle between directions that are the same
 def material_axes(case: Case, name: str, model: Body, material: Material) -> np.ndarray:
     """Return the unit quaternion (4,) that turns x, y, z into the material axes of the body `name`.
 
-    Raises
-    ------
-    CaseError
-        Without axes in 3D, and where the material is not symmetric as the case is.
+    Raises `CaseError` without axes in 3D, and where the material is not symmetric as the case is.
     """
     where = f"bodies.{name}"
     kinematics = KINEMATICS[case.kinematics]
     _refuse_kinematics(case, where)
     if model.axes is None:
         if kinematics.dim == 3:
-            raise CaseError(
-                f"missing: '{material.name or material.strength.name}' has directions; give them, such as "
-                "{one: [0, 1, 0], two: [0, 0, 1]} for a plate across x",
-                where=f"{where}.axes",
-            )
+            fault = f"missing: '{material.name or material.strength.name}' has directions; give them, such as"
+            raise CaseError(f"{fault} {{one: [0, 1, 0], two: [0, 0, 1]}} for a plate across x", where=f"{where}.axes")
         triad = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     else:
         one, two = (np.array(direction) / np.linalg.norm(direction) for direction in (model.axes.one, model.axes.two))
@@ -81,11 +75,8 @@ def _refuse_kinematics(case: Case, where: str) -> None:
         )
     kind, contact = case.formulation.type, getattr(case.formulation, "contact", None)
     if kind == "projection":
-        raise CaseError(
-            "'projection' has no trace of the stress beside its own pressure, which an anisotropic "
-            "material needs; use another formulation",
-            where="formulation.type",
-        )
+        fault = "'projection' has no trace of the stress beside its own pressure, which an anisotropic"
+        raise CaseError(f"{fault} material needs; use another formulation", where="formulation.type")
     if getattr(case.formulation, "variant", None) == "elastic":
         raise CaseError(
             "the elastic variant extrapolates the stress with isotropic moduli, which an anisotropic material does not "
@@ -95,11 +86,8 @@ def _refuse_kinematics(case: Case, where: str) -> None:
     if axisymmetric and (
         kind in ("total_lagrangian", "adaptive") or (contact is not None and contact.type == "penalty")
     ):
-        raise CaseError(
-            f"'{kind}' takes the hoop stress from a deviator without trace, which an anisotropic material "
-            "does not have; use riemann, eulerian or three_d",
-            where="formulation.type",
-        )
+        fault = f"'{kind}' takes the hoop stress from a deviator without trace, which an anisotropic material"
+        raise CaseError(f"{fault} does not have; use riemann, eulerian or three_d", where="formulation.type")
 
 
 def _fails_alike(damage: Any, axis: int) -> bool:

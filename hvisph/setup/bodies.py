@@ -116,11 +116,8 @@ def layer_depth(case: Case) -> float:
 def placed_bodies(case: Case) -> list[PlacedBody]:
     """Fill all bodies of a case and put them in their places.
 
-    Raises
-    ------
-    CaseError
-        Where a shape cannot be filled, bodies overlap, a symmetry plane leaves nothing of a body or
-        passes through one that is not symmetric about it.
+    Raises `CaseError` where a shape cannot be filled, bodies overlap, a symmetry plane leaves nothing of a body or
+    passes through one that is not symmetric about it.
     """
     if case.start is not None:
         return _with_carried(case)
@@ -156,11 +153,8 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         if not len(positions):
             places = zip("xyz", filling.positions.T + centre[:, None], strict=False)
             reach = ", ".join(f"{axis} from {x.min():.3g} to {x.max():.3g}" for axis, x in places)
-            raise CaseError(
-                f"the symmetry planes leave no particle of this body, of {reach}; give it a `position`, or "
-                "a plane its other side, `keep`",
-                where=f"bodies.{name}",
-            )
+            fault = f"the symmetry planes leave no particle of this body, of {reach}; give it a `position`, or"
+            raise CaseError(f"{fault} a plane its other side, `keep`", where=f"bodies.{name}")
         _refuse_distance(name, positions, float(spacing.min()), case.units)
         surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
         middle = centre + filling.volumes @ filling.positions / filling.volumes.sum()
@@ -195,10 +189,8 @@ def _with_inclusions(body: PlacedBody) -> PlacedBody:
     volumes, dim = body.volumes.copy(), body.positions.shape[1]
     exact = sum(ball_volume(d, dim) for d in diameters) / surface.shape.volume * float(volumes.sum())
     if not inside.any() or inside.all():
-        raise CaseError(
-            "the spheres leave one of both materials without particles; change their volume or diameters",
-            where=f"bodies.{body.name}.inclusions",
-        )
+        fault = "the spheres leave one of both materials without particles; change their volume or diameters"
+        raise CaseError(fault, where=f"bodies.{body.name}.inclusions")
     volumes[~inside] *= (volumes.sum() - exact) / volumes[~inside].sum()
     volumes[inside] *= exact / volumes[inside].sum()
     order = np.argsort(inside, kind="stable")
@@ -312,11 +304,8 @@ def _refuse_disorder(bodies: list[PlacedBody]) -> None:
     """Raise an error unless layers are ordered from left to right."""
     for before, body in pairwise(bodies):
         if body.positions.min() < before.positions.min():
-            raise CaseError(
-                f"stands left of '{before.name}', which is listed before it; list the layers from left to "
-                "right, or change their positions",
-                where=f"bodies.{body.name}.position",
-            )
+            fault = f"stands left of '{before.name}', which is listed before it; list the layers from left to"
+            raise CaseError(f"{fault} right, or change their positions", where=f"bodies.{body.name}.position")
 
 
 def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
@@ -327,10 +316,8 @@ def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
         place = ", ".join(f"{scale * float(c):.4g}" for c in overlap.place)
         spacing = min(first.filling.finest, second.filling.finest)
         how = f"by {overlap.depth / spacing:.2g} spacings or more" if overlap.depth else "there is matter of both"
-        raise CaseError(
-            f"overlaps '{second.name}': {how}, at ({place}){unit}; move one (position, gap) or shrink it",
-            where=f"bodies.{first.name}",
-        )
+        fault = f"overlaps '{second.name}': {how}, at ({place}){unit}; move one (position, gap) or shrink it"
+        raise CaseError(fault, where=f"bodies.{first.name}")
 
 
 def _standing(body: PlacedBody) -> Standing:

@@ -50,10 +50,7 @@ class PlacedGauge:
 class Gauges:
     """Gauges of a run by name, with `columns` ``gauge.<name>.<field>`` of the history.
 
-    Raises
-    ------
-    CaseError
-        For a field that the formulation does not have.
+    Raises `CaseError` for a field that the formulation does not have.
     """
 
     def __init__(self, gauges: dict[str, PlacedGauge], stepper: AnyStepper):
@@ -164,10 +161,7 @@ class _Values:
 def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float) -> dict[str, PlacedGauge]:
     """Place the case's gauges by name on `bodies`, whose particles are numbered in order, with spacing `dx` [m].
 
-    Raises
-    ------
-    CaseError
-        For a gauge outside every body.
+    Raises `CaseError` for a gauge outside every body.
     """
     if not models:
         return {}
@@ -188,11 +182,8 @@ def _place_gauge(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarr
     particle = int(distance.argmin())
     if distance[particle] > NEAR * spacing[particle]:
         near = ", ".join(f"{x:.6g}" for x in positions[particle])
-        raise CaseError(
-            f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({near}). "
-            "Move the gauge into a body, or make it `fixed`",
-            where=f"gauges.{name}.at",
-        )
+        fault = f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({near})."
+        raise CaseError(f"{fault} Move the gauge into a body, or make it `fixed`", where=f"gauges.{name}.at")
     if model.type == "material":
         return PlacedGauge(columns, model.every, particle=particle)
     normal = np.zeros(dim)

@@ -145,10 +145,7 @@ class InitialState:
 def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     """Create the particles of a case and their initial fields.
 
-    Raises
-    ------
-    CaseError
-        For overlapping bodies, a clamp without particles, a domain that is too small.
+    Raises `CaseError` for overlapping bodies, a clamp without particles, a domain that is too small.
     """
     placed = bodies or placed_bodies(case)
     formulation = formulation_of(case)
@@ -284,10 +281,8 @@ def _state(
         if material.has_axes and not body.carried:
             particles["material_axes"][part] = material_axes(case, body.name, body.model, material)
         elif body.model.axes is not None and not material.has_axes:
-            raise CaseError(
-                f"'{material.name or 'its material'}' is the same in all directions; leave it out",
-                where=f"bodies.{body.name}.axes",
-            )
+            fault = f"'{material.name or 'its material'}' is the same in all directions; leave it out"
+            raise CaseError(fault, where=f"bodies.{body.name}.axes")
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
     for name in {name for body in placed for name in body.carried}:

@@ -84,10 +84,8 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         heat_of_melting=heat_of_melting,
     )
     if material.entropies and model.eos.type == "table" and of_state.grid.entropy is None:
-        raise CaseError(
-            "the table has no entropy and no free energy: leave out `melting: {entropies: ...}`",
-            file=str(model.eos.file),
-        )
+        fault = "the table has no entropy and no free energy: leave out `melting: {entropies: ...}`"
+        raise CaseError(fault, file=str(model.eos.file))
     if not getattr(model.damage, "breaks", False):
         return material
     return replace(material, fracture=_fracture(model.damage, model.fracture_toughness, material))
@@ -159,10 +157,7 @@ def _failed_friction(model: DamageModel) -> float:
 def start_of(name: str, model: Body, material: Material) -> tuple[float, float]:
     """Return initial density [kg/m^3] and specific internal energy [J/kg] of a body.
 
-    Raises
-    ------
-    CaseError
-        For a temperature without a state of zero pressure.
+    Raises `CaseError` for a temperature without a state of zero pressure.
     """
     rest = material.density_at_rest
     if model.temperature is None:

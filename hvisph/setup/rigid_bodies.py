@@ -44,10 +44,7 @@ def rigid_motions(
 ) -> tuple[RigidMotion, ...]:
     """Return the motions of the rigid bodies, whose particles are marked here.
 
-    Raises
-    ------
-    CaseError
-        Where a clamp holds a part of one, or a plane of symmetry stands in its way.
+    Raises `CaseError` where a clamp holds a part of one, or a plane of symmetry stands in its way.
     """
     motions: list[RigidMotion] = []
     parts = [part for body in placed for part in body.parts]

@@ -35,10 +35,7 @@ PROFILES = {
 def shape_of(model: Any, dim: int) -> Shape:
     """Return the geometry of a case's shape in `dim` dimensions.
 
-    Raises
-    ------
-    CaseError
-        When sizes do not go together, or a file cannot be read.
+    Raises `CaseError` when sizes do not go together, or a file cannot be read.
     """
     if model.type in SIMPLE:
         return _of_keys(SIMPLE[model.type], model)

@@ -82,10 +82,7 @@ class Origin:
 def origin_of(case: Case) -> Origin:
     """Return the snapshot that a case starts from.
 
-    Raises
-    ------
-    CaseError
-        Where there is no such run or snapshot, or the case cannot start from it.
+    Raises `CaseError` where there is no such run or snapshot, or the case cannot start from it.
     """
     start: Any = case.start
     folder = Path(start.run)
@@ -128,10 +125,8 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
     if parent.formulation.type == "projection":
         raise CaseError("a run of projection has no state that another one can start from", where="start.run")
     if abs(parent.resolution / case.resolution - 1.0) > SAME_TIME:
-        raise CaseError(
-            f"{case.resolution:g} is not that of the run, {parent.resolution:g}, whose particles stand so far apart",
-            where="resolution",
-        )
+        fault = f"{case.resolution:g} is not that of the run, {parent.resolution:g}, whose particles stand so far apart"
+        raise CaseError(fault, where="resolution")
     kept = {"same": "xyz", "revolved": "x", "extruded": "xy"}[start.mapping]
     planes = [plane for plane in case.symmetry if plane.axis in kept]
     if sorted(map(str, planes)) != sorted(map(str, parent.symmetry)):
@@ -169,10 +164,8 @@ def _refuse_other_bodies(case: Case, origin: Origin) -> None:
         old, new = (material_of(body.material, body.internal_energy) for body in (before, now))
         for field in _history_of(new, case):
             if field not in fields or field not in _history_of(old, origin.case):
-                raise CaseError(
-                    f"needs the history variable '{field}', which the run does not have for this body",
-                    where=f"{where}.material",
-                )
+                fault = f"needs the history variable '{field}', which the run does not have for this body"
+                raise CaseError(fault, where=f"{where}.material")
         if type(old.damage) is not type(new.damage) and new.remembers:
             raise CaseError("its damage model has a history, and is not that of the run", f"{where}.material.damage")
 

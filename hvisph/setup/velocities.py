@@ -32,10 +32,7 @@ def initial_velocity(model: Body, positions: np.ndarray, middle: np.ndarray) -> 
 def refuse_unlike_halves(model: Body, positions: np.ndarray, middle: np.ndarray, axis: int, at: float) -> None:
     """Raise an error for a field that is not symmetric about the plane `at` [m] across `axis`.
 
-    Raises
-    ------
-    CaseError
-        With the field's number; tables, which may hold the kept half alone, are not tried.
+    Raises `CaseError` with the field's number; tables, which may hold the kept half alone, are not tried.
     """
     turned = positions.copy()
     turned[:, axis] = 2.0 * at - turned[:, axis]

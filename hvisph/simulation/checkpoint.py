@@ -118,12 +118,8 @@ class CheckpointContent:
     def restore(self, checkpoint: Checkpoint) -> TimeStep:
         """Restore `checkpoint`, whose arrays the first process has, and return the next step.
 
-        Raises
-        ------
-        CaseError
-            When the case has changed, or ends before the checkpoint.
-        OutputError
-            When the checkpoint does not fit the run, though it is whole.
+        Raises `CaseError` when the case has changed, or ends before the checkpoint, and `OutputError` when the
+        checkpoint does not fit the run, though it is whole.
         """
         share, particles, given = self.setup.subdomain, self.setup.particles, checkpoint.arrays
         refuse_changed(checkpoint, self.case)

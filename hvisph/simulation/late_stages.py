@@ -52,10 +52,7 @@ class LateStages:
     def switch(self, time: float, step: int) -> str:
         """Begin the next stage and return a remark on it.
 
-        Raises
-        ------
-        Failure
-            Where the pressure is above a tenth of the new bulk modulus.
+        Raises `Failure` where the pressure is above a tenth of the new bulk modulus.
         """
         stepper, stage = self._stepper, self._stages[self._done]
         particles = stepper.particles

@@ -12,7 +12,7 @@ import numpy as np
 
 from hvisph import __version__
 from hvisph.case.case import Case
-from hvisph.case.checks.consistency import warnings_of
+from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import dump_case
 from hvisph.core.errors import RunError
 from hvisph.core.particles import copy_rows

@@ -115,10 +115,7 @@ def with_threads(case: Case, start: InitialState, threads: int | None, world: Si
 def set_threads(threads: int | None, worthwhile: int | None = None, beside: int = 1) -> None:
     """Use so many threads, or `worthwhile`, or one per core; of `beside` processes of this machine each has its share.
 
-    Raises
-    ------
-    CaseError
-        For more than there are, or where none can work.
+    Raises `CaseError` for more than there are, or where none can work.
     """
     refuse_fork()
     give_back_large()

@@ -72,20 +72,15 @@ class RunFiles:
     def go_on(self) -> HistoryWriter | NoHistory:
         """Truncate the files at the checkpoint; return the history, closed by the caller.
 
-        Raises
-        ------
-        OutputError
-            When the history does not reach up to the checkpoint.
+        Raises `OutputError` when the history does not reach up to the checkpoint.
         """
         self.history = NoHistory()
         if not self._writes:
             return self.history
         self.history = HistoryWriter.resume(self.folder.history_path, self._observer.columns, self._clock.steps)
         if self.history.last_step != self.state.recorded:
-            raise OutputError(
-                f"cannot go on with {self.history.path}: it ends with step {self.history.last_step}, and the "
-                f"checkpoint was made after that of step {self.state.recorded}; it is damaged"
-            )
+            fault = f"cannot go on with {self.history.path}: it ends with step {self.history.last_step}, and the"
+            raise OutputError(f"{fault} checkpoint was made after that of step {self.state.recorded}; it is damaged")
         self.write_case()
         self.writer.forget_after(self._clock.outputs)
         return self.history

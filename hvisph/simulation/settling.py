@@ -46,10 +46,7 @@ def settle(case: Case, setup: Setup) -> str:
 
     Bodies with a velocity, and loads, wait: their initial state is restored afterwards.
 
-    Raises
-    ------
-    RunError
-        If the state is not finite.
+    Raises `RunError` if the state is not finite.
     """
     stepper, particles = setup.stepper, setup.particles
     gravity: Gravity | None = getattr(stepper, "gravity", None)

@@ -14,7 +14,7 @@ from hvisph.case.formulations.options import (
     frictional_problems,
     separate_bodies_problems,
 )
-from hvisph.case.model import AnyCase, Problem, key, refuse
+from hvisph.case.model import AnyCase, Problem, key
 
 from .options import (
     NO_CONVERSION,
@@ -71,11 +71,6 @@ class EulerianFormulation(PairOptions):
     def _fill_what_depends_on_correction(cls, data: object) -> object:
         return fill_correction(data)
 
-    @model_validator(mode="after")
-    def _consistent(self) -> EulerianFormulation:
-        refuse(tuple(self._beside_the_correction()))
-        return self
-
     @property
     def _prevents_conservation(self) -> str:
         """Option that excludes the conservation of angular momentum; empty where there is none."""
@@ -95,37 +90,32 @@ class EulerianFormulation(PairOptions):
         if not self.contact_algorithm:
             return
         if len(case.bodies) < 2:
-            yield Problem(("formulation", "contact"), "there is only one body; leave it out")
+            yield "formulation.contact", "there is only one body; leave it out"
         yield from separate_bodies_problems(case, self.smoothing_length.type, "contact is")
-        why = "not available with contact penalty"
-        if self.viscosity.type not in ("none", "monaghan"):
-            yield Problem(("formulation", "viscosity", "type"), f"{why}; give 'monaghan'")
-        if self.density_dissipation.type != "none":
-            yield Problem(("formulation", "density_dissipation", "type"), f"{why}; give 'none'")
-        if self.density_form != "volume":
-            yield Problem(("formulation", "density_form"), f"{why}; give 'volume'")
+        yield from self._refused_with("contact penalty", "formulation.", "'monaghan'")
         if self.correction.type != "none":
-            yield Problem(("formulation", "correction", "type"), f"{why}; give 'none'")
+            yield "formulation.correction.type", "not available with contact penalty; give 'none'"
 
-    def _beside_the_correction(self) -> Iterator[Problem]:
+    def _faults(self) -> Iterator[Problem]:
         if self._prevents_conservation and self.conserve_angular_momentum:
             reason = f"not available with {self._prevents_conservation}; leave it out or give false"
-            yield Problem(("conserve_angular_momentum",), reason)
+            yield "conserve_angular_momentum", reason
         kind = self.correction.type
         if kind == "none":
             return
         if self.momentum_form != "product":
-            yield Problem(
-                ("momentum_form",),
-                f"'{self.momentum_form}' has no meaning with correction '{kind}', where each side's "
-                "gradient goes with its own stress; leave it out or give 'product'",
-            )
-        why = f"not available with correction '{kind}'"
-        if self.viscosity.type not in ("none", "monaghan"):
-            yield Problem(("viscosity", "type"), f"{why}; give 'monaghan' or 'none'")
-        if self.density_dissipation.type != "none":
-            yield Problem(("density_dissipation", "type"), f"{why}; give 'none'")
-        if self.density_form != "volume":
-            yield Problem(("density_form",), f"{why}; give 'volume'")
+            meaning = f"'{self.momentum_form}' has no meaning with correction '{kind}', where each side's gradient goes"
+            yield "momentum_form", f"{meaning} with its own stress; leave it out or give 'product'"
+        yield from self._refused_with(f"correction '{kind}'", "", "'monaghan' or 'none'")
         if self.contact_algorithm:
-            yield Problem(("contact", "type"), f"{why}; give 'bonded'")
+            yield "contact.type", f"not available with correction '{kind}'; give 'bonded'"
+
+    def _refused_with(self, what: str, head: str, viscosity: str) -> Iterator[Problem]:
+        """Yield the options, below `head`, that are not available with `what`."""
+        why = f"not available with {what}"
+        if self.viscosity.type not in ("none", "monaghan"):
+            yield f"{head}viscosity.type", f"{why}; give {viscosity}"
+        if self.density_dissipation.type != "none":
+            yield f"{head}density_dissipation.type", f"{why}; give 'none'"
+        if self.density_form != "volume":
+            yield f"{head}density_form", f"{why}; give 'volume'"

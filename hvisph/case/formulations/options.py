@@ -72,11 +72,8 @@ class KernelOptions(StrictModel):
         if not self.mixes_kernels:
             yield from _kernels_of_another_kind(kind, case)
         if case.domain is not None and not self.retires:
-            yield Problem(
-                ("domain",),
-                f"particles cannot be retired with '{kind}', whose particles keep what surrounds them; "
-                "leave it out, or use eulerian or riemann",
-            )
+            fault = f"particles cannot be retired with '{kind}', whose particles keep what surrounds them;"
+            yield "domain", f"{fault} leave it out, or use eulerian or riemann"
 
     def warnings(self, case: AnyCase) -> Iterator[str]:
         """Yield warnings about this formulation in a valid `case`."""
@@ -109,21 +106,17 @@ class PairOptions(KernelOptions):
         )
         for present, what in excluded if self.precision == "single" else ():
             if present:
-                yield Problem(("formulation", "precision"), f"'single' is not available with {what}; give 'double'")
+                yield "formulation.precision", f"'single' is not available with {what}; give 'double'"
 
 
 def _kernels_of_another_kind(kind: str, case: AnyCase) -> Iterator[Problem]:
     for number, _ in enumerate(case.initial_loads):
-        yield Problem(
-            ("initial_loads", number),
-            f"has no meaning for '{kind}'; use the formulation total_lagrangian, where a body may be eulerian",
-        )
+        message = f"has no meaning for '{kind}'; use the formulation total_lagrangian, where a body may be eulerian"
+        yield f"initial_loads.{number}", message
     for name, body in case.bodies.items():
         if body.formulation is not None:
-            yield Problem(
-                ("bodies", name, "formulation"),
-                f"beside '{kind}' no body has a formulation of its own; give the case total_lagrangian or adaptive",
-            )
+            fault = f"beside '{kind}' no body has a formulation of its own; give the case total_lagrangian or adaptive"
+            yield f"bodies.{name}.formulation", fault
 
 
 # What formulations say of keys of `adaptive` and of `PairOptions`.
@@ -334,20 +327,15 @@ Contact = Annotated[FrictionalContact | BondedContact | PenaltyContact, Field(di
 def frictional_problems(contact: Any, formulation: str) -> Iterator[Problem]:
     """Yield the options of frictional contact that `formulation` does not have."""
     if isinstance(contact, FrictionalContact) and contact.self_contact == "all" and formulation == "eulerian":
-        yield Problem(
-            ("formulation", "contact", "self_contact"), "'all' is not available with 'eulerian'; give 'fragments'"
-        )
+        yield "formulation.contact.self_contact", "'all' is not available with 'eulerian'; give 'fragments'"
     if isinstance(contact, FrictionalContact) and contact.stiffness is not None:
-        yield Problem(
-            ("formulation", "contact", "stiffness"),
-            f"is an option of Total Lagrangian bodies; '{formulation}' solves the Riemann problem of each pair; "
-            "leave it out",
-        )
+        fault = f"is an option of Total Lagrangian bodies; '{formulation}' solves the Riemann problem of each pair;"
+        yield "formulation.contact.stiffness", f"{fault} leave it out"
 
 
 def unavailable(contact: Any, formulation: str) -> Iterator[Problem]:
     """Yield that `formulation` has no such contact."""
-    yield Problem(("formulation", "contact", "type"), f"'{contact.type}' is not available with '{formulation}'")
+    yield "formulation.contact.type", f"'{contact.type}' is not available with '{formulation}'"
 
 
 def separate_bodies_problems(case: AnyCase, smoothing_length: str, what: str) -> Iterator[Problem]:
@@ -359,13 +347,9 @@ def separate_bodies_problems(case: AnyCase, smoothing_length: str, what: str) ->
     """
     if smoothing_length == "variable":
         reason = f"{what} of a fixed smoothing length; leave it out"
-        yield Problem(("formulation", "smoothing_length"), reason)
+        yield "formulation.smoothing_length", reason
     if case.time.integrator == "staggered":
-        yield Problem(
-            ("time", "integrator"), "'staggered' requires Eulerian bodies in bonded or frictional contact; leave it out"
-        )
+        yield "time.integrator", "'staggered' requires Eulerian bodies in bonded or frictional contact; leave it out"
     if case.kinematics == "plane_stress":
-        yield Problem(
-            ("kinematics",),
-            "plane_stress requires eulerian or riemann bodies in bonded or frictional contact; use plane_strain",
-        )
+        message = "plane_stress requires eulerian or riemann bodies in bonded or frictional contact; use plane_strain"
+        yield "kinematics", message

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
-from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Path, Problem, key
+from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Problem, key
 from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, parse_quantity
 from hvisph.core.text import Plain, recommend
 
@@ -70,30 +70,25 @@ class ProjectionFormulation(KernelOptions):
         yield from super().problems(case)
         if case.kinematics == "plane_stress":
             reason = "plane_stress has no meaning with projection, which keeps density in the plane"
-            yield Problem(("kinematics",), reason)
+            yield "kinematics", reason
         if case.time.step is None:
             reason = "has no default for projection in a case without units; give the time step"
-            yield Problem(("time", "step"), reason)
+            yield "time.step", reason
         force = len(self.body_force)
         if force not in (0, case.dim):
-            yield Problem(("formulation", "body_force"), f"has {force} components, needs {case.dim} in {case.dim}D")
+            yield "formulation.body_force", f"has {force} components, needs {case.dim} in {case.dim}D"
         for name, body in case.bodies.items():
             if body.material.damage.type != "none":
-                path: Path = ("bodies", name, "material", "damage", "type")
-                yield Problem(
-                    path,
-                    f"'{body.material.damage.type}' has no meaning with projection: its pressure restores the "
-                    "density and is no stress that a material could fail by; use none",
-                )
+                path = f"bodies.{name}.material.damage.type"
+                fault = f"'{body.material.damage.type}' has no meaning with projection: its pressure restores the"
+                yield path, f"{fault} density and is no stress that a material could fail by; use none"
 
     def warnings(self, case: AnyCase) -> Iterator[str]:
         """Yield warnings about this formulation in a valid `case`."""
         if case.time.integrator != "leapfrog":
             name = case.time.integrator
-            yield recommend(
-                f"time.integrator: '{name}' is not used by projection, which has a step of its own",
-                "time.integrator=leapfrog",
-            )
+            fault = f"time.integrator: '{name}' is not used by projection, which has a step of its own"
+            yield recommend(fault, "time.integrator=leapfrog")
         densities = {body.material.density for body in case.bodies.values()}
         if self.pressure_gradient == "original" and len(densities) > 1:
             between = " and ".join(f"{density:g}" for density in (min(densities), max(densities)))

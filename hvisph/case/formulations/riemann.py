@@ -15,7 +15,7 @@ from hvisph.case.formulations.options import (
     frictional_problems,
     unavailable,
 )
-from hvisph.case.model import AnyCase, Problem, key, refuse
+from hvisph.case.model import AnyCase, Problem, key
 from hvisph.case.units import NUMBER, Quantity
 from hvisph.core.text import Plain
 
@@ -143,46 +143,27 @@ class RiemannFormulation(PairOptions):
         known = VARIANTS.get(variant, {}) if isinstance(variant, str) else {}
         return {"variant": variant} | known | data
 
-    @model_validator(mode="after")
-    def _refuse_what_variants_lack(self) -> RiemannFormulation:
+    def _faults(self) -> Iterator[Problem]:
         if self.variant == "original":
-            refuse(
-                [
-                    Problem((name,), "true requires variant 'corrected'; leave it out or give false")
-                    for name in ("tension_stabilization", "conserve_angular_momentum")
-                    if getattr(self, name)
-                ]
-            )
-        if self.variant == "elastic":
-            refuse(
-                [
-                    Problem((name,), f"variant 'elastic' {why}")
-                    for name, wrong, why in (
-                        ("reconstruction", self.reconstruction == "none", "needs a limiter; leave it out"),
-                        (
-                            "conserve_angular_momentum",
-                            self.conserve_angular_momentum,
-                            "conserves angular momentum by its operator; leave it out",
-                        ),
-                        (
-                            "smoothing_length",
-                            self.smoothing_length.type == "variable",
-                            "needs a constant smoothing length, and is for solids; take variant 'corrected' with gases",
-                        ),
-                    )
-                    if wrong
-                ]
-            )
-        return self
+            given = [name for name in ("tension_stabilization", "conserve_angular_momentum") if getattr(self, name)]
+            yield from ((name, "true requires variant 'corrected'; leave it out or give false") for name in given)
+        if self.variant != "elastic":
+            return
+        if self.reconstruction == "none":
+            yield "reconstruction", "variant 'elastic' needs a limiter; leave it out"
+        if self.conserve_angular_momentum:
+            operator = "variant 'elastic' conserves angular momentum by its operator; leave it out"
+            yield "conserve_angular_momentum", operator
+        if self.smoothing_length.type == "variable":
+            solids = "needs a constant smoothing length, and is for solids; take variant 'corrected' with gases"
+            yield "smoothing_length", f"variant 'elastic' {solids}"
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from frictional_problems(self.contact, self.type)
         if self.variant == "elastic" and case.kinematics == "axisymmetric":
-            yield Problem(
-                ("formulation", "variant"),
-                "'elastic' is for uniaxial, plane and three-dimensional cases; take 'corrected' or total_lagrangian",
-            )
+            fault = "'elastic' is for uniaxial, plane and three-dimensional cases; take 'corrected' or total_lagrangian"
+            yield "formulation.variant", fault
         if isinstance(self.contact, PenaltyContact):
             yield from unavailable(self.contact, self.type)

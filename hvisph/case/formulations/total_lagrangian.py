@@ -120,33 +120,25 @@ class TotalLagrangianFormulation(KernelOptions):
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         if self.reference_update_strain is not None and self.viscosity_gradient == "reference":
-            yield Problem(
-                ("formulation", "reference_update_strain"),
-                "the printed viscosity is for one reference density; leave out viscosity_gradient",
-            )
+            message = "the printed viscosity is for one reference density; leave out viscosity_gradient"
+            yield "formulation.reference_update_strain", message
         if isinstance(self.contact, FrictionalContact) and self.contact.self_contact == "fragments":
-            yield Problem(
-                ("formulation", "contact", "self_contact"),
-                f"'fragments' is not available with '{self.type}'; give 'all' or 'none'",
-            )
+            message = f"'fragments' is not available with '{self.type}'; give 'all' or 'none'"
+            yield "formulation.contact.self_contact", message
         yield from separate_bodies_problems(case, self.smoothing_length.type, "reference kernels are")
         if self.spatial_correction.type != "none" and not self.contact_algorithm and len(case.bodies) > 1:
-            yield Problem(
-                ("formulation", "spatial_correction"),
-                "where bodies meet through the kernel their corrections would mix; leave contact out",
-            )
+            message = "where bodies meet through the kernel their corrections would mix; leave contact out"
+            yield "formulation.spatial_correction", message
         for number, region in enumerate(self.eulerian_regions):
-            path = ("formulation", "eulerian_regions", number)
+            path = f"formulation.eulerian_regions.{number}"
             yield from region_problems(region, path, case.dim, case.bodies)
         yield from self._own_formulations(case)
 
     def _own_formulations(self, case: AnyCase) -> Iterator[Problem]:
         for name, body in case.bodies.items():
             if body.formulation == "adaptive":
-                yield Problem(
-                    ("bodies", name, "formulation"),
-                    "needs the limits of conversion; give the case the formulation adaptive",
-                )
+                message = "needs the limits of conversion; give the case the formulation adaptive"
+                yield f"bodies.{name}.formulation", message
 
 
 class AdaptiveFormulation(TotalLagrangianFormulation):
@@ -157,11 +149,11 @@ class AdaptiveFormulation(TotalLagrangianFormulation):
     conversion: ConversionLimits = key("What turns a particle Eulerian")
 
     def _own_formulations(self, case: AnyCase) -> Iterator[Problem]:
-        path = ("formulation", "conversion")
+        path = "formulation.conversion"
         if self.conversion.strain is None and not self.conversion.damage:
-            yield Problem(path, "names no limit; give strain, or damage: true, or use total_lagrangian")
+            yield path, "names no limit; give strain, or damage: true, or use total_lagrangian"
         adaptive = [body for body in case.bodies.values() if body.formulation in (None, "adaptive")]
         if not adaptive:
-            yield Problem(path, "no body is adaptive; use the formulation total_lagrangian")
+            yield path, "no body is adaptive; use the formulation total_lagrangian"
         elif self.conversion.damage and all(body.material.damage.type == "none" for body in adaptive):
-            yield Problem((*path, "damage"), "no material of an adaptive body can fail; give one a model of damage")
+            yield f"{path}.damage", "no material of an adaptive body can fail; give one a model of damage"

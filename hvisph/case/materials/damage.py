@@ -1,10 +1,11 @@
 """Damage and spall models of a material."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from hvisph.case.model import StrictModel, key
+from hvisph.case.model import Problem, StrictModel, key
 from hvisph.case.units import (
     NUMBER,
     RATE,
@@ -57,16 +58,13 @@ class _Fracturing(_Failing):
         None,
     )
 
-    @model_validator(mode="after")
-    def _one_energy(self) -> Self:
+    def _faults(self) -> Iterator[Problem]:
         if self.fracture_energy is not None and self.toughness is not None:
-            raise ValueError("give either fracture_energy or toughness, which implies it")
+            yield "", "give either fracture_energy or toughness, which implies it"
         if self.breaks and self.failed_strength == "unchanged":
-            raise ValueError(
-                "fracture_energy and toughness soften the material, which failed_strength: unchanged leaves as it is; "
-                "give fluid or rubble"
-            )
-        return self
+            softens = "fracture_energy and toughness soften the material, which failed_strength: unchanged leaves as"
+            yield "", f"{softens} it is; give fluid or rubble"
+        yield from super()._faults()
 
     @property
     def breaks(self) -> bool:
@@ -83,11 +81,10 @@ class _Fitted(_Fracturing):
         None,
     )
 
-    @model_validator(mode="after")
-    def _fitted_with_energy(self) -> Self:
+    def _faults(self) -> Iterator[Problem]:
         if self.fitted_at is not None and not self.breaks:
-            raise ValueError("fitted_at belongs to a fracture energy: give fracture_energy or toughness, too")
-        return self
+            yield "", "fitted_at belongs to a fracture energy: give fracture_energy or toughness, too"
+        yield from super()._faults()
 
 
 class _Rated(_Fracturing):
@@ -116,11 +113,10 @@ class _Spalling(_Failing):
 class _RatedSpalling(_Spalling, _Rated):
     """Additional rate-dependent spall strength of damage models."""
 
-    @model_validator(mode="after")
-    def _rated_strength(self) -> Self:
+    def _faults(self) -> Iterator[Problem]:
         if self.spall_exponent and self.spall_strength is None:
-            raise ValueError("spall_exponent says how spall_strength grows with the rate: give spall_strength, too")
-        return self
+            yield "", "spall_exponent says how spall_strength grows with the rate: give spall_strength, too"
+        yield from super()._faults()
 
 
 class PressureCutoff(_Rated):
@@ -130,13 +126,10 @@ class PressureCutoff(_Rated):
     pressure: NegativePressure = key("Lowest pressure that the material bears [Pa]; negative, tension")
     permanent: bool = key("Whether material at the limit fails permanently; if not, spall heals", False)
 
-    @model_validator(mode="after")
-    def _rated_permanent(self) -> Self:
+    def _faults(self) -> Iterator[Problem]:
         if (self.spall_exponent or self.breaks) and not self.permanent:
-            raise ValueError(
-                f"{'spall_exponent' if self.spall_exponent else 'a fracture energy'} requires permanent: true"
-            )
-        return self
+            yield "", f"{'spall_exponent' if self.spall_exponent else 'a fracture energy'} requires permanent: true"
+        yield from super()._faults()
 
 
 class JohnsonCookDamage(_RatedSpalling, _Fitted):
@@ -168,19 +161,12 @@ class JohnsonCookDamage(_RatedSpalling, _Fitted):
         "Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there", None
     )
 
-    @model_validator(mode="after")
-    def _falls_faster(self) -> Self:
+    def _faults(self) -> Iterator[Problem]:
         if self.high_triaxiality == "void_growth" and not (self.d1 < 0 < self.d2 and -1.5 < self.d3 < 0):
-            raise ValueError("high_triaxiality: void_growth requires d1 < 0 < d2 and -1.5 < d3 < 0; give constant")
-        return self
-
-    @model_validator(mode="after")
-    def _one_limit(self) -> Self:
+            yield "", "high_triaxiality: void_growth requires d1 < 0 < d2 and -1.5 < d3 < 0; give constant"
         if self.pressure_cutoff is not None and self.spall_strength is not None:
-            raise ValueError(
-                "give either pressure_cutoff, which holds its tension, or spall_strength, which fails there"
-            )
-        return self
+            yield "", "give either pressure_cutoff, which holds its tension, or spall_strength, which fails there"
+        yield from super()._faults()
 
 
 class GradyKippDamage(_Spalling):
@@ -201,13 +187,12 @@ class GradyKippDamage(_Spalling):
         "p_bp, above p_bd [Pa]: up to it shear breaks at 0.05 to 0.1, beyond at more", None
     )
 
-    @model_validator(mode="after")
-    def _both_pressures(self) -> Self:
-        if (self.brittle_ductile is None) != (self.brittle_plastic is None):
-            raise ValueError("brittle_ductile and brittle_plastic go together: give both, or neither")
-        if self.brittle_ductile is not None and self.brittle_plastic <= self.brittle_ductile:  # type: ignore[operator]
-            raise ValueError(f"brittle_plastic must be above brittle_ductile, {self.brittle_ductile:g} Pa")
-        return self
+    def _faults(self) -> Iterator[Problem]:
+        ductile, plastic = self.brittle_ductile, self.brittle_plastic
+        if (ductile is None) != (plastic is None):
+            yield "", "brittle_ductile and brittle_plastic go together: give both, or neither"
+        if ductile is not None and plastic is not None and plastic <= ductile:
+            yield "", f"brittle_plastic must be above brittle_ductile, {ductile:g} Pa"
 
 
 class GradySpallDamage(_Failing):
@@ -277,16 +262,6 @@ class MaxStressDamage(StrictModel):
     residual: Residual = key(_RESIDUAL, 0.2)
 
 
-Damage = Annotated[
-    NoDamage
-    | PressureCutoff
-    | JohnsonCookDamage
-    | GradyKippDamage
-    | GradySpallDamage
-    | PrincipalStressDamage
-    | CockcroftLathamDamage
-    | JohnsonHolmquistDamage
-    | HashinDamage
-    | MaxStressDamage,
-    Field(discriminator="type"),
-]
+_Isotropic = PressureCutoff | JohnsonCookDamage | GradyKippDamage | GradySpallDamage | PrincipalStressDamage
+_Coupled = CockcroftLathamDamage | JohnsonHolmquistDamage
+Damage = Annotated[NoDamage | _Isotropic | _Coupled | HashinDamage | MaxStressDamage, Field(discriminator="type")]

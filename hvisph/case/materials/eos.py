@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal
 
@@ -53,14 +54,14 @@ class LinearEos(StrictModel):
         units = (info.context or {}).get("units")
         if self.cauchy_number is None and self.bulk_modulus is None:
             message = "missing: give the bulk modulus K" + (" or a cauchy_number" if units == "none" else "")
-            refuse([Problem(("bulk_modulus",), message)])
+            refuse([("bulk_modulus", message)])
         if self.cauchy_number is not None and self.bulk_modulus is not None:
-            refuse([Problem(("cauchy_number",), "given beside `bulk_modulus`, which says the same; leave one out")])
+            refuse([("cauchy_number", "given beside `bulk_modulus`, which says the same; leave one out")])
         if self.cauchy_number is not None and units != "none":
             message = "has a meaning only in a case with `units: none`; give `bulk_modulus` in Pa"
-            refuse([Problem(("cauchy_number",), message)])
+            refuse([("cauchy_number", message)])
         if self.cauchy_number is None and self.definition != "density_difference":
-            refuse([Problem(("definition",), "has a meaning only beside `cauchy_number`; leave it out")])
+            refuse([("definition", "has a meaning only beside `cauchy_number`; leave it out")])
         return self
 
     def modulus(self, density: float) -> float:
@@ -119,26 +120,22 @@ class MieGruneisenEos(StrictModel):
         "Pressure below the reference density: vanishing with density, or the published line", "vanishing"
     )
 
-    @model_validator(mode="after")
-    def _one_hugoniot(self) -> MieGruneisenEos:
+    def _faults(self) -> Iterator[Problem]:
         if not self.us_up:
             missing = [name for name in ("sound_speed", "s1") if getattr(self, name) is None]
-            refuse([Problem((name,), "missing: give it, or points of the Hugoniot as `us_up`") for name in missing])
-            return self
+            yield from ((name, "missing: give it, or points of the Hugoniot as `us_up`") for name in missing)
+            return
         if self.sound_speed is not None or self.s1 is not None or self.s2 or self.s3:
-            refuse([Problem(("us_up",), "given beside coefficients of the Hugoniot; leave one out")])
-        needed = {
-            1: "a line needs points at two",
-            2: "a curve of order 2 needs points at three",
-            3: "a curve of order 3 needs points at four",
-        }[self.us_up_order]
+            yield "us_up", "given beside coefficients of the Hugoniot; leave one out"
+            return
+        few = ("a line needs points at two", "a curve of order 2 needs points at three")
         if len({up for up, _ in self.us_up}) < self.us_up_order + 1:
-            refuse([Problem(("us_up",), f"{needed} particle velocities at least")])
+            needed = (*few, "a curve of order 3 needs points at four")[self.us_up_order - 1]
+            yield "us_up", f"{needed} particle velocities at least"
+            return
         c0, s1 = self.hugoniot[:2]
         if c0 <= 0.0 or s1 < 0.0:
-            message = f"the line through the points has c0 = {c0:g} m/s and s1 = {s1:g}; check them"
-            refuse([Problem(("us_up",), message)])
-        return self
+            yield "us_up", f"the line through the points has c0 = {c0:g} m/s and s1 = {s1:g}; check them"
 
     @property
     def hugoniot(self) -> tuple[float, float, float, float]:
@@ -168,17 +165,14 @@ class UsUpTableEos(StrictModel):
     )
     gamma: NonNegativeNumber = key("Grueneisen coefficient Gamma0 at reference density [-], at least 0")
 
-    @model_validator(mode="after")
-    def _rises(self) -> UsUpTableEos:
+    def _faults(self) -> Iterator[Problem]:
         if self.us_up[0][0] != 0.0:
-            refuse([Problem(("us_up", 0), "the first point must be [0, c0], the sound speed at rest")])
-        for k, ((u, speed), (later, faster)) in enumerate(pairwise(self.us_up)):
+            yield "us_up.0", "the first point must be [0, c0], the sound speed at rest"
+        for k, ((u, speed), (later, faster)) in enumerate(pairwise(self.us_up), 1):
             if later <= u:
-                refuse([Problem(("us_up", k + 1), f"up must be above that of the point before, {u:g} m/s")])
-            if not (later * speed > u * faster and later * faster > u * speed and faster > later):
-                message = "density and pressure must rise from point to point: up/Us, up Us, and Us above up"
-                refuse([Problem(("us_up", k + 1), message)])
-        return self
+                yield f"us_up.{k}", f"up must be above that of the point before, {u:g} m/s"
+            elif not (later * speed > u * faster and later * faster > u * speed and faster > later):
+                yield f"us_up.{k}", "density and pressure must rise from point to point: up/Us, up Us, and Us above up"
 
 
 class TillotsonEos(StrictModel):
@@ -203,12 +197,9 @@ class TillotsonEos(StrictModel):
         "rho/rho0 below which cold material bears nothing; 0.9 in many codes, off unless given", 0.0
     )
 
-    @model_validator(mode="after")
-    def _energies_rise(self) -> TillotsonEos:
+    def _faults(self) -> Iterator[Problem]:
         if self.vaporization_energy <= self.incipient_energy:
-            message = f"must be above the incipient_energy, {self.incipient_energy:g} J/kg"
-            refuse([Problem(("vaporization_energy",), message)])
-        return self
+            yield "vaporization_energy", f"must be above the incipient_energy, {self.incipient_energy:g} J/kg"
 
 
 class PolynomialEos(StrictModel):
@@ -281,17 +272,6 @@ class IdealGasEos(StrictModel):
     gamma: AdiabaticIndex = key("Ratio of specific heats gamma [-], above 1")
 
 
-Eos = Annotated[
-    LinearEos
-    | ElasticEos
-    | StiffenedGasEos
-    | MieGruneisenEos
-    | UsUpTableEos
-    | TillotsonEos
-    | PolynomialEos
-    | MurnaghanEos
-    | JwlEos
-    | TableEos
-    | IdealGasEos,
-    Field(discriminator="type"),
-]
+_Solid = LinearEos | ElasticEos | StiffenedGasEos | MieGruneisenEos | UsUpTableEos
+_Wide = TillotsonEos | PolynomialEos | MurnaghanEos | JwlEos | TableEos | IdealGasEos
+Eos = Annotated[_Solid | _Wide, Field(discriminator="type")]

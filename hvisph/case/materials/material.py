@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo
 
-from hvisph.case.model import Problem, Shorthand, StrictModel, key, refuse
+from hvisph.case.model import Problem, Shorthand, StrictModel, key
 from hvisph.case.units import (
     NUMBER,
     NonNegativeNumber,
@@ -23,14 +23,12 @@ from hvisph.case.units import (
 )
 from hvisph.core.errors import CaseError
 
-from .damage import Damage, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage, PositiveToughness
-from .eos import ElasticEos, Eos, IdealGasEos, PolynomialEos
+from .damage import Damage, JohnsonCookDamage, NoDamage, PositiveToughness
+from .eos import ElasticEos, Eos
 from .strength import (
-    FabricStrength,
     JohnsonCookStrength,
     JohnsonHolmquistStrength,
     NoStrength,
-    OrthotropicStrength,
     RockStrength,
     SteinbergGuinanStrength,
     Strength,
@@ -60,18 +58,16 @@ class IsentropeTemperature(_Temperature):
     )
     melting_point: PositiveTemperature | None = key("Where it is taken up, without pressure [K]", None)
 
-    @model_validator(mode="after")
-    def _one_capacity(self) -> IsentropeTemperature:
+    def _faults(self) -> Iterator[Problem]:
         if self.heat_capacities and self.heat_capacity is not None:
-            refuse([Problem(("heat_capacities",), "given beside `heat_capacity`; leave one out")])
+            yield "heat_capacities", "given beside `heat_capacity`; leave one out"
         if any(later <= before for (before, _), (later, _) in pairwise(self.heat_capacities)):
-            refuse([Problem(("heat_capacities",), "temperatures must rise from point to point")])
+            yield "heat_capacities", "temperatures must rise from point to point"
         if (self.heat_of_melting is None) != (self.melting_point is None):
             missing = "melting_point" if self.melting_point is None else "heat_of_melting"
-            refuse([Problem((missing,), "missing: heat of melting and melting point go together")])
-        if self.heat_of_melting is not None and not self.heat_capacities:
-            refuse([Problem(("heat_of_melting",), "has a meaning only beside `heat_capacities`")])
-        return self
+            yield missing, "missing: heat of melting and melting point go together"
+        elif self.heat_of_melting is not None and not self.heat_capacities:
+            yield "heat_of_melting", "has a meaning only beside `heat_capacities`"
 
     @property
     def is_known(self) -> bool:
@@ -105,12 +101,10 @@ class ConstantMelting(StrictModel):
         max_length=5,
     )
 
-    @model_validator(mode="after")
-    def _rising(self) -> ConstantMelting:
+    def _faults(self) -> Iterator[Problem]:
         _, solid, liquid, boiling, gas = self.entropies or (0.0, 1.0, 2.0, 3.0, 4.0)
         if not solid < liquid <= boiling < gas:
-            refuse([Problem(("entropies",), "S_im, S_cm, S_iv and S_cv must rise in this order")])
-        return self
+            yield "entropies", "S_im, S_cm, S_iv and S_cv must rise in this order"
 
 
 class LindemannMelting(ConstantMelting):
@@ -162,38 +156,27 @@ class Porosity(StrictModel):
         max_length=16,
     )
 
-    @model_validator(mode="after")
-    def _one_curve(self) -> Porosity:
-        refuse(list(self._problems()))
-        return self
-
-    def _problems(self) -> Iterator[Problem]:
-        pressures = {"elastic_pressure": self.elastic_pressure, "solid_pressure": self.solid_pressure}
+    def _faults(self) -> Iterator[Problem]:
+        elastic, solid = self.elastic_pressure, self.solid_pressure
+        pressures = {"elastic_pressure": elastic, "solid_pressure": solid}
         if not self.crush:
-            for name, value in pressures.items():
-                if value is None:
-                    yield Problem(
-                        (name,),
-                        f"missing; or give the curve as points, crush: [[1 MPa, {self.distension:g}], [100 MPa, 1]]",
-                    )
-            if None not in pressures.values() and self.solid_pressure <= self.elastic_pressure:  # type: ignore[operator]
-                yield Problem(("solid_pressure",), "must be above the elastic_pressure")
+            points = f"crush: [[1 MPa, {self.distension:g}], [100 MPa, 1]]"
+            missing = [name for name, value in pressures.items() if value is None]
+            yield from ((name, f"missing; or give the curve as points, {points}") for name in missing)
+            if elastic is not None and solid is not None and solid <= elastic:
+                yield "solid_pressure", "must be above the elastic_pressure"
             return
-        for name, value in pressures.items():
-            if value is not None:
-                yield Problem((name,), "given beside `crush`, whose first and last point it is; leave it out")
+        given = [name for name, value in pressures.items() if value is not None]
+        yield from ((name, "given beside `crush`, whose first and last point it is; leave it out") for name in given)
         for number, ((p, alpha), (further, less)) in enumerate(pairwise(self.crush), 1):
             if not (further > p and less < alpha):
-                yield Problem(
-                    ("crush", number),
-                    f"does not fall: from [{p:g} Pa, {alpha:g}] on the pressure must rise and the distension fall",
-                )
-        if self.crush[0][1] != self.distension:
-            yield Problem(("crush", 0), f"must begin at the distension, {self.distension:g}, not {self.crush[0][1]:g}")
-        if self.crush[-1][1] != 1.0:
-            yield Problem(
-                ("crush", len(self.crush) - 1), f"must end at 1, where pores are gone, not {self.crush[-1][1]:g}"
-            )
+                rise = f"does not fall: from [{p:g} Pa, {alpha:g}] on the pressure must rise and the distension fall"
+                yield f"crush.{number}", rise
+        first, last = self.crush[0][1], self.crush[-1][1]
+        if first != self.distension:
+            yield "crush.0", f"must begin at the distension, {self.distension:g}, not {first:g}"
+        if last != 1.0:
+            yield f"crush.{len(self.crush) - 1}", f"must end at 1, where pores are gone, not {last:g}"
 
 
 class Material(StrictModel):
@@ -212,125 +195,89 @@ class Material(StrictModel):
     melting: OptionalMelting = key("Melting point under pressure; that of the strength model unless given", None)
     porosity: Porosity | None = key("Pores; none unless given", None)
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Material:
-        refuse(list(self._problems()))
-        return self
-
-    def _problems(self) -> Iterator[Problem]:
+    def _faults(self) -> Iterator[Problem]:
+        kind, damage = self.strength.type, self.damage
         given = getattr(self.strength, "shear_modulus", None)
         implied = self.eos.shear_modulus if isinstance(self.eos, ElasticEos) else None
-        has_shear = not isinstance(self.strength, NoStrength | OrthotropicStrength | FabricStrength)
+        has_shear = kind not in ("none", "orthotropic", "fabric")
         if has_shear and given is None and implied is None:
-            yield Problem(
-                ("strength", "shear_modulus"),
-                "missing: the equation of state does not imply it; give G, such as 27.6 GPa",
-            )
+            missing = "missing: the equation of state does not imply it; give G, such as 27.6 GPa"
+            yield "strength.shear_modulus", missing
         if given is not None and implied is not None:
-            yield Problem(
-                ("strength", "shear_modulus"),
-                f"given twice: the `elastic` equation of state implies {implied:.4g} Pa; leave it out",
-            )
-        if has_shear and isinstance(self.eos, IdealGasEos):
-            yield Problem(("strength", "type"), "an ideal gas has no strength; use {type: none}")
-        jc = self.strength if isinstance(self.strength, JohnsonCookStrength) else None
-        if jc is not None and jc.melt_temperature <= jc.room_temperature:
-            yield Problem(
-                ("strength", "melt_temperature"),
-                f"{jc.melt_temperature:g} K must be above the room temperature, {jc.room_temperature:g} K",
-            )
-        if isinstance(self.damage, JohnsonCookDamage):
-            if not has_shear or self.strength.type == "elastic":
-                yield Problem(
-                    ("damage", "type"),
-                    "johnson_cook damage grows with plastic strain, which "
-                    f"`strength: {{type: {self.strength.type}}}` never has; use a plastic strength",
-                )
-            elif self.damage.d5 != 0.0 and jc is None and (self.melting is None or self.melting.type == "constant"):
-                yield Problem(
-                    ("damage", "d5"), "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
-                )
-        yield from self._cracks(has_shear)
-        if getattr(self.damage, "brittle_ductile", None) is not None and self.strength.type != "rock":
-            yield Problem(
-                ("damage", "brittle_ductile"),
-                f"damage by shear belongs to `strength: {{type: rock}}`, not `{self.strength.type}`; give null for "
-                "brittle_ductile and brittle_plastic",
-            )
-        yield from self._ceramic()
+            twice = f"given twice: the `elastic` equation of state implies {implied:.4g} Pa; leave it out"
+            yield "strength.shear_modulus", twice
+        if has_shear and self.eos.type == "ideal_gas":
+            yield "strength.type", "an ideal gas has no strength; use {type: none}"
+        if isinstance(damage, JohnsonCookDamage):
+            if not has_shear or kind == "elastic":
+                never = f"which `strength: {{type: {kind}}}` never has; use a plastic strength"
+                yield "damage.type", f"johnson_cook damage grows with plastic strain, {never}"
+            elif damage.d5 and kind != "johnson_cook" and (self.melting is None or self.melting.type == "constant"):
+                yield "damage.d5", "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
+        if getattr(damage, "toughness", None) == "material" and self.fracture_toughness is None:
+            yield "damage.toughness", "the material has no fracture_toughness; give it, or a number here"
+        if getattr(damage, "breaks", False) and not has_shear:
+            yield "damage.type", "a fracture energy needs a strength: a fluid does not crack"
+        if getattr(damage, "brittle_ductile", None) is not None and kind != "rock":
+            belongs = f"damage by shear belongs to `strength: {{type: rock}}`, not `{kind}`"
+            yield "damage.brittle_ductile", f"{belongs}; give null for brittle_ductile and brittle_plastic"
+        if damage.type == "johnson_holmquist" and (kind != damage.type or self.eos.type != "polynomial"):
+            yield "damage.type", "goes with `strength: {type: johnson_holmquist}` and `eos: {type: polynomial}`"
+        yield from self._limits()
         yield from self._anisotropic()
         yield from self._thermal()
 
-        yield from self._entropies()
-
-    def _entropies(self) -> Iterator[Problem]:
-        if self.melting is None or self.melting.entropies is None or self.eos.type == "table":
-            return
-        if self.eos.type in ("ideal_gas", "jwl", "elastic"):
-            yield Problem(("melting", "entropies"), f"a `{self.eos.type}` equation of state has no melt and no vapour")
-        elif not self.temperature.is_known and getattr(self.strength, "heat_capacity", None) is None:
-            yield Problem(
-                ("temperature", "heat_capacity"),
-                "missing: entropies are measured by it; give c_v, such as 885 J/(kg K)",
-            )
-
-    def _cracks(self, has_shear: bool) -> Iterator[Problem]:
-        """Yield the errors of a fracture energy."""
-        if getattr(self.damage, "toughness", None) == "material" and self.fracture_toughness is None:
-            yield Problem(("damage", "toughness"), "the material has no fracture_toughness; give it, or a number here")
-        if getattr(self.damage, "breaks", False) and not has_shear:
-            yield Problem(("damage", "type"), "a fracture energy needs a strength: a fluid does not crack")
-
-    def _ceramic(self) -> Iterator[Problem]:
-        """Yield the errors of an incomplete or inconsistent JH-2 set."""
-        strength = self.strength if isinstance(self.strength, JohnsonHolmquistStrength) else None
-        if isinstance(self.damage, JohnsonHolmquistDamage) and (
-            strength is None or not isinstance(self.eos, PolynomialEos)
-        ):
-            message = "goes with `strength: {type: johnson_holmquist}` and `eos: {type: polynomial}`"
-            yield Problem(("damage", "type"), message)
-        if strength is not None and strength.hel_pressure >= strength.hugoniot_elastic_limit:
-            yield Problem(("strength", "hel_pressure"), "must be below the hugoniot_elastic_limit")
+    def _limits(self) -> Iterator[Problem]:
+        """Yield the errors between constants of the strength."""
+        strength = self.strength
+        if isinstance(strength, JohnsonCookStrength) and strength.melt_temperature <= strength.room_temperature:
+            melts, room = strength.melt_temperature, strength.room_temperature
+            yield "strength.melt_temperature", f"{melts:g} K must be above the room temperature, {room:g} K"
+        if isinstance(strength, JohnsonHolmquistStrength) and strength.hel_pressure >= strength.hugoniot_elastic_limit:
+            yield "strength.hel_pressure", "must be below the hugoniot_elastic_limit"
+        if isinstance(strength, SteinbergGuinanStrength) and strength.yield_limit < strength.yield_stress:
+            yield "strength.yield_limit", "must not be below the yield_stress"
+        if isinstance(strength, RockStrength) and strength.limit is not None and strength.limit <= strength.cohesion:
+            yield "strength.limit", "must be above the cohesion"
 
     def _anisotropic(self) -> Iterator[Problem]:
         """Yield the errors of anisotropic solids and of cloth."""
-        directed = self.strength.type == "orthotropic"
+        kind, directed = self.strength.type, self.strength.type == "orthotropic"
         if self.damage.type in ("hashin", "max_stress") and not directed:
-            yield Problem(("damage", "type"), f"'{self.damage.type}' goes with `strength: {{type: orthotropic}}`")
-        if not (directed or self.strength.type == "fabric"):
+            yield "damage.type", f"'{self.damage.type}' goes with `strength: {{type: orthotropic}}`"
+        if not (directed or kind == "fabric"):
             return
         allowed = ("none", "pressure_cutoff", "hashin", "max_stress") if directed else ("none",)
         if self.damage.type not in allowed:
-            yield Problem(("damage", "type"), f"`{self.strength.type}` goes with {', '.join(allowed)} alone")
+            yield "damage.type", f"`{kind}` goes with {', '.join(allowed)} alone"
         elif getattr(self.damage, "failed_strength", "fluid") != "fluid":
-            yield Problem(("damage", "failed_strength"), "of an orthotropic solid nothing is left: leave it out")
+            yield "damage.failed_strength", "of an orthotropic solid nothing is left: leave it out"
         if directed and self.porosity is not None:
-            yield Problem(("porosity",), "`orthotropic` moduli are those of the whole with its pores; leave it out")
+            yield "porosity", "`orthotropic` moduli are those of the whole with its pores; leave it out"
         if not directed and self.porosity is None:
-            yield Problem(
-                ("porosity",),
-                "missing: cloth is loose and crushes; give distension, elastic_pressure and solid_pressure",
-            )
+            message = "missing: cloth is loose and crushes; give distension, elastic_pressure and solid_pressure"
+            yield "porosity", message
         if self.eos.type in ("jwl", "ideal_gas", "elastic"):
-            yield Problem(
-                ("eos", "type"),
-                f"`{self.strength.type}` strength needs a bulk modulus beside its own "
-                f"constants: a `{self.eos.type}` equation of state has none; give mie_gruneisen",
-            )
+            needs = f"`{kind}` strength needs a bulk modulus beside its own constants"
+            yield "eos.type", f"{needs}: a `{self.eos.type}` equation of state has none; give mie_gruneisen"
 
     def _thermal(self) -> Iterator[Problem]:
-        strength = self.strength
-        if isinstance(strength, SteinbergGuinanStrength) and strength.yield_limit < strength.yield_stress:
-            yield Problem(("strength", "yield_limit"), "must not be below the yield_stress")
-        if isinstance(strength, RockStrength) and strength.limit is not None and strength.limit <= strength.cohesion:
-            yield Problem(("strength", "limit"), "must be above the cohesion")
+        """Yield the errors of temperature, entropies and pores."""
+        strength, kind = self.strength, self.eos.type
         needs = strength.type in ("steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
         needs |= isinstance(strength, RockStrength) and strength.melt_temperature is not None
         if needs and not self.temperature.is_known:
             message = f"missing: `{strength.type}` strength depends on the temperature; give c_v, such as 885 J/(kg K)"
-            yield Problem(("temperature", "heat_capacity"), message)
-        if self.porosity is not None and self.eos.type in ("jwl", "ideal_gas"):
-            yield Problem(("porosity",), f"a `{self.eos.type}` equation of state has no solid to hold pores")
+            yield "temperature.heat_capacity", message
+        if self.porosity is not None and kind in ("jwl", "ideal_gas"):
+            yield "porosity", f"a `{kind}` equation of state has no solid to hold pores"
+        if self.melting is None or self.melting.entropies is None or kind == "table":
+            return
+        if kind in ("ideal_gas", "jwl", "elastic"):
+            yield "melting.entropies", f"a `{kind}` equation of state has no melt and no vapour"
+        elif not self.temperature.is_known and getattr(strength, "heat_capacity", None) is None:
+            message = "missing: entropies are measured by it; give c_v, such as 885 J/(kg K)"
+            yield "temperature.heat_capacity", message
 
     @property
     def shear_modulus(self) -> float:

@@ -199,19 +199,8 @@ class FabricStrength(StrictModel):
     tensile_strength: tuple[PositivePressure, PositivePressure] = key("X1, X2 of the cloth at rest [Pa], likewise")
 
 
-Strength = Annotated[
-    NoStrength
-    | ElasticStrength
-    | VonMisesStrength
-    | LinearHardeningStrength
-    | JohnsonCookStrength
-    | SteinbergGuinanStrength
-    | SteinbergLundStrength
-    | ZerilliArmstrongStrength
-    | CowperSymondsStrength
-    | RockStrength
-    | JohnsonHolmquistStrength
-    | OrthotropicStrength
-    | FabricStrength,
-    Field(discriminator="type"),
-]
+_Simple = NoStrength | ElasticStrength | VonMisesStrength | LinearHardeningStrength
+_Metal = JohnsonCookStrength | SteinbergGuinanStrength | SteinbergLundStrength | ZerilliArmstrongStrength
+_Other = CowperSymondsStrength | RockStrength | JohnsonHolmquistStrength
+_Directed = OrthotropicStrength | FabricStrength
+Strength = Annotated[_Simple | _Metal | _Other | _Directed, Field(discriminator="type")]

@@ -83,7 +83,7 @@ def check(
     picture: PictureOption = None,
 ) -> None:
     """Check a case without running it: particles, steps, time, memory, expected pressure, warnings."""
-    from hvisph.case.checks.consistency import warnings_of
+    from hvisph.case.consistency import warnings_of
     from hvisph.precheck.advice import advice, contact_warnings, sparse
     from hvisph.precheck.estimate import estimate
 

@@ -5,13 +5,13 @@ from itertools import pairwise
 
 from hvisph.case.bodies import Body
 from hvisph.case.conditions import edge_problems, gravity_problems, gravity_warnings, start_problems, table_problems
-from hvisph.case.model import AnyCase, Path, Problem
+from hvisph.case.model import AnyCase, Problem
 from hvisph.case.output import Clamp, SymmetryPlane, box_problems, gauge_problems, region_problems
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
 from hvisph.core.text import format_value, recommend
 
-from .bodies import body_problems, spacing_warnings
+from .body_checks import body_problems, spacing_warnings
 from .plausible import implausible
 
 BAROTROPIC = ("linear", "elastic")  # equations of state without energy
@@ -21,22 +21,11 @@ AXES = ("x", "y", "z")
 FIELDS = ("uniform", "radial", "linear", "table")
 
 
-def problems_of(case: AnyCase) -> list[Problem]:
-    """Return the errors of `case` beyond its single fields."""
-    return [
-        *body_problems(case),
-        *axisymmetric_problems(case),
-        *_symmetry(case),
-        *_regions(case),
-        *gravity_problems(case),
-        *edge_problems(case),
-        *start_problems(case),
-        *gauge_problems(case.gauges, case.dim),
-        *case.formulation.problems(case),
-        *_schedule(case),
-        *_late(case),
-        *_measures(case),
-    ]
+def problems_of(case: AnyCase) -> Iterator[Problem]:
+    """Yield the errors of `case` beyond its single fields."""
+    checks = (body_problems, axisymmetric_problems, _symmetry, _regions, gravity_problems, edge_problems)
+    for check in (*checks, start_problems, gauge_problems, case.formulation.problems, _schedule, _late, _measures):
+        yield from check(case)
 
 
 def _late(case: AnyCase) -> Iterator[Problem]:
@@ -44,44 +33,33 @@ def _late(case: AnyCase) -> Iterator[Problem]:
         return
     kind = case.formulation.type
     if kind not in ("riemann", "eulerian") or case.kinematics == "plane_stress":
-        yield Problem(
-            ("late",),
+        yield (
+            "late",
             "needs `formulation` riemann or eulerian, and no plane_stress: only these show pairs the new sound speed",
         )
     if case.edges:
-        yield Problem(("edges",), "have the impedance of the start, which a late stage changes; leave one of them out")
+        yield "edges", "have the impedance of the start, which a late stage changes; leave one of them out"
     for number, stage in enumerate(case.late):
         if not case.begins < stage.at < case.time.end:
-            yield Problem(
-                ("late", number, "at"), f"{stage.at:g} is not within the run, {case.begins:g} to {case.time.end:g}"
-            )
+            yield f"late.{number}.at", f"{stage.at:g} is not within the run, {case.begins:g} to {case.time.end:g}"
     for number, (one, following) in enumerate(pairwise(case.late), 1):
         if not following.at > one.at:
-            yield Problem(("late", number, "at"), f"{following.at:g} is not later than that of the stage before it")
+            yield f"late.{number}.at", f"{following.at:g} is not later than that of the stage before it"
         given = one.bulk_modulus, following.bulk_modulus
         if None not in given and not given[1] < given[0]:
-            yield Problem(
-                ("late", number, "bulk_modulus"), f"{following.bulk_modulus:g} is not below that of the stage before it"
-            )
+            message = f"{following.bulk_modulus:g} is not below that of the stage before it"
+            yield f"late.{number}.bulk_modulus", message
     for name, body in case.bodies.items():
         material = body.material
         if material.eos.type in ("ideal_gas", "jwl") or material.strength.type in ("orthotropic", "fabric"):
-            yield Problem(
-                ("bodies", name, "material"),
-                "gases, explosives and matter with directions have no late stage; leave out `late`",
-            )
+            message = "gases, explosives and matter with directions have no late stage; leave out `late`"
+            yield f"bodies.{name}.material", message
 
 
 def warnings_of(case: AnyCase) -> list[str]:
     """Return the warnings about a valid `case`."""
-    warnings = [
-        *spacing_warnings(case),
-        *case.formulation.warnings(case),
-        *_unused_settings(case),
-        *_mirror_conflicts(case),
-        *gravity_warnings(case),
-    ]
-    return [*warnings, *axisymmetric_warnings(case), *implausible(case)]
+    checks = (spacing_warnings, case.formulation.warnings, _unused_settings, _mirror_conflicts, gravity_warnings)
+    return [text for check in (*checks, axisymmetric_warnings, implausible) for text in check(case)]
 
 
 def _unused_settings(case: AnyCase) -> Iterator[str]:
@@ -126,87 +104,83 @@ def _is_on_one_side(body: Body, axis: int, at: float) -> bool:
 def _symmetry(case: AnyCase) -> Iterator[Problem]:
     seen: dict[str, SymmetryPlane] = {}
     for index, plane in enumerate(case.symmetry):
-        path = ("symmetry", index)
+        path = f"symmetry.{index}"
         if plane.axis not in AXES[: case.dim]:
-            yield Problem(
-                (*path, "axis"), f"there is no axis {plane.axis} in {case.dim}D; allowed: {', '.join(AXES[: case.dim])}"
-            )
+            message = f"there is no axis {plane.axis} in {case.dim}D; allowed: {', '.join(AXES[: case.dim])}"
+            yield f"{path}.axis", message
         other = seen.setdefault(plane.axis, plane)
         if other is plane:
             continue
         low, high = sorted((other, plane), key=lambda one: one.at)
         support = case.formulation.support_over_h * case.smoothing_length
         if (low.keep, high.keep) != ("above", "below"):
-            yield Problem(
-                (*path, "keep"),
+            yield (
+                f"{path}.keep",
                 f"two planes across {plane.axis} keep what lies between them: the lower one `above`, the upper `below`",
             )
         elif high.at - low.at < 2 * support:
-            yield Problem(
-                (*path, "at"),
+            yield (
+                f"{path}.at",
                 f"the two planes across {plane.axis} are closer than twice the kernel's support, {2 * support:g}: "
                 "images of images would be missed; move them apart or make the resolution finer",
             )
         if [p.axis for p in case.symmetry].count(plane.axis) > 2:
-            yield Problem((*path, "axis"), f"a third plane across {plane.axis}; two are allowed")
+            yield f"{path}.axis", f"a third plane across {plane.axis}; two are allowed"
 
 
 def _regions(case: AnyCase) -> Iterator[Problem]:
     for index, clamp in enumerate(case.clamped):
-        yield from region_problems(clamp, ("clamped", index), case.dim, case.bodies)
-        yield from _moving_clamp(case, clamp, ("clamped", index, "velocity"))
+        yield from region_problems(clamp, f"clamped.{index}", case.dim, case.bodies)
+        yield from _moving_clamp(case, clamp, f"clamped.{index}")
     for index, load in enumerate(case.initial_loads):
-        yield from region_problems(load, ("initial_loads", index), case.dim, case.bodies)
+        yield from region_problems(load, f"initial_loads.{index}", case.dim, case.bodies)
     for index, pressed in enumerate(case.loads):
-        yield from region_problems(pressed, ("loads", index), case.dim, case.bodies)
+        yield from region_problems(pressed, f"loads.{index}", case.dim, case.bodies)
     for name, region in case.output.regions.items():
-        yield from region_problems(region, ("output", "regions", name), case.dim, case.bodies)
+        yield from region_problems(region, f"output.regions.{name}", case.dim, case.bodies)
     if case.domain is not None:
-        yield from box_problems(case.domain, ("domain",), case.dim)
+        yield from box_problems(case.domain, "domain", case.dim)
 
 
-def _moving_clamp(case: AnyCase, clamp: Clamp, path: Path) -> Iterator[Problem]:
+def _moving_clamp(case: AnyCase, clamp: Clamp, path: str) -> Iterator[Problem]:
     """Yield the errors of the prescribed velocity of a clamp."""
-    yield from table_problems([time for time, _ in clamp.velocity_table], (*path[:-1], "velocity_table"))
+    yield from table_problems([time for time, _ in clamp.velocity_table], f"{path}.velocity_table")
     if clamp.velocity and clamp.velocity_table:
-        yield Problem(path, "is given beside `velocity_table`; leave one of them out")
+        yield f"{path}.velocity", "is given beside `velocity_table`; leave one of them out"
     if clamp.velocity_table and clamp.along not in AXES[: case.dim]:
-        yield Problem((*path[:-1], "along"), f"there is no axis {clamp.along} in {case.dim}D")
+        yield f"{path}.along", f"there is no axis {clamp.along} in {case.dim}D"
     if not clamp.moves:
         return
     kind = case.formulation.type
     if clamp.velocity and len(clamp.velocity) != case.dim:
-        yield Problem(path, f"has {len(clamp.velocity)} components, needs {case.dim} in {case.dim}D")
+        yield f"{path}.velocity", f"has {len(clamp.velocity)} components, needs {case.dim} in {case.dim}D"
     elif case.kinematics == "axisymmetric" and (any(clamp.velocity[1:]) or clamp.along != "x"):
-        yield Problem(path, "axisymmetric clamps move along the axis x alone")
+        yield f"{path}.velocity", "axisymmetric clamps move along the axis x alone"
     if kind == "projection":
-        yield Problem(path, f"{kind} has no moving clamps; use another formulation, or leave the velocity out")
+        yield f"{path}.velocity", f"{kind} has no moving clamps; use another formulation, or leave the velocity out"
     if case.time.integrator == "predictor_corrector":
-        yield Problem(path, "needs one force a step for its work; use `time.integrator: leapfrog`")
+        yield f"{path}.velocity", "needs one force a step for its work; use `time.integrator: leapfrog`"
     if case.gravity is not None:
-        yield Problem(path, "the balance has no work of a moving clamp against gravity; leave one of them out")
+        yield f"{path}.velocity", "the balance has no work of a moving clamp against gravity; leave one of them out"
 
 
 def _schedule(case: AnyCase) -> Iterator[Problem]:
     end, unit = case.duration, " s" if case.units == "si" else ""
     if case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
-        yield Problem(
-            ("output", "every"),
-            f"{case.output.every:g}{unit} asks for {end / case.output.every:.2g} snapshots, more than "
-            f"{MOST_SNAPSHOTS:g}; make it longer",
-        )
+        fault = f"{case.output.every:g}{unit} asks for {end / case.output.every:.2g} snapshots, more than"
+        yield "output.every", f"{fault} {MOST_SNAPSHOTS:g}; make it longer"
     if case.time.step is not None and case.time.step > end:
-        yield Problem(("time", "step"), f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter")
+        yield "time.step", f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter"
     if len(set(case.output.formats)) < len(case.output.formats):
-        yield Problem(("output", "formats"), "names a format twice")
+        yield "output.formats", "names a format twice"
 
 
 def _measures(case: AnyCase) -> Iterator[Problem]:
-    wanted: list[tuple[Path, str]] = [(("measures", i), name) for i, name in enumerate(case.measures or ())]
-    wanted += [(("expected", name), name) for name, _ in case.expected.items()]
+    wanted = [(f"measures.{number}", name) for number, name in enumerate(case.measures or ())]
+    wanted += [(f"expected.{name}", name) for name, _ in case.expected.items()]
     for path, name in wanted:
         if case.dim not in CATALOGUE[name].dims:
-            yield Problem(path, f"has no meaning in {case.dim}D; allowed: {', '.join(measures_of(case.dim))}")
+            yield path, f"has no meaning in {case.dim}D; allowed: {', '.join(measures_of(case.dim))}"
 
 
 def axisymmetric_problems(case: AnyCase) -> Iterator[Problem]:
@@ -216,47 +190,41 @@ def axisymmetric_problems(case: AnyCase) -> Iterator[Problem]:
     formulation = case.formulation
     if formulation.type == "projection":
         why = "its Poisson equation is that of the plane"
-        yield Problem(("kinematics",), f"'projection' has no axisymmetric form: {why}; use another formulation")
+        yield "kinematics", f"'projection' has no axisymmetric form: {why}; use another formulation"
     elif formulation.contact.type == "penalty":
-        yield Problem(("formulation", "contact", "type"), "'penalty' has no axisymmetric form; use frictional")
-    if formulation.type == "eulerian":
-        yield from _require_none(formulation, "correction", "type", "none", "gradients are renormalised as it is")
-        yield from _require_none(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
-    if formulation.mixes_kernels:
-        yield from _require_none(
-            formulation, "spatial_correction", "type", "none", "gradients are renormalised as it is"
-        )
+        yield "formulation.contact.type", "'penalty' has no axisymmetric form; use frictional"
+    wanted = {
+        "correction": "gradients are renormalised as it is",
+        "density_dissipation": "its exchange is one of the plane",
+        "spatial_correction": "gradients are renormalised as it is",
+    }
+    for name, why in wanted.items():
+        given = getattr(getattr(formulation, name, None), "type", "none")
+        if given != "none":
+            yield f"formulation.{name}.type", f"'{given}' has no axisymmetric form: {why}; use none"
     for index, plane in enumerate(case.symmetry):
         if plane.axis != "x":
-            yield Problem(("symmetry", index), "a plane along the axis, but not through it; only planes across x")
+            yield f"symmetry.{index}", "a plane along the axis, but not through it; only planes across x"
     for name, body in case.bodies.items():
         yield from _axisymmetric_body(name, body)
 
 
-def _require_none(formulation: object, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
-    model = getattr(formulation, key)
-    given = getattr(model, part) if part else model
-    if given != allowed:
-        path = ("formulation", key, part) if part else ("formulation", key)
-        yield Problem(path, f"'{given}' has no axisymmetric form: {why}; use {allowed}")
-
-
 def _axisymmetric_body(name: str, body: Body) -> Iterator[Problem]:
     if len(body.velocity) == 2 and body.velocity[1] != 0.0:
-        yield Problem(
-            ("bodies", name, "velocity"),
+        yield (
+            f"bodies.{name}.velocity",
             f"{body.velocity[1]:g} is a radial velocity of the whole ring, towards or away from the axis everywhere; "
             "for an oblique impact use three_d, for an implosion a `radial` field in `initial_velocity`",
         )
     if body.position is not None and len(body.position) == 2 and body.position[1] != 0.0:
-        yield Problem(("bodies", name, "position"), "bodies are solids about the axis: y must be 0; off it use a ring")
+        yield f"bodies.{name}.position", "bodies are solids about the axis: y must be 0; off it use a ring"
     if body.rotation is not None:
-        yield Problem(("bodies", name, "rotation"), "a turned solid is no solid about the axis; leave it out")
+        yield f"bodies.{name}.rotation", "a turned solid is no solid about the axis; leave it out"
     if body.shape.type == "particles":
-        yield Problem(("bodies", name, "shape", "type"), "particles from a file have no axisymmetric form")
+        yield f"bodies.{name}.shape.type", "particles from a file have no axisymmetric form"
     for number, field in enumerate(body.initial_velocity):
         if field.type not in FIELDS:
-            yield Problem(("bodies", name, "initial_velocity", number), "no ring turns about another axis than x")
+            yield f"bodies.{name}.initial_velocity.{number}", "no ring turns about another axis than x"
 
 
 def axisymmetric_warnings(case: AnyCase) -> Iterator[str]:

@@ -5,9 +5,17 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from hvisph.case.bodies import Body, LinearField, UniformField, direction_name
-from hvisph.case.model import AnyCase, Path, Problem
-from hvisph.case.shapes import HoneycombShape, RingShape, Shape, shape_problems
-from hvisph.case.simple_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
+from hvisph.case.model import AnyCase, Problem
+from hvisph.case.shapes import (
+    BoxShape,
+    CylinderShape,
+    HoneycombShape,
+    IntervalShape,
+    RingShape,
+    Shape,
+    TubeShape,
+    shape_problems,
+)
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
 from hvisph.core.text import recommend
 
@@ -25,9 +33,9 @@ FEWEST_LAYERS = 3
 def body_problems(case: AnyCase) -> Iterator[Problem]:
     """Yield the errors of the bodies of `case`."""
     for index, (name, body) in enumerate(case.bodies.items()):
-        path: Path = ("bodies", name)
-        wrong = shape_problems(body.shape, case.drawing_dimensions, (*path, "shape"))
-        yield from (Problem(*one) for one in wrong)
+        path = f"bodies.{name}"
+        wrong = list(shape_problems(body.shape, case.drawing_dimensions, f"{path}.shape"))
+        yield from wrong
         if not wrong:
             yield from _arrangement(case, body, path)
             yield from _thickness(case, body, path)
@@ -42,22 +50,22 @@ def body_problems(case: AnyCase) -> Iterator[Problem]:
 def _rigid(case: AnyCase) -> Iterator[Problem]:
     rigid = {name: body for name, body in case.bodies.items() if body.rigid is not None}
     for number, (name, body) in enumerate(rigid.items()):
-        path: Path = ("bodies", name, "rigid")
+        path = f"bodies.{name}.rigid"
         yield from _rigid_motion(case, body, path)
         yield from _rigid_mass(case, body, path)
         moving = [other for other in list(rigid)[:number] if not (_is_still(rigid[other]) and _is_still(body))]
         if moving:
-            yield Problem(path, f"there is no law for two rigid bodies that meet; make it or '{moving[0]}' deformable")
+            yield path, f"there is no law for two rigid bodies that meet; make it or '{moving[0]}' deformable"
         fields = all(field.type in ("uniform", "spin") for field in body.initial_velocity)
         if not fields or body.internal_energy or body.temperature or body.formulation:
             what = "a rigid body has no internal_energy, temperature, formulation, nor other initial_velocity than spin"
-            yield Problem(path, f"{what} and uniform; leave them out")
+            yield path, f"{what} and uniform; leave them out"
         if case.formulation.type == "projection":
-            yield Problem(path, "rigid bodies need another formulation than projection")
+            yield path, "rigid bodies need another formulation than projection"
         elif len(case.bodies) > 1 and case.formulation.contact.type != "frictional":
-            yield Problem(("formulation", "contact"), "bodies meet a rigid one in `frictional` contact alone")
+            yield "formulation.contact", "bodies meet a rigid one in `frictional` contact alone"
         if case.time.integrator == "predictor_corrector":
-            yield Problem(path, "needs one force a step; use `time.integrator: leapfrog` or `staggered`")
+            yield path, "needs one force a step; use `time.integrator: leapfrog` or `staggered`"
 
 
 def _is_still(body: Body) -> bool:
@@ -65,28 +73,28 @@ def _is_still(body: Body) -> bool:
     return body.rigid is not None and body.rigid.move.fixed and not body.rigid.velocity
 
 
-def _rigid_motion(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
+def _rigid_motion(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     assert body.rigid is not None
     rigid, move, axisymmetric = body.rigid, body.rigid.move, case.kinematics == "axisymmetric"
     axes = AXES[: 1 if axisymmetric else case.dim]
     if sum((move.fixed, move.along is not None, move.about is not None, bool(rigid.velocity))) > 1:
-        yield Problem(path, "give one of fixed, along, about and velocity, not several")
+        yield path, "give one of fixed, along, about and velocity, not several"
     for key, axis in (("along", move.along), ("about", move.about)):
         if axis is not None and not any(axis):
-            yield Problem((*path, "move", key), "a direction must not be all zero")
+            yield f"{path}.move.{key}", "a direction must not be all zero"
     if move.along is not None and any(move.along[len(axes) :]):
         given = direction_name(move.along)
-        yield Problem((*path, "move"), f"it cannot move along {given} here; allowed: {', '.join(axes)}")
+        yield f"{path}.move", f"it cannot move along {given} here; allowed: {', '.join(axes)}"
     if move.about is not None and (axisymmetric or case.dim == 1 or (case.dim == 2 and any(move.about[:2]))):
-        yield Problem((*path, "move"), "it cannot turn about this axis here; allowed: z in 2D, any in 3D")
+        yield f"{path}.move", "it cannot turn about this axis here; allowed: z in 2D, any in 3D"
     if rigid.velocity:
         times = [time for time, _ in rigid.velocity]
         if any(later < sooner for sooner, later in pairwise(times)):
-            yield Problem((*path, "velocity"), "its times must not fall; put the rows in order")
+            yield f"{path}.velocity", "its times must not fall; put the rows in order"
         if rigid.along not in axes:
-            yield Problem((*path, "along"), f"it cannot move along {rigid.along} here; allowed: {', '.join(axes)}")
+            yield f"{path}.along", f"it cannot move along {rigid.along} here; allowed: {', '.join(axes)}"
         if any(body.velocity) or body.initial_velocity:
-            yield Problem(path, "its velocity is given twice; leave `velocity` and `initial_velocity` of the body out")
+            yield path, "its velocity is given twice; leave `velocity` and `initial_velocity` of the body out"
     kept = body.velocity
     if move.along is not None and any(body.velocity) and any(move.along):
         along = [*body.velocity, 0.0, 0.0][:3]
@@ -99,17 +107,17 @@ def _rigid_motion(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
         kept = ()
     lost = [axis for axis, one in zip(AXES, kept, strict=False) if one != 0.0]
     if lost:
-        yield Problem(path, f"its velocity has a component along {lost[-1]}, which it cannot keep")
+        yield path, f"its velocity has a component along {lost[-1]}, which it cannot keep"
 
 
-def _rigid_mass(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
+def _rigid_mass(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     assert body.rigid is not None
     moments, needed = body.rigid.inertia, {1: 0, 2: 1, 3: 3}[1 if case.kinematics == "axisymmetric" else case.dim]
     if moments and len(moments) != needed:
-        yield Problem((*path, "inertia"), f"has {len(moments)} moments, needs {needed} here")
+        yield f"{path}.inertia", f"has {len(moments)} moments, needs {needed} here"
     elif len(moments) == 3 and 2.0 * max(moments) > sum(moments) * (1.0 + 1e-12):
         what = "no body has a moment of inertia above the sum of the two others"
-        yield Problem((*path, "inertia"), f"{what}; correct the largest, {max(moments):g}")
+        yield f"{path}.inertia", f"{what}; correct the largest, {max(moments):g}"
 
 
 def spacing_warnings(case: AnyCase) -> Iterator[str]:
@@ -137,65 +145,54 @@ def spacing_warnings(case: AnyCase) -> Iterator[str]:
         unequal = max(masses) / min(masses)
         if ratio > UNLIKE and unequal > MOST_UNEQUAL:
             equal = spacings[1] * (masses[0] / masses[1]) ** (1 / case.dim)
-            yield recommend(
-                f"bodies.{one} and bodies.{other}: particles of one weigh {unequal:.3g} times those of the other; "
-                "pairs of equal mass serve best",
-                f"bodies.{other}.resolution={equal:.6g}",
-            )
+            fault = f"bodies.{one} and bodies.{other}: particles of one weigh {unequal:.3g} times those of the other;"
+            yield recommend(f"{fault} pairs of equal mass serve best", f"bodies.{other}.resolution={equal:.6g}")
 
 
-def _inclusions(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
+def _inclusions(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     own = body.inclusions
     if own is None:
         return
-    path, unit = (*path, "inclusions"), _metre(case)
+    path, unit = f"{path}.inclusions", _metre(case)
     low, high = own.diameters
     least = 3.0 * body.spacing(case)
     if low < least * (1.0 - 1e-9):
-        yield Problem(
-            (*path, "diameters"),
-            f"a diameter of {low:g}{unit} is below three spacings, {least:g}{unit}; "
-            "give larger ones or a finer resolution",
-        )
+        fault = f"a diameter of {low:g}{unit} is below three spacings, {least:g}{unit};"
+        yield f"{path}.diameters", f"{fault} give larger ones or a finer resolution"
     if high < low:
-        yield Problem((*path, "diameters"), f"fall from {low:g} to {high:g}{unit}; give the smallest first")
+        yield f"{path}.diameters", f"fall from {low:g} to {high:g}{unit}; give the smallest first"
     if high > body.shape.thickness():
-        yield Problem(
-            (*path, "diameters"),
-            f"a sphere of {high:g}{unit} does not fit a body {body.shape.thickness():g}{unit} thick",
-        )
+        message = f"a sphere of {high:g}{unit} does not fit a body {body.shape.thickness():g}{unit} thick"
+        yield f"{path}.diameters", message
     if case.dim == 1 or case.drawing_dimensions != case.dim:
-        yield Problem(path, "spheres need plane 2D or 3D: about an axis they would be tori")
+        yield path, "spheres need plane 2D or 3D: about an axis they would be tori"
     if case.symmetry:
-        yield Problem(path, "are random, and not symmetric about a plane; leave out `symmetry`")
+        yield path, "are random, and not symmetric about a plane; leave out `symmetry`"
     if body.shape.type == "particles" or case.start is not None:
-        yield Problem(path, "need a shape; leave them out for particles of a file or of another run")
+        yield path, "need a shape; leave them out for particles of a file or of another run"
     if body.rigid is not None:
-        yield Problem(path, "have no meaning in a rigid body; leave them out")
+        yield path, "have no meaning in a rigid body; leave them out"
     if own.material.strength.type in ("orthotropic", "fabric") or body.axes is not None:
-        yield Problem((*path, "material"), "has directions, which the spheres do not; give an isotropic material")
+        yield f"{path}.material", "has directions, which the spheres do not; give an isotropic material"
 
 
-def _length(path: Path, dim: int, given: int, what: str) -> Problem:
+def _length(path: str, dim: int, given: int, what: str) -> Problem:
     axes = ", ".join(AXES[:dim])
-    if what == "components" and given == 1 and path[-1] == "velocity":
-        return Problem(path, f"is a speed alone; write {{speed: ...}} for one along x, or [{axes}]")
-    return Problem(path, f"has {given} {what}, needs {dim} in {dim}D: [{axes}]")
+    if what == "components" and given == 1 and path.endswith(".velocity"):
+        return (path, f"is a speed alone; write {{speed: ...}} for one along x, or [{axes}]")
+    return (path, f"has {given} {what}, needs {dim} in {dim}D: [{axes}]")
 
 
-def _arrangement(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
+def _arrangement(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     allowed = arrangements_of(case.dim, body.shape.type)
     if case.drawing_dimensions != case.dim:
         allowed = SECTION_ARRANGEMENTS
     if body.arrangement not in allowed:
-        yield Problem(
-            (*path, "arrangement"),
-            f"'{body.arrangement}' has no meaning for a {body.shape.type} in {case.dim}D; "
-            f"allowed: {', '.join(allowed)}",
-        )
+        fault = f"'{body.arrangement}' has no meaning for a {body.shape.type} in {case.dim}D;"
+        yield f"{path}.arrangement", f"{fault} allowed: {', '.join(allowed)}"
 
 
-def _thickness(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
+def _thickness(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     formulation = case.formulation
     h = formulation.h_over_dx * body.spacing(case)
     support = formulation.support_over_h * h
@@ -207,66 +204,61 @@ def _thickness(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
     if thickness < support * (1.0 - 1e-9):
         finest = thickness / (formulation.support_over_h * formulation.h_over_dx)
         unit = _metre(case)
-        yield Problem(
-            (*path, "shape"),
+        yield (
+            f"{path}.shape",
             f"the body is {thickness:g}{unit} thick, thinner than the kernel's support "
             f"{formulation.support_over_h:g}h = {support:g}{unit} (h = {h:g}{unit}); "
             f"make it thicker or the resolution {finest:.3g}{unit} or finer",
         )
 
 
-def _walls(case: AnyCase, body: Body, shape: HoneycombShape, path: Path) -> Iterator[Problem]:
+def _walls(case: AnyCase, body: Body, shape: HoneycombShape, path: str) -> Iterator[Problem]:
     """Yield the errors of foil: walls of less than two particles, pores that do not keep the mass."""
     dx, unit = body.spacing(case), _metre(case)
     if shape.thickness() < 2.0 * dx * (1.0 - 1e-9):
-        yield Problem(
-            (*path, "shape", "thickened"),
+        yield (
+            f"{path}.shape.thickened",
             f"walls of {shape.thickness():g}{unit} have less than two particles of {dx:g}{unit} across; give "
             f"{math.ceil(2.0 * dx / shape.foil * (1.0 - 1e-9))} or more, or a finer resolution",
         )
     if shape.thickness() >= 0.25 * shape.cell:
-        yield Problem(
-            (*path, "shape", "thickened"),
+        yield (
+            f"{path}.shape.thickened",
             f"walls of {shape.thickness():g}{unit}, twice that where two foils are bonded, are no foil in cells of "
             f"{shape.cell:g}{unit}; give less than {0.25 * shape.cell / shape.foil:.3g}",
         )
     distension = 1.0 if body.material.porosity is None else body.material.porosity.distension
     if not math.isclose(distension, shape.thickened, rel_tol=1e-6):
-        yield Problem(
-            (*path, "material", "porosity"),
+        yield (
+            f"{path}.material.porosity",
             f"a foil drawn {shape.thickened:g} times as thick keeps its mass with pores of distension "
             f"{shape.thickened:g}, but the material has {distension:g}; give both the same, such as porosity: "
             f"{{distension: {shape.thickened:g}, elastic_pressure: 10 MPa, solid_pressure: 1 GPa}}",
         )
 
 
-def _spacing(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
+def _spacing(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     contact = getattr(case.formulation, "contact", None)
     penalty = contact is not None and contact.type == "penalty"
     for key in ("resolution", "grading"):
         if getattr(body, key) is not None and (case.formulation.type not in UNLIKE_SPACINGS or penalty):
-            yield Problem(
-                (*path, key),
-                f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with contact "
-                "frictional or bonded: Total Lagrangian bodies have one smoothing length",
-            )
+            fault = f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with contact"
+            yield f"{path}.{key}", f"{fault} frictional or bonded: Total Lagrangian bodies have one smoothing length"
     grading = body.grading
     if grading is None:
         return
     if case.drawing_dimensions != case.dim:
         if not _is_washer(body.shape):
-            yield Problem(
-                (*path, "grading"),
-                f"a {body.shape.type} has even spacing; of rings a cylinder, a tube and a ring of a box are graded",
-            )
+            fault = f"a {body.shape.type} has even spacing; of rings a cylinder, a tube and a ring of a box are graded"
+            yield f"{path}.grading", fault
     elif not isinstance(body.shape, BoxShape | IntervalShape):
-        yield Problem((*path, "grading"), f"a {body.shape.type} has even spacing; only a box or an interval is graded")
+        yield f"{path}.grading", f"a {body.shape.type} has even spacing; only a box or an interval is graded"
     if len(grading.fine) != case.dim:
-        yield _length((*path, "grading", "fine"), case.dim, len(grading.fine), "widths")
+        yield _length(f"{path}.grading.fine", case.dim, len(grading.fine), "widths")
     if not grading.coarsest > body.spacing(case):
-        yield Problem((*path, "grading", "coarsest"), "must be above the spacing of the fine part, the resolution")
+        yield f"{path}.grading.coarsest", "must be above the spacing of the fine part, the resolution"
     if body.mass == "nominal":
-        yield Problem((*path, "mass"), "a graded body always has its exact mass; leave `mass` out")
+        yield f"{path}.mass", "a graded body always has its exact mass; leave `mass` out"
 
 
 def _is_washer(shape: Shape) -> bool:
@@ -276,41 +268,41 @@ def _is_washer(shape: Shape) -> bool:
     return isinstance(shape, CylinderShape | TubeShape) and shape.axis == "x"
 
 
-def _velocity(case: AnyCase, body: Body, path: Path) -> Iterator[Problem]:
+def _velocity(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     if len(body.velocity) != case.dim:
-        yield _length((*path, "velocity"), case.dim, len(body.velocity), "components")
+        yield _length(f"{path}.velocity", case.dim, len(body.velocity), "components")
     elif case.units == "si" and math.hypot(*body.velocity) > FASTEST:
         speed = math.hypot(*body.velocity)
-        yield Problem((*path, "velocity"), f"{speed:g} m/s is above {FASTEST / 1e3:g} km/s; check its unit")
+        yield f"{path}.velocity", f"{speed:g} m/s is above {FASTEST / 1e3:g} km/s; check its unit"
     for number, field in enumerate(body.initial_velocity):
-        place: Path = (*path, "initial_velocity", number)
+        place = f"{path}.initial_velocity.{number}"
         centre = getattr(field, "centre", None)
         if centre is not None and len(centre) != case.dim:
-            yield _length((*place, "centre"), case.dim, len(centre), "components")
+            yield _length(f"{place}.centre", case.dim, len(centre), "components")
         if isinstance(field, UniformField) and len(field.velocity) != case.dim:
-            yield _length((*place, "velocity"), case.dim, len(field.velocity), "components")
+            yield _length(f"{place}.velocity", case.dim, len(field.velocity), "components")
         if isinstance(field, LinearField) and {len(field.gradient), *map(len, field.gradient)} != {case.dim}:
-            yield Problem((*place, "gradient"), f"needs {case.dim} rows of {case.dim} in {case.dim}D")
+            yield f"{place}.gradient", f"needs {case.dim} rows of {case.dim} in {case.dim}D"
         if field.type == "spin" and case.dim == 1:
-            yield Problem(place, "nothing spins in 1D; leave it out")
+            yield place, "nothing spins in 1D; leave it out"
 
 
-def _place(case: AnyCase, body: Body, path: Path, first: bool) -> Iterator[Problem]:
+def _place(case: AnyCase, body: Body, path: str, first: bool) -> Iterator[Problem]:
     if body.position is not None:
         if len(body.position) != case.dim:
-            yield _length((*path, "position"), case.dim, len(body.position), "components")
+            yield _length(f"{path}.position", case.dim, len(body.position), "components")
         if body.gap:
-            yield Problem((*path, "gap"), "given beside `position`, which fixes the place already; leave one out")
+            yield f"{path}.gap", "given beside `position`, which fixes the place already; leave one out"
     elif first and body.gap:
-        yield Problem((*path, "gap"), "there is no body before the first; give the gap to the second")
+        yield f"{path}.gap", "there is no body before the first; give the gap to the second"
     if body.rotation is None:
         return
     if case.dim == 1:
-        yield Problem((*path, "rotation"), "a body in 1D cannot be rotated; leave it out")
+        yield f"{path}.rotation", "a body in 1D cannot be rotated; leave it out"
     elif case.dim == 2 and body.rotation.axis != (0.0, 0.0, 1.0):
-        yield Problem((*path, "rotation", "axis"), "the axis is always z in 2D; leave it out")
+        yield f"{path}.rotation.axis", "the axis is always z in 2D; leave it out"
     elif not math.hypot(*body.rotation.axis) > 0.0:
-        yield Problem((*path, "rotation", "axis"), "must not be all zero")
+        yield f"{path}.rotation.axis", "must not be all zero"
 
 
 def _count(case: AnyCase) -> Iterator[Problem]:
@@ -320,11 +312,8 @@ def _count(case: AnyCase) -> Iterator[Problem]:
         if b.grading is None and b.shape.extent()
     ]
     if not sum(spacings) <= MOST_PARTICLES:
-        yield Problem(
-            ("resolution",),
-            f"{case.resolution:g}{_metre(case)} asks for about {sum(spacings):.1e} particles, more than the "
-            f"{MOST_PARTICLES:.1e} that can be numbered; make it coarser",
-        )
+        fault = f"{case.resolution:g}{_metre(case)} asks for about {sum(spacings):.1e} particles, more than the"
+        yield "resolution", f"{fault} {MOST_PARTICLES:.1e} that can be numbered; make it coarser"
 
 
 def _metre(case: AnyCase) -> str:

@@ -104,10 +104,8 @@ def of_material(material: Material) -> Iterator[str]:
             yield from _check_range(f"strength.{key}", value, usual)
     points = getattr(material.temperature, "heat_capacities", ())
     if points and value is not None and not 0.9 <= value / points[0][1] <= 1.1:  # the heat capacity came last
-        yield (
-            f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities counts, which "
-            f"begins with {points[0][1]:g}"
-        )
+        fault = f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities counts, which"
+        yield f"{fault} begins with {points[0][1]:g}"
 
 
 def _ceramic(material: Material) -> Iterator[str]:
@@ -200,10 +198,8 @@ def _end(case: AnyCase) -> Iterator[str]:
     if meant is not None:
         unit, size = next(((u, f) for u, f in _TIMES if meant * longest >= f), _TIMES[-1])
         remedy = f"; was {meant * longest / size:.3g} {unit} meant?"
-    yield (
-        f"time.end: {case.duration:g} s is {share:.2g} times what sound or flight takes across a body, "
-        f"{longest:.3g} s{remedy}"
-    )
+    fault = f"time.end: {case.duration:g} s is {share:.2g} times what sound or flight takes across a body,"
+    yield f"{fault} {longest:.3g} s{remedy}"
 
 
 def _output(case: AnyCase) -> Iterator[str]:
@@ -229,15 +225,11 @@ def _pressure(case: AnyCase) -> Iterator[str]:
         eos, stiffness = body.material.eos, impedance**2 / body.material.density
         share = pressure / stiffness
         if eos.type in ("linear", "elastic") and share > 0.1:
-            yield (
-                f"bodies.{name}.material.eos: about {_pressure_text(pressure)} is {share:.2g} of the bulk modulus; "
-                f"a `{eos.type}` law has no shocks above 0.1 of it; use mie_gruneisen"
-            )
+            fault = f"bodies.{name}.material.eos: about {_pressure_text(pressure)} is {share:.2g} of the bulk modulus;"
+            yield f"{fault} a `{eos.type}` law has no shocks above 0.1 of it; use mie_gruneisen"
         if eos.type == "mie_gruneisen":
             c0, s1, s2, s3 = eos.hugoniot
             u = pressure / impedance
             if s1 > 1.0 and not (s2 or s3) and u / (c0 + s1 * u) * s1 > 0.9:
-                yield (
-                    f"bodies.{name}.material.eos: about {_pressure_text(pressure)} is near the end of its Hugoniot, "
-                    f"where U = c0/(1 - s1 eta) has no bound; use tillotson or a table"
-                )
+                fault = f"bodies.{name}.material.eos: about {_pressure_text(pressure)} is near the end of its Hugoniot,"
+                yield f"{fault} where U = c0/(1 - s1 eta) has no bound; use tillotson or a table"

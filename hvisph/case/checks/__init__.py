@@ -1,1 +1,0 @@
-"""Consistency of a case: checks of its parts against each other."""
