@@ -425,3 +425,22 @@ def test_every_recommendation_can_be_typed_and_silences_its_warning():
 def test_a_record_is_of_materials_of_its_class(target, known):
     case = load_case("validation/crater/case", [f"bodies.target.material={target}"])
     assert bool(experience(case, regime(case))) == known
+
+
+def test_a_crater_in_sand_is_advised_late_stages():
+    """Some 1e5 steps without them; with them fewer are counted, and sand without tension bears none."""
+    sand = {"name": "sand", "density": 1800.0, "eos": {"type": "linear", "bulk_modulus": "100 MPa"},
+            "strength": {"type": "rock", "shear_modulus": "60 MPa", "cohesion": 0.0, "friction": 1.0, "tension": 0.0}}  # fmt: skip
+    values = {
+        "kinematics": "axisymmetric", "resolution": 1e-3, "time": {"end": 0.05},
+        "bodies": {"ball": {"material": METAL, "shape": {"type": "sphere", "diameter": 6e-3}, "velocity": [500.0, 0.0]},
+                   "bed": {"material": sand, "shape": {"type": "cylinder", "diameter": 0.04, "length": 0.02}}},
+    }  # fmt: skip
+    case = load_case(values)
+    said = advice(case)
+    (text,) = (one for one in said if one.startswith("late"))
+    assert "at: auto" in text
+    assert not any("bed" in one and "unlimited tension" in one for one in said)
+    timed = load_case(values | {"late": [{"at": 1e-3, "bulk_modulus": 1e6}]})
+    assert not any(one.startswith("late") for one in advice(timed))
+    assert estimate(timed).steps < 0.3 * estimate(case).steps

@@ -150,11 +150,29 @@ def test_two_stages_are_resumed_with_the_same_bits(tmp_path):
         assert_same_results(tmp_path / "whole", tmp_path / str(number))
 
 
+def test_stages_that_begin_by_themselves(tmp_path):
+    """Blocks that have met: each stage a tenth of the one before; the same bits after a resume; none while they fly."""
+    block = {"material": SAND | {"strength": {"type": "none"}}, "shape": {"type": "box", "size": [0.5, 0.5]}}
+    case = pile([{"at": "auto"}, {"at": "auto"}, {"at": "auto", "bulk_modulus": 1.0}], dx=0.1,
+                bodies={"one": block | {"velocity": [0.4, 0.0]}, "other": block}, symmetry=[], gravity=None)  # fmt: skip
+    whole = run(case, tmp_path / "whole")
+    log = (tmp_path / "whole" / "run.log").read_text()
+    assert log.count("late stage from") == 2
+    assert "bulk modulus 1e+07 Pa" in log and "bulk modulus 1e+06 Pa" in log
+    assert "1 late stage (at: auto) did not begin" in log
+    assert abs(whole.summary["conservation"]["energy_drift"]) < 1e-12
+    short = case.model_copy(update={"time": case.time.model_copy(update={"max_steps": whole.summary["steps"] - 3})})
+    run(short, tmp_path / "short")
+    resume(tmp_path / "short", max_steps=10**6)
+    assert_same_results(tmp_path / "whole", tmp_path / "short")
+
+
 @pytest.mark.parametrize(("late", "further", "words"), [
     ([STAGE | {"at": 2.0}], {}, "not within the run"),
     ([STAGE, STAGE], {}, "not later than that"),
     ([STAGE, {"at": 0.1, "bulk_modulus": 2e6}], {}, "not below that of the stage"),
     ([STAGE], {"formulation": {"type": "total_lagrangian"}}, "riemann or eulerian"),
+    ([{"at": "auto"}, STAGE], {}, "after a stage that begins by itself"),
     ([STAGE | {"bulk_modulus": 1e12}], {}, "above that of 'sand', 1e\\+08 Pa"),
 ])  # fmt: skip
 def test_what_is_refused(late, further, words):

@@ -40,10 +40,12 @@ def _late(case: AnyCase) -> Iterator[Problem]:
     if case.edges:
         yield "edges", "have the impedance of the start, which a late stage changes; leave one of them out"
     for number, stage in enumerate(case.late):
-        if not case.begins < stage.at < case.time.end:
+        if stage.at != "auto" and not case.begins < stage.at < case.time.end:
             yield f"late.{number}.at", f"{stage.at:g} is not within the run, {case.begins:g} to {case.time.end:g}"
     for number, (one, following) in enumerate(pairwise(case.late), 1):
-        if not following.at > one.at:
+        if one.at == "auto" and following.at != "auto":
+            yield f"late.{number}.at", "after a stage that begins by itself give auto"
+        elif one.at != "auto" != following.at and not following.at > one.at:
             yield f"late.{number}.at", f"{following.at:g} is not later than that of the stage before it"
         given = one.bulk_modulus, following.bulk_modulus
         if None not in given and not given[1] < given[0]:

@@ -303,11 +303,15 @@ class Time(StrictModel):
 class LateStage(StrictModel):
     """Stage at a low sound speed: a bulk modulus in place of equations of state, for craters that open slowly."""
 
-    at: PositiveTime = key("Time from which on it holds [s]")
+    at: PositiveTime | Literal["auto"] = key(
+        "Time from which on it holds [s]; `auto`: once the default modulus has fallen to `bulk_modulus`, and no "
+        "neighbours close faster than a tenth of the new sound speed"
+    )
     bulk_modulus: PositivePressure | None = key(
         "K_new [Pa], at least ten times the largest pressure then; unless given the largest of 30 times "
-        "it, 100 rho u^2 with the 99 % quantile u of the speeds of particles under pressure, 100 times the largest von "
-        "Mises stress, but not above that of a material or of the stage before",
+        "it, 100 rho u^2 with the speed u below which particles under stress have 99 % of their kinetic energy, 100 "
+        "times the largest von Mises stress, but not above that of a material or of the stage before; of `auto` a "
+        "tenth of the latter",
         None,
     )
     nu: Annotated[float, Quantity(NUMBER, minimum=0, below=0.5)] = key(
@@ -320,7 +324,7 @@ LateStages = Annotated[
     Shorthand(
         lambda value, _: [value] if isinstance(value, dict) else value,
         (),
-        ({"type": "object", "required": ["at", "bulk_modulus"]},),
+        ({"type": "object", "required": ["at"]},),
     ),
 ]
 

@@ -187,10 +187,19 @@ def _rough(body: Body, case: Case) -> float:
 
 
 def estimated_steps(case: Case) -> int:
-    """Return about how many steps `case` takes."""
+    """Return about how many steps `case` takes; a late stage that begins by itself is taken not to."""
     finest = min(body.spacing(case) for body in case.bodies.values()) / case.resolution
-    dt = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
-    steps = math.ceil(case.duration / dt - 1e-9)
+    length = case.time.cfl * finest * case.smoothing_length
+    dt = case.time.step or length / _signal_speed(case)
+    timed = [stage for stage in case.late if stage.at != "auto"]
+    begins = [case.begins, *(float(stage.at) for stage in timed), case.time.end]
+    steps = math.ceil((begins[1] - case.begins) / dt - 1e-9)
+    density = min(material_of(body.material, body.internal_energy).density_at_rest for body in case.bodies.values())
+    for stage, begun, ended in zip(timed, begins[1:-1], begins[2:], strict=True):
+        if stage.bulk_modulus:  # with K + 4 G/3 = 3 K (1 - nu)/(1 + nu)
+            stiff = 3.0 * stage.bulk_modulus * (1.0 - stage.nu) / (1.0 + stage.nu)
+            dt = max(dt, case.time.step or length / math.sqrt(stiff / density))
+        steps += math.ceil((ended - begun) / dt - 1e-9)
     return min(steps, case.time.max_steps or steps)
 
 

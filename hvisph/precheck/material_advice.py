@@ -12,6 +12,7 @@ from hvisph.casefile.material_library import library_of, load_material, material
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.materials.damage.fracture_energy import largest_widths
 from hvisph.materials.damage.johnson_cook import TRIAXIALITY_LIMIT
+from hvisph.precheck.estimate import estimated_steps
 from hvisph.precheck.impact_pair import plane_shock
 from hvisph.precheck.regime import BALLISTIC, Condition, Facts, Found, Values
 from hvisph.setup.formulations import formulation_of
@@ -28,6 +29,7 @@ LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most roc
 # up to 2.7 times as much below the first; above the second a lattice tears before the crack has opened.
 SHARPEST, WIDEST_CRACK = 0.1, 1.0
 AT_ONSET = 0.1  # plastic strain at which metals begin to crack, for estimates of their strength then
+WEAK, MANY_STEPS = 1e6, 20_000  # cohesion [Pa] and steps, below and above which a late stage is worth it
 SOLID = ("mie_gruneisen", "us_up_table", "murnaghan", "polynomial")  # equations of state without liquid and vapour
 VAPOUR = "-tillotson"  # what names of the library's variants with liquid and vapour end with
 
@@ -121,6 +123,20 @@ def _weak_cohesion(facts: Facts) -> Iterator[Values]:
             least = LATTICE_NOISE * min(bulk)
             if 0.0 < strength.cohesion < least:
                 yield {"name": name, "cohesion": strength.cohesion, "least": least, "share": LATTICE_NOISE}
+
+
+def _slow_crater(facts: Facts) -> Iterator[Values]:
+    """Craters in weak matter, which open long after the shock has left, without a late stage."""
+    case = facts.case
+    if facts.kind.velocity <= 0.0 or case.late or case.edges or case.kinematics == "plane_stress":
+        return
+    name = facts.impact_pair.second if facts.impact_pair else ""
+    if facts.scheme not in ("riemann", "eulerian") or name not in facts.bodies:
+        return
+    strength, steps = facts.bodies[name].material.strength, estimated_steps(case)
+    weak = strength.type == "none" or (strength.type == "rock" and strength.cohesion < WEAK)
+    if weak and steps > MANY_STEPS:
+        yield {"steps": steps}
 
 
 def _cracks(facts: Facts) -> Iterator[tuple[str, float, float, float]]:
@@ -255,6 +271,7 @@ MATERIAL_CONDITIONS: dict[str, Condition] = {
     "too_wide": _too_wide,
     "too_narrow": _too_narrow,
     "weak_cohesion": _weak_cohesion,
+    "slow_crater": _slow_crater,
     "molten": _molten,
     "no_vapour": lambda facts: _vaporised(facts, followed=False),
     "vapour_beyond_reach": lambda facts: list(_vaporised(facts, followed=True))[:1],

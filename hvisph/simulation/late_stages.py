@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,29 @@ from hvisph.setup.build import Setup
 from hvisph.sph.neighbours.particle_layout import slots
 
 STIFF = 10.0  # least bulk modulus, of the largest pressure
-SLOWER = 0.99  # quantile of the speeds that the default modulus is of
+SLOWER = 0.99  # share of the kinetic energy below the speed that the default modulus is of
+SOFTER = 0.1  # modulus of a stage that begins by itself, over that before
+EVERY = 50  # steps after which such a stage is looked for
 HALF = 0.5  # of the density at rest: thinner particles move without pressure
+
+
+class _State(NamedTuple):
+    """What a late stage depends on."""
+
+    flies: np.ndarray  # whether particles have no pressure (n,)
+    pressure: np.ndarray  # (n,) [Pa]
+    stress: np.ndarray  # von Mises (n,) [Pa]
+    highest: float  # pressure [Pa]
+    fast: float  # speed below which particles under stress have `SLOWER` of their kinetic energy [m/s]
+    closing: float  # largest speed at which neighbours close [m/s]
+    wanted: float  # least bulk modulus [Pa]
+
+
+def _speed_of_most(speeds: np.ndarray, masses: np.ndarray) -> float:
+    """Return the speed [m/s] below which particles have `SLOWER` of the kinetic energy: `speeds`, `masses` (n,)."""
+    order = np.lexsort((masses, speeds))  # whatever process they come from
+    energy = np.cumsum((masses * speeds**2)[order])
+    return float(speeds[order][np.searchsorted(energy, SLOWER * energy[-1])]) if len(order) else 0.0
 
 
 class LateStages:
@@ -29,9 +51,9 @@ class LateStages:
             assert isinstance(setup.stepper, Stepper)
             self._stepper = setup.stepper
 
-    def resume(self, time: float) -> None:
-        """Take the materials of the stage that a state at `time` [s] is in."""
-        self._done = sum(stage.at <= time for stage in self._stages)
+    def resume(self) -> None:
+        """Take the materials of the stage that the state is in."""
+        self._done = int(np.count_nonzero(self._setup.stepper.late[1:]))
         if self._done:
             self._take(self._done - 1, float(self._stepper.late[self._done]))
 
@@ -45,16 +67,34 @@ class LateStages:
             1.0, before, where=stiff, out=np.zeros(before.shape)
         )
 
-    def is_due(self, time: float) -> bool:
-        """Return whether the next stage begins at `time` [s] or earlier."""
-        return self._done < len(self._stages) and self._stages[self._done].at <= time
+    def is_due(self, time: float, step: int) -> bool:
+        """Return whether the next stage begins at `time` [s] or earlier, or `auto` once its modulus suffices."""
+        if self._done == len(self._stages):
+            return False
+        stage = self._stages[self._done]
+        if stage.at != "auto":
+            return stage.at <= time
+        if step % EVERY:
+            return False
+        state, modulus = self._survey(), self._largest_modulus()
+        return state.wanted <= modulus and state.closing <= self._slow(modulus)
 
-    def switch(self, time: float, step: int) -> str:
-        """Begin the next stage and return a remark on it.
+    def pending(self) -> str:
+        """Return a remark on stages that have not begun; empty where there are none."""
+        left = len(self._stages) - self._done
+        return f"{left} late stage{'s' if left > 1 else ''} (at: auto) did not begin" if left else ""
 
-        Raises `Failure` where the pressure is above a tenth of the new bulk modulus.
-        """
-        stepper, stage = self._stepper, self._stages[self._done]
+    def _largest_modulus(self) -> float:
+        """Return the modulus of the next stage [Pa], if `auto` without one a tenth of that before."""
+        return float(self._stages[self._done].bulk_modulus or SOFTER * self._moduli[:, 0].min())
+
+    def _slow(self, modulus: float) -> float:
+        """Return a tenth of the sound speed [m/s] of a stage of a bulk modulus [Pa]."""
+        return 0.1 * sqrt(modulus / max(one.density_at_rest for one in self._setup.substances))
+
+    def _survey(self) -> _State:
+        """Return what a stage depends on, at this moment."""
+        stepper, share = self._stepper, self._setup.subdomain
         particles = stepper.particles
         fields = diagnose(particles, stepper.table, stepper.models)
         pressure, heat = np.maximum(fields["pressure"], 0.0), fields.get("temperature")
@@ -63,16 +103,35 @@ class LateStages:
             rows = np.flatnonzero(particles.material == number)
             flies[rows] = self._flies(rows, material, None if heat is None else heat[rows])
         pressure[flies] = 0.0
-        share, speed = self._setup.subdomain, np.sqrt((particles["velocity"] ** 2).sum(axis=1))
-        highest = share.get_maxima(float(pressure.max(initial=0.0)))[0]
         stress = np.where(flies, 0.0, fields["von_mises_stress"])
-        whole = share.gather_rows(speed[~flies])
-        fast = share.world.broadcast_from_first(lambda: float(np.quantile(whole, SLOWER)) if len(whole) else 0.0)
-        modulus = stage.bulk_modulus or self._default_modulus(highest, fast, float(stress.max(initial=0.0)))
-        if highest * STIFF > modulus:
+        borne = (pressure > 0.0) | (stress > 0.0)
+        speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
+        speeds, masses = share.gather_rows(speed[borne]), share.gather_rows(particles["mass"][borne])
+        fast = share.world.broadcast_from_first(lambda: _speed_of_most(speeds, masses))
+        rates = stepper.rates[stepper.place, slots(particles.dim)["R_APPROACH"]]
+        highest, strongest, closing = (
+            float(share.get_maxima(float(np.where(flies, 0.0, np.abs(one)).max(initial=0.0)))[0])
+            for one in (pressure, stress, rates)
+        )
+        density = max(one.density_at_rest for one in self._setup.substances)
+        wanted = max(30.0 * highest, 100.0 * density * fast**2, 100.0 * strongest)
+        return _State(flies, pressure, stress, highest, fast, closing, wanted)
+
+    def switch(self, time: float, step: int) -> str:
+        """Begin the next stage and return a remark on it.
+
+        Raises `Failure` where the pressure is above a tenth of the new bulk modulus.
+        """
+        stepper, stage, state = self._stepper, self._stages[self._done], self._survey()
+        particles, pressure, flies = stepper.particles, state.pressure, state.flies
+        if stage.at == "auto":
+            modulus = self._largest_modulus()
+        else:  # without a speed, a pressure or a stress as it was
+            modulus = stage.bulk_modulus or min(state.wanted or inf, *self._moduli[:, 0])
+        if state.highest * STIFF > modulus:
             raise Failure(
-                "late", f"late stage at {time:.4g} s: the largest pressure is {highest:.3g} Pa, above a tenth of its "
-                f"bulk modulus of {modulus:.3g} Pa; begin later, or give {STIFF * highest:.3g} Pa or more",
+                "late", f"late stage at {time:.4g} s: the largest pressure is {state.highest:.3g} Pa, above a tenth of "
+                f"its bulk modulus of {modulus:.3g} Pa; begin later, or give {STIFF * state.highest:.3g} Pa or more",
                 None, None, None, time, step,
             )  # fmt: skip
         for number, material in enumerate(self._setup.substances):
@@ -82,29 +141,21 @@ class LateStages:
                 pores = material.porosity is not None
                 particles["flaw_strain"][rows] = 1.0 / particles["history_variable"][rows] if pores else 1.0
             particles["history_variable"][rows] = np.where(flies[rows], np.inf, reference)
-        slow = 0.1 * sqrt(modulus / max(one.density_at_rest for one in self._setup.substances))
-        rates = stepper.rates[stepper.place, slots(particles.dim)["R_APPROACH"]]
-        closing = share.get_maxima(float(np.where(flies, 0.0, np.abs(rates)).max(initial=0.0)))[0]
         softer = self._take(self._done, modulus)[particles.material]
-        elastic = pressure**2 / 2.0 * softer[:, 0] + stress**2 / 6.0 * softer[:, 1]
-        stepper.late[0] += share.exact_sum(particles["mass"] / particles["density"] * elastic)
+        elastic = pressure**2 / 2.0 * softer[:, 0] + state.stress**2 / 6.0 * softer[:, 1]
+        stepper.late[0] += self._setup.subdomain.exact_sum(particles["mass"] / particles["density"] * elastic)
         self._done += 1
         stepper.late[self._done] = modulus
-        remark = (f"late stage from {time:.4g} s, bulk modulus {modulus:.3g} Pa: largest pressure {highest:.3g} Pa; "
-                  f"99 % of the particles under pressure are slower than {fast:.3g} m/s")  # fmt: skip
-        if closing > slow:
+        remark = (f"late stage from {time:.4g} s, bulk modulus {modulus:.3g} Pa: largest pressure {state.highest:.3g} "
+                  f"Pa; 99 % of the kinetic energy under stress is of particles slower than {state.fast:.3g} m/s; "
+                  f"{state.wanted:.3g} Pa would be the default")  # fmt: skip
+        slow = self._slow(modulus)
+        if state.closing > slow:
             remark += (
-                f"; warning: particles close at {closing:.3g} m/s, above a tenth of the new sound speed, "
+                f"; warning: particles close at {state.closing:.3g} m/s, above a tenth of the new sound speed, "
                 f"{slow:.3g} m/s: the shock has not left; begin later or give a higher bulk modulus"
             )
         return remark
-
-    def _default_modulus(self, pressure: float, speed: float, stress: float) -> float:
-        """Return K_new [Pa] of the largest pressure and von Mises stress [Pa] and the speed of what moves [m/s]."""
-        density = max(one.density_at_rest for one in self._setup.substances)
-        stress = self._setup.subdomain.get_maxima(stress)[0]
-        wanted = max(30.0 * pressure, 100.0 * density * speed**2, 100.0 * stress)
-        return float(min(wanted, *self._moduli[:, 0])) or float(self._moduli[:, 0].min())
 
     def _flies(self, rows: np.ndarray, material: Material, temperature: np.ndarray | None) -> np.ndarray:
         """Return whether particles of a material fly on without pressure, hot or thin (n,)."""

@@ -107,6 +107,9 @@ class Run:
                 self.listener.message(str(failure))
             else:
                 self.status = "done" if self._enough() else "interrupted"
+                if self.clock.is_finished and (remark := self.late.pending()):
+                    self.folder.log.write(remark)
+                    self.listener.message(remark)
                 if not self.clock.is_finished or self.clock.fixed is not None:
                     self._checkpoint()
 
@@ -137,7 +140,7 @@ class Run:
         )
         if self.checkpoint is not None:
             self.time_step = self.checkpoint_content.restore(self.checkpoint)
-            self.late.resume(self.clock.time)
+            self.late.resume()
             self.checkpoint = replace(self.checkpoint, arrays={})
             self.subdomain.note_reordering()
             self.subdomain.redistribute()
@@ -199,7 +202,7 @@ class Run:
         while due:  # snapshots hold as long as the particles lie as they do
             number += 1
             self.files.write_output(due.pop(0)(), number)
-        if self.late.is_due(clock.time):
+        if self.late.is_due(clock.time, clock.steps):
             remark = self.late.switch(clock.time, clock.steps)
             stepper.predict(following.length)
             self.folder.log.write(remark)

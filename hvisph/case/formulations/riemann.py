@@ -86,6 +86,7 @@ def bears_any_tension(body: Body) -> bool:
     """Whether only the equation of state limits the tension of a body."""
     material = body.material
     breaks = material.damage.type != "none" or material.strength.type in ("elastic", "fabric")
+    breaks |= getattr(material.strength, "tension", None) is not None
     return not (breaks or is_gas(body))
 
 

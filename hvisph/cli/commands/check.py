@@ -191,8 +191,9 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     threads = of_cores(taken.threads, available_threads())
     loops, seconds = compilation()
     before = f"after the compilation of {loops} loops, about {duration(seconds)}" if loops else "all loops are compiled"
+    fewer = ", fewer once late stages begin" if any(stage.at == "auto" for stage in case.late) else ""
     facts += [
-        ("steps", f"about {round_two_figures(taken.steps)} to t = {number(case.time.end, 's')}"),
+        ("steps", f"about {round_two_figures(taken.steps)} to t = {number(case.time.end, 's')}{fewer}"),
         ("time", f"about {duration(taken.seconds)} on {threads}; {before}"),
         ("memory", f"about {size(taken.memory)}"),
         ("disk", f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})"),
