@@ -59,7 +59,6 @@ class ExperimentSet(StrictModel):
     stands_in: str = Field(default="", max_length=4000, description="What stands for a material whose numbers lack")
     found: str = Field(default="", max_length=4000, description="What agrees, what does not and why")
     why: dict[Text, Words] = Field(default={}, description="By quantity: in a sentence, why it misses what is asked")
-    remarks: dict[Text, Text] = Field(default={}, description="By group of shots: why one is beyond the worst asked")
     judge: JudgeName = Field(description="What draws the measured quantities from the runs")
     across: Across = Field(description="Particles across")
     asked: dict[Text, Asked] = Field(default={}, description="By quantity; those not named are shown, not judged")

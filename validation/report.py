@@ -11,7 +11,7 @@ from hvisph.output import atomic_write
 
 from .comparison import Compared, Verdict, verdicts
 from .evaluators import judge_of
-from .experiments import GROUP, Experiments, experiment_names
+from .experiments import Experiments, experiment_names
 from .pictures import draw
 from .results import SetResult, store, stored
 from .table_cells import CELLS, percent, verdict_cells
@@ -31,10 +31,8 @@ judged.
 
 {verdicts}
 
-## How to compute a set
-
 This page is made by `hvisph validate --page docs/validation.md`; do not edit it. All numbers are in the JSON files
-beside it (`docs/validation/`). A set is a folder of `cases/validation`: a case, `shots.csv` with the differences,
+in `docs/validation/`. A set is a folder of `cases/validation`: a case, `shots.csv` with the differences,
 `measured.csv` with every measured number, its scatter, source and reliability, and `set.yaml` with the choices and
 tolerances.
 
@@ -130,7 +128,6 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     if pictures:
         yield from ("", " ".join(pictures))
     yield from _bias(result, result.curves.get("groups", {}), "bias")
-    yield from _beyond(one, result)
     failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
               if shot["status"] != "done"]  # fmt: skip
     if failed:
@@ -185,22 +182,6 @@ def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[
             offs = [row.off or 0.0 for row in rows if row.measured.quantity == name and row.measured.judged]
             cells.append(percent(sum(offs) / len(offs)) if offs else "")
         yield _line((kind, str(sum(one == kind for one in groups.values())), *cells))
-
-
-def _beyond(one: Experiments, result: SetResult) -> Iterator[str]:
-    """Yield a list of the numbers that are off by more than the worst that is asked, with the set's remarks."""
-    words = judge_of(one.model.judge).quantities
-    beyond: dict[str, list[str]] = {}
-    for row in result.rows:
-        asked, off = one.model.asked.get(row.measured.quantity), row.off
-        if row.measured.judged and asked and asked.worst and off is not None and abs(off) > asked.worst:
-            remark = one.model.remarks.get(str(one.shots.get(row.measured.shot, {}).get(GROUP)), "")
-            name = words.get(row.measured.quantity, row.measured.quantity)
-            group = f"{name} ({remark})" if remark else name
-            beyond.setdefault(group, []).append(f"{row.measured.shot} {percent(off)}")
-    if sum(map(len, beyond.values())) > 1:  # a single one is in the table of verdicts
-        groups = "; ".join(f"{what}: {', '.join(shots)}" for what, shots in beyond.items())
-        yield from ["", wrapped(f"Beyond the largest error asked: {groups}.")]
 
 
 def wrapped(text: str, indent: str = "") -> str:
