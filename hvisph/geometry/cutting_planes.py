@@ -102,17 +102,14 @@ class Section(Measured):
 
     @property
     def dim(self) -> int:
-        """Number of dimensions: 2."""
         return 2
 
     @property
     def kind(self) -> str:
-        """Name of the kind of shape, for messages."""
         return self.solid.kind
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
         solid = self.solid
         round_wall = isinstance(solid, Cylinder | Tube) or (isinstance(solid, Ring) and 1 in solid.section.flat_axes)
         return (*(axis for axis in solid.flat_axes if axis == 0), *((1,) if round_wall else ()))
@@ -128,7 +125,6 @@ class Section(Measured):
         return (1,)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (2,) each [m]."""
         low, high = self.solid.bounds()
         inner = 0.0
         if isinstance(self.solid, Tube):
@@ -138,7 +134,6 @@ class Section(Measured):
         return np.array([low[0], inner]), np.array([high[0], high[1]])
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 2) [m] to the surface or the axis, negative inside: (n,) [m]."""
         in_space = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
         return np.maximum(self.solid.distance(in_space), -points[:, 1])
 

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from hvisph.core.errors import OutputError
+from hvisph.core.errors import CaseError, OutputError
 
 from .file_names import PARTIAL
 
@@ -28,6 +28,25 @@ def write_errors(path: str | Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise OutputError(f"cannot write {path}: {reason(error)}") from error
+
+
+@contextmanager
+def read_errors(path: str | Path, what: str) -> Iterator[None]:
+    """Raise `OutputError` that names `path` where this block cannot read it; `what` is its kind, as "a VTK file".
+
+    Any error of the block is its content's: a damaged file fails anywhere in a decoder.
+    """
+    try:
+        yield
+    except (CaseError, MemoryError):
+        raise
+    except OutputError as error:
+        raise OutputError(f"cannot read {path}: {error}") from error
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {reason(error)}") from error
+    except Exception as error:
+        text = f"it is truncated, damaged or not {what} ({str(error) or type(error).__name__})"
+        raise OutputError(f"cannot read {path}: {text}") from error
 
 
 @contextmanager

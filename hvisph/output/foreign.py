@@ -6,8 +6,7 @@ blanks, dashes and underscores. An array that is none of the quantities in `QUAN
 
 import math
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import numpy as np
 from hvisph.core.errors import OutputError, suggest_nearest
 from hvisph.core.text import sanitize
 
-from .atomic_write import reason
+from .atomic_write import read_errors
 from .snapshot import Snapshot
 
 # Each quantity: powers of length, mass and time in its unit, and the usual names of its array.
@@ -140,17 +139,16 @@ def snapshot_of_another_code(
         time=time * (convention.units or (1.0, 1.0, 1.0))[2],
         step=step,
         dimensions=dim,
-        fields={name: _scale(values, convention.factor(name))[order] for name, values in fields.items()},
+        fields={
+            name: (values if convention.factor(name) == 1.0 else values * convention.factor(name))[order]
+            for name, values in fields.items()
+        },
         body=body[order],
         material=material[order],
         id=number[order],
         bodies=bodies,
         materials=materials,
     )
-
-
-def _scale(values: np.ndarray, factor: float) -> np.ndarray:
-    return values if factor == 1.0 else values * factor
 
 
 def _refuse_impossible(fields: Mapping[str, np.ndarray]) -> None:
@@ -208,26 +206,12 @@ def _groups(arrays: Mapping[str, Array], convention: Convention, n: int, word: s
     return index.astype(np.int64), [f"{word} {number}" for number in numbers]
 
 
-@contextmanager
-def _reading(path: str | Path, kind: str) -> Iterator[None]:
-    """Name the file in every error of this block: a damaged one fails anywhere in a decoder."""
-    try:
-        yield
-    except OutputError as error:
-        raise OutputError(f"cannot read {path}: {error}") from error
-    except OSError as error:
-        raise OutputError(f"cannot read {path}: {reason(error)}") from error
-    except Exception as error:
-        text = f"it is truncated, damaged or not {kind} ({str(error) or type(error).__name__})"
-        raise OutputError(f"cannot read {path}: {text}") from error
-
-
 def read_vtk(path: str | Path, convention: Convention = SI, ending: str = ".vtk") -> Snapshot:
     """Read another code's points from a legacy VTK file, or a VTP file with ``ending=".vtp"``.
 
     Raises `OutputError` when pyvista is missing, or the file is missing, truncated, damaged or holds no points.
     """
-    with _reading(path, "a VTK file"):
+    with read_errors(path, "a VTK file"):
         try:
             import pyvista
         except ImportError:
@@ -249,7 +233,7 @@ def read_lammps(path: str | Path, convention: Convention = SI) -> Snapshot:
 
     Raises `OutputError` when the file is missing, truncated, damaged, or its particles have no positions.
     """
-    with _reading(path, "a text dump of LAMMPS"):
+    with read_errors(path, "a text dump of LAMMPS"):
         _, _, moment = Path(path).read_text("ascii").rpartition("ITEM: TIMESTEP\n")
         parts = [part.partition("\n") for part in f"TIMESTEP\n{moment}".split("ITEM: ")]
         items = {re.sub(r" ?\b[a-z].*", "", head): (head.split()[1:], body.splitlines()) for head, _, body in parts}

@@ -22,7 +22,8 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.fields import CATALOGUE, Derived
 from hvisph.core.text import Plain
 from hvisph.output import file_names
-from hvisph.output.sealed_hdf5 import LABELS, naming, reading, writing
+from hvisph.output.atomic_write import read_errors
+from hvisph.output.sealed_hdf5 import LABELS, reading, writing
 
 from .snapshot import FORMAT_VERSION, INDICES, Snapshot, header_text, snapshot_from, to_vtk
 
@@ -91,7 +92,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
         with reading(path, "a snapshot", verified=False) as h5:
             return _array(h5, places[name], sums)
 
-    with naming(path, "a snapshot"):
+    with read_errors(path, "a snapshot of hvisph"):
         return snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)
 
 

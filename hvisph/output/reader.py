@@ -17,7 +17,7 @@ from hvisph.core.errors import FEW, CaseError, OutputError
 from hvisph.core.text import Plain, sanitize
 
 from . import file_names
-from .atomic_write import reason
+from .atomic_write import read_errors
 from .foreign import SI, Convention, read_lammps, read_vtk
 from .hdf5 import read_hdf5, time_in
 from .sealed_hdf5 import SIGNATURE
@@ -27,84 +27,56 @@ from .vtu import read_vtu
 STATUSES = ("done", "failed", "interrupted")
 
 
-def _number(value: object) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
-def _number_or_none(value: object) -> bool:
-    return value is None or _number(value)
+def _is_number_or_none(value: object) -> bool:
+    return value is None or _is_number(value)
 
 
-def _count(value: object) -> bool:
+def _is_count(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**63
 
 
-def _text(value: object) -> bool:
+def _is_text(value: object) -> bool:
     return isinstance(value, str)
 
 
-def _is(*allowed: object) -> Callable[[object], bool]:
-    return lambda value: any(value is one or (isinstance(value, str) and value == one) for one in allowed)
-
-
-_MEASURE = {"value": _number_or_none, "unit": _text, "uncertainty": _number_or_none}
-_EXPECTED = {
-    "name": _text,
-    "value": _number_or_none,
-    "expected": _number,
-    "tolerance": _number,
-    "source": _text,
-    "passed": _is(True, False),
-}
-_PLAIN = {
-    "title": _text,
-    "status": _is(*STATUSES),
-    "end_time": _number,
-    "particles": _count,
-    "steps": _count,
-    "threads": _count,
-    "wall_seconds": _number,
-    "microseconds_per_particle_step": _number_or_none,
+# What a summary holds, by key: of what kind a value is, or the form of a mapping; "*" stands for every key or entry.
+Form = Callable[[object], bool] | Mapping[str, Any]
+_MEASURE = dict.fromkeys(("value", "uncertainty"), _is_number_or_none) | {"unit": _is_text}
+_OPTIONAL = {"time": _is_number_or_none, "reason": _is_text}
+_RESOLUTION = {"resolution": {"spacing": _is_number, "support": _is_number_or_none}}
+_EXPECTED = dict.fromkeys(("name", "source"), _is_text) | dict.fromkeys(("expected", "tolerance"), _is_number)
+_SUMMARY: Mapping[str, Form] = {
+    "title": _is_text,
+    "status": lambda value: value in STATUSES,
+    **dict.fromkeys(("end_time", "wall_seconds"), _is_number),
+    **dict.fromkeys(("particles", "steps", "threads"), _is_count),
+    "microseconds_per_particle_step": _is_number_or_none,
+    "failure": lambda value: value is None or (isinstance(value, dict) and _is_text(value.get("message"))),
+    "measures": {"*": _MEASURE, "*?": _OPTIONAL | _RESOLUTION},
+    "conservation": {"*": _is_number_or_none},
+    "expected": {"*": _EXPECTED | {"value": _is_number_or_none, "passed": lambda value: isinstance(value, bool)}},
 }
 
 
-def misfit(summary: object) -> str:
-    """Return which part of `summary` is missing or of another kind than hvisph writes; empty where it fits."""
-    if not isinstance(summary, dict):
-        return "it is not a summary"
-    text = _misfit(summary, _PLAIN, "")
-    if text:
-        return text
-    failure, measures, drifts, expected = (summary.get(k) for k in ("failure", "measures", "conservation", "expected"))
-    known = failure is None or (isinstance(failure, dict) and _text(failure.get("message")))
-    if "failure" not in summary or not known:
-        return "its failure is missing or has no message"
-    if not isinstance(measures, dict) or not isinstance(drifts, dict) or not isinstance(expected, list):
-        return "it lacks measures, conservation or expected"
-    for name, entry in measures.items():
-        text = text or _misfit(entry, _MEASURE, f"measures.{name}.") or _misfit_of_options(entry, f"measures.{name}.")
-    for index, entry in enumerate(expected):
-        text = text or _misfit(entry, _EXPECTED, f"expected.{index}.")
-    odd = [name for name, value in drifts.items() if not _number_or_none(value)]
-    return text or (f"its conservation.{odd[0]} is no number" if odd else "")
-
-
-def _misfit(value: object, kinds: Mapping[str, Callable[[object], bool]], path: str) -> str:
-    if not isinstance(value, dict):
-        return f"its {path.rstrip('.')} has no keys"
-    for name, fits in kinds.items():
-        if name not in value or not fits(value[name]):
-            return f"its {path}{name} is missing or of the wrong kind"
-    return ""
-
-
-def _misfit_of_options(entry: Plain, path: str) -> str:
-    if not _number_or_none(entry.get("time")) or not _text(entry.get("reason", "")):
-        return f"its {path}time or reason is of the wrong kind"
-    resolution = entry.get("resolution")
-    if resolution is None:
-        return ""
-    return _misfit(resolution, {"spacing": _number, "support": _number_or_none}, f"{path}resolution.")
+def misfit(value: object, form: Form = _SUMMARY, path: str = "") -> str:
+    """Return which part of a summary is missing or of another kind than hvisph writes; empty where it fits."""
+    if callable(form):
+        return "" if form(value) else f"its {path} is missing or of the wrong kind"
+    entries: Any = value
+    if path == "expected":  # a list
+        entries = dict(enumerate(value)) if isinstance(value, list) else None
+    if not isinstance(entries, dict):
+        return f"its {path} has no keys" if path else "it is not a summary"
+    wanted = dict.fromkeys(entries, form["*"]) if "*" in form else form
+    texts = [misfit(entries.get(key, _is_text), one, f"{path}.{key}".lstrip(".")) for key, one in wanted.items()]
+    for key, entry in entries.items() if "*?" in form else ():
+        given = {name: one for name, one in form["*?"].items() if isinstance(entry, dict) and name in entry}
+        texts.append(misfit(entry, given, f"{path}.{key}"))
+    return next(filter(None, texts), "")
 
 
 # Files of other codes, by how their names end; in a folder of several kinds the first of these is read.
@@ -261,11 +233,8 @@ def _sanitize(value: object) -> Any:
 
 
 def _bytes(path: Path, count: int = -1) -> bytes:
-    try:
-        with path.open("rb") as file:
-            return file.read(count)
-    except OSError as error:
-        raise OutputError(f"cannot read {path}: {reason(error)}") from error
+    with read_errors(path, "a file"), path.open("rb") as file:
+        return file.read(count)
 
 
 def _natural(name: str) -> list[tuple[int, int, str]]:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from hvisph.core.errors import OutputError
 
-from .atomic_write import reason, replacing
+from .atomic_write import read_errors, replacing
 
 if TYPE_CHECKING:
     import h5py
@@ -118,10 +118,11 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
     """
     import h5py
 
-    with naming(path, what), Path(path).open("rb") as file:
+    with read_errors(path, f"{what} of hvisph"), Path(path).open("rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
             raise OutputError("it is not an HDF5 file")
-        state = _state(file)
+        found = os.fstat(file.fileno())
+        state = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
         known = _KNOWN.get(state)
         if verified and not known:
             verify_seal(file)
@@ -135,30 +136,12 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
             yield h5
 
 
-def _state(file: BinaryIO) -> State:
-    found = os.fstat(file.fileno())
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
-
-
 def _remember(state: State, whole: bool) -> None:
     """Keep in mind that a file holds what we write, and whether it is whole, until it is written anew."""
     if clock.time() - 1e-9 * state[3] > SETTLED:  # within the clock's grain a change would not show
         _KNOWN[state] = whole
         while len(_KNOWN) > MOST_KNOWN:
             del _KNOWN[next(iter(_KNOWN))]
-
-
-@contextmanager
-def naming(path: str | Path, what: str) -> Iterator[None]:
-    """Name the file `path`, which should be `what`, in the errors of a block that come of its content."""
-    try:
-        yield
-    except OutputError as error:
-        raise OutputError(f"cannot read {path}: {error}") from error
-    except OSError as error:
-        raise OutputError(f"cannot read {path}: {reason(error)}") from error
-    except (KeyError, ValueError, TypeError, RuntimeError, LookupError, AttributeError, OverflowError) as error:
-        raise OutputError(f"cannot read {path}: it is not {what} of hvisph ({error})") from error
 
 
 def _refuse_what_is_not_ours(h5: h5py.File, size: int) -> None:

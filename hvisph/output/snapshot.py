@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -71,46 +70,32 @@ FORMAT_VERSION = 1
 VTK_SYMMETRIC = (0, 1, 2, 3, 5, 4)
 INDICES = ("body", "material", "id")
 # What kinds of values a header has, and the metadata that measures read.
-_HEADER: Plain = {
-    "time": int | float,
-    "step": int,
-    "dimensions": int,
-    "bodies": list,
-    "materials": list,
-    "fields": list,
-    "metadata": dict,
-}
-_AXIAL_COLUMNS: dict[int, list[int]] = {1: [], 2: [2], 3: [0, 1, 2]}  # what turns in the plane turns about z
+_HEADER: Plain = {"time": int | float, "metadata": dict} | dict.fromkeys(("step", "dimensions"), int)
+_HEADER |= dict.fromkeys(("bodies", "materials", "fields"), list)
 _NUMBERS = ("spacing", "face", "thickness", "width", "kernel_reach")
 _TEXTS = ("title", "units", "kinematics", "code_version", "case")
 
 
+def _vtk_columns(name: str, dim: int) -> tuple[int, list[int]]:
+    """Return the number of components of a field in VTK, and the places of ours among them; 0 and none of a scalar."""
+    columns = {
+        "vector": (3, list(range(dim))),
+        "axial": (3, {1: [], 2: [2], 3: [0, 1, 2]}[dim]),  # what turns in the plane turns about z
+        "symmetric": (6, list(VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]])),
+        "gradient": (9, [3 * i + j for i in range(dim) for j in range(dim)]),
+        "quaternion": (4, [0, 1, 2, 3]),
+    }
+    return columns.get(CATALOGUE[name].rank if name in CATALOGUE else "scalar", (0, []))
+
+
 def to_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
     """Return field `name` in `dim` dimensions as ParaView expects it; unknown names stay as they are."""
-    rank = _rank(name)
-    if rank == "vector":
-        return _pad_columns(values, 3, range(dim))
-    if rank == "axial":
-        return _pad_columns(values, 3, _AXIAL_COLUMNS[dim])
-    if rank == "symmetric":
-        return _pad_columns(values, 6, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]])
-    if rank == "gradient":
-        return _pad_columns(values, 9, _gradient_columns(dim))
-    return values
-
-
-def from_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
-    """Return what `to_vtk` was given."""
-    rank = _rank(name)
-    if rank == "vector":
-        return np.ascontiguousarray(values[:, :dim])
-    if rank == "axial":
-        return np.ascontiguousarray(values[:, _AXIAL_COLUMNS[dim]])
-    if rank == "symmetric":
-        return np.ascontiguousarray(values[:, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]]])
-    if rank == "gradient":
-        return np.ascontiguousarray(values[:, _gradient_columns(dim)])
-    return values
+    width, columns = _vtk_columns(name, dim)
+    if not width:
+        return values
+    out = np.zeros((len(values), width), dtype=values.dtype)
+    out[:, columns] = values
+    return out
 
 
 def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
@@ -125,7 +110,13 @@ def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
         "fields": list(snapshot.fields),
         "metadata": snapshot.metadata,
     } | (more or {})
-    return json.dumps(header, default=_plain, ensure_ascii=True)
+
+    def plain(value: object) -> object:
+        if isinstance(value, np.generic | np.ndarray):
+            return value.tolist()
+        raise TypeError(f"a snapshot's metadata holds plain numbers and text, not {type(value).__name__}")
+
+    return json.dumps(header, default=plain, ensure_ascii=True)
 
 
 def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
@@ -165,25 +156,19 @@ def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
         id=number,
         bodies=[sanitize(name) for name in header["bodies"]],
         materials=[sanitize(name) for name in header["materials"]],
-        metadata=dict(header["metadata"])
-        | {name: sanitize(header["metadata"][name]) for name in _TEXTS if name in header["metadata"]},
+        metadata={k: sanitize(v) if k in _TEXTS else v for k, v in header["metadata"].items()},
     )
 
 
 def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
     """Return one field as hvisph has it; raises `ValueError` when it has not the shape that it is written with."""
-    rows = {"scalar": (), "vector": (3,), "axial": (3,), "symmetric": (6,), "gradient": (9,), "quaternion": (4,)}[
-        _rank(name)
-    ]
-    if (
-        values.dtype.kind not in "fiu"
-        or values.shape[:1] != (count,)
-        or (name in CATALOGUE and values.shape[1:] != rows)
-    ):
+    width, columns = _vtk_columns(name, dim)
+    is_odd = name in CATALOGUE and values.shape[1:] != ((width,) if width else ())
+    if is_odd or values.dtype.kind not in "fiu" or values.shape[:1] != (count,):
         raise ValueError(f"'{name}' has shape {values.shape} for {count} particles")
     if values.dtype.kind == "f":  # as whoever computes with it expects, however it was stored
         values = values.astype(np.float64, copy=False)
-    return from_vtk(name, values, dim)
+    return np.ascontiguousarray(values[:, columns]) if width else values
 
 
 def _check_metadata(metadata: Plain, dim: int) -> None:
@@ -202,23 +187,3 @@ def _check_metadata(metadata: Plain, dim: int) -> None:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
-
-
-def _rank(name: str) -> str:
-    return CATALOGUE[name].rank if name in CATALOGUE else "scalar"
-
-
-def _pad_columns(values: np.ndarray, width: int, columns: Any) -> np.ndarray:
-    out = np.zeros((len(values), width), dtype=values.dtype)
-    out[:, list(columns)] = values
-    return out
-
-
-def _gradient_columns(dim: int) -> list[int]:
-    return [3 * i + j for i in range(dim) for j in range(dim)]
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    raise TypeError(f"a snapshot's metadata holds plain numbers and text, not {type(value).__name__}")

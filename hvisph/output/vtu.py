@@ -13,13 +13,11 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
-from hvisph.core.errors import OutputError
-
-from .atomic_write import reason, replacing, write_text
+from .atomic_write import read_errors, replacing, write_text
 from .foreign import SI, Convention, snapshot_of_another_code
 from .sealed_hdf5 import append_seal, has_seal, verify_seal
 from .snapshot import INDICES, Snapshot, header_text, snapshot_from, to_vtk
@@ -69,26 +67,18 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
     """
     import meshio
 
-    try:
-        with Path(path).open("rb") as file:
-            sealed = has_seal(file)
-            if sealed:
-                verify_seal(file)
-            mesh = _parse_xml(path, meshio)
-            if HEADER not in mesh.field_data:
-                return snapshot_of_another_code(mesh.points, mesh.point_data or {}, mesh.field_data, convention)
-            convention.refuse_own()
-            if not sealed:
-                verify_seal(file)
+    with read_errors(path, "a VTU file"), Path(path).open("rb") as file:
+        sealed = has_seal(file)
+        if sealed:
+            verify_seal(file)
+        mesh = meshio.vtu.read(path)
+        if HEADER not in mesh.field_data:
+            return snapshot_of_another_code(mesh.points, mesh.point_data or {}, mesh.field_data, convention)
+        convention.refuse_own()
+        if not sealed:
+            verify_seal(file)
         header = json.loads(np.asarray(mesh.field_data[HEADER], dtype=np.uint8).tobytes())
-        arrays = dict(mesh.point_data) | {"position": mesh.points}
-        return snapshot_from(header, arrays)
-    except OutputError as error:
-        raise OutputError(f"cannot read {path}: {error}") from error
-    except OSError as error:
-        raise OutputError(f"cannot read {path}: {reason(error)}") from error
-    except (KeyError, ValueError, TypeError) as error:
-        raise OutputError(f"cannot read {path}: it is not a snapshot of hvisph ({error})") from error
+        return snapshot_from(header, dict(mesh.point_data) | {"position": mesh.points})
 
 
 def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
@@ -106,17 +96,6 @@ def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
     body = "\n".join(["  <Collection>", *lines, "  </Collection>", "</VTKFile>"])
     write_text(path, head + body + "\n")
-
-
-def _parse_xml(path: str | Path, meshio: Any) -> Any:
-    try:
-        return meshio.vtu.read(path)
-    except OSError:
-        raise
-    # a damaged file fails anywhere in meshio: XML, base64, missing attributes, shapes, plain asserts
-    except Exception as error:
-        text = str(error) or type(error).__name__
-        raise OutputError(f"it is truncated, damaged or not a VTU file ({text})") from error
 
 
 def _write_array(

@@ -72,15 +72,12 @@ class Frustum(Profile):
 
     @property
     def width(self) -> float:
-        """Largest diameter [m]."""
         return max(self.back_diameter, self.front_diameter)
 
     def radius(self, x: np.ndarray) -> np.ndarray:
-        """Return the radius at `x` [m]."""
         return (self.back_diameter + (self.front_diameter - self.back_diameter) * (x / self.length + 0.5)) / 2
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the signed distance of points with r >= 0 [m]."""
         half = self.length / 2
         side = line_distance(x, r, (-half, self.back_diameter / 2), (half, self.front_diameter / 2))
         return np.maximum(side, np.abs(x) - half)
@@ -111,7 +108,6 @@ class Ogive(Profile):
 
     @property
     def length(self) -> float:
-        """Full length along the axis [m]."""
         return self.nose_length + self.shank_length
 
     @property
@@ -120,17 +116,14 @@ class Ogive(Profile):
         return (self.diameter**2 / 4 + self.nose_length**2) / self.diameter
 
     def breaks(self) -> tuple[float, ...]:
-        """Return the ends and where the nose begins [m]."""
         half = self.length / 2
         return (-half, half - self.nose_length, half) if self.shank_length > 0 else (-half, half)
 
     def radius(self, x: np.ndarray) -> np.ndarray:
-        """Return the radius at `x` [m]."""
         along = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
         return np.maximum(np.sqrt(self.arc**2 - along**2) - self.arc + self.diameter / 2, 0.0)
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the signed distance of points with r >= 0 [m]."""
         along = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
         side = np.hypot(along, r - self.diameter / 2 + self.arc) - self.arc
         return np.maximum(side, -self.length / 2 - x)
@@ -154,7 +147,6 @@ class Dome(Profile):
 
     @property
     def length(self) -> float:
-        """Full length along the axis [m]."""
         return self.height
 
     @property
@@ -163,11 +155,9 @@ class Dome(Profile):
         return (self.diameter**2 / 4 + self.height**2) / (2 * self.height)
 
     def radius(self, x: np.ndarray) -> np.ndarray:
-        """Return the radius at `x` [m]."""
         return np.sqrt(np.maximum(self.ball**2 - (x - self.height / 2 + self.ball) ** 2, 0.0))
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the signed distance of points with r >= 0 [m]."""
         return np.maximum(np.hypot(x - self.height / 2 + self.ball, r) - self.ball, -self.height / 2 - x)
 
 
@@ -188,18 +178,15 @@ class RoundedCylinder(Profile):
             raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {most:g}", where="edge_radius")
 
     def breaks(self) -> tuple[float, ...]:
-        """Return the ends and where the edges begin [m]."""
         half, edge = self.length / 2, self.edge_radius
         inner = [half - edge] if self.ends == "front" else [edge - half, half - edge]
         return tuple(dict.fromkeys([-half, *inner, half]))
 
     def radius(self, x: np.ndarray) -> np.ndarray:
-        """Return the radius at `x` [m]."""
         along = np.maximum(self._nose_coordinate(x) - (self.length / 2 - self.edge_radius), 0.0)
         return np.sqrt(np.maximum(self.edge_radius**2 - along**2, 0.0)) + self.diameter / 2 - self.edge_radius
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the signed distance of points with r >= 0 [m]."""
         edge = self.edge_radius
         rounded = (
             box_distance(self._nose_coordinate(x) - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
@@ -224,20 +211,16 @@ class Nosed(Centred):
 
     @property
     def kind(self) -> str:
-        """Name of the kind of shape, for messages."""
         return type(self.profile).__name__.lower()
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return tuple(self.profile.length if axis == self.axis else self.profile.width for axis in AXES[: self.dim])
 
     @property
     def volume(self) -> float:
-        """Area [m^2] or volume [m^3]."""
         return 2 * self.profile.integral(1) if self.dim == 2 else math.pi * self.profile.integral(2)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         along = AXES.index(self.axis)
         radius = np.sqrt((np.delete(points, along, axis=1) ** 2).sum(axis=1))
         return self.profile.distance(points[:, along], radius)

@@ -18,7 +18,6 @@ class Symmetric(Centred):
     """A shape that is symmetric about the origin."""
 
     def centroid(self) -> np.ndarray:
-        """Return the middle of the volume, the origin, (dim,) [m]."""
         return np.zeros(self.dim)
 
 
@@ -31,15 +30,12 @@ class Ball(Symmetric):
         require_sizes(self.kind, diameter=self.diameter)
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return (self.diameter,) * self.dim
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
         return _within_ball(points, self.diameter)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         return _beyond_ball(points, self.diameter)
 
 
@@ -47,16 +43,13 @@ class Rectangular(Symmetric):
     """All points within the extent along each axis, in any number of dimensions."""
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
         return _within_box(points, self.extent())
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         return box_distance(*(np.abs(points) - np.asarray(self.extent()) / 2).T)
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
         return tuple(range(self.dim))
 
 
@@ -72,12 +65,10 @@ class Interval(Rectangular):
     dim = 1
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return (self.length,)
 
     @property
     def volume(self) -> float:
-        """Length [m]."""
         return self.length
 
 
@@ -91,7 +82,6 @@ class Disc(Ball):
 
     @property
     def volume(self) -> float:
-        """Area [m^2]."""
         return math.pi * self.diameter**2 / 4
 
 
@@ -105,7 +95,6 @@ class Sphere(Ball):
 
     @property
     def volume(self) -> float:
-        """Volume [m^3]."""
         return math.pi * self.diameter**3 / 6
 
 
@@ -123,16 +112,13 @@ class Box(Rectangular):
 
     @property
     def dim(self) -> int:
-        """Number of dimensions: 2 or 3, as many as there are sizes."""
         return len(self.size)
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return tuple(self.size)
 
     @property
     def volume(self) -> float:
-        """Area [m^2] or volume [m^3]."""
         return math.prod(self.size)
 
 
@@ -150,21 +136,17 @@ class Cylinder(Axial, Centred):
         super().__post_init__()
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return tuple(self.length if axis == self.axis else self.diameter for axis in AXES)
 
     @property
     def volume(self) -> float:
-        """Volume [m^3]."""
         return math.pi * self.diameter**2 / 4 * self.length
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, 3) [m] lie strictly inside: booleans of shape (n,)."""
         along, across = self.split(points)
         return _within_ball(across, self.diameter) & _within_box(along[:, None], (self.length,))
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
         along, across = self.split(points)
         return box_distance(np.abs(along) - self.length / 2, _beyond_ball(across, self.diameter))
 
@@ -192,11 +174,9 @@ class HollowBall(Symmetric):
         _require_hollow(self.kind, self.outer_diameter, self.inner_diameter)
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return (self.outer_diameter,) * self.dim
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         return _wall(points, self.outer_diameter, self.inner_diameter)
 
 
@@ -212,7 +192,6 @@ class Annulus(HollowBall):
 
     @property
     def volume(self) -> float:
-        """Area [m^2]."""
         return math.pi * (self.outer_diameter**2 - self.inner_diameter**2) / 4
 
 
@@ -229,7 +208,6 @@ class HollowSphere(HollowBall):
 
     @property
     def volume(self) -> float:
-        """Volume [m^3]."""
         return math.pi * (self.outer_diameter**3 - self.inner_diameter**3) / 6
 
 
@@ -249,16 +227,13 @@ class Tube(Axial, Centred):
         super().__post_init__()
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return tuple(self.length if axis == self.axis else self.outer_diameter for axis in AXES)
 
     @property
     def volume(self) -> float:
-        """Volume [m^3]."""
         return math.pi * (self.outer_diameter**2 - self.inner_diameter**2) / 4 * self.length
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
         along, across = self.split(points)
         wall = _wall(across, self.outer_diameter, self.inner_diameter)
         return box_distance(np.abs(along) - self.length / 2, wall)

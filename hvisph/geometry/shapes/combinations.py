@@ -27,21 +27,17 @@ class Placed(Shape):
 
     @property
     def dim(self) -> int:
-        """Number of dimensions."""
         return self.shape.dim
 
     @property
     def kind(self) -> str:
-        """Name of the kind of shape, for messages."""
         return self.shape.kind
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
         return self.shape.flat_axes if self.matrix is None else ()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of a box around it, (dim,) each [m]."""
         low, high = self.shape.bounds()
         if self.matrix is None:
             return low + self.position, high + self.position
@@ -50,15 +46,12 @@ class Placed(Shape):
 
     @property
     def volume(self) -> float:
-        """Length, area or volume [m^dim]."""
         return self.shape.volume
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         return self.shape.distance(self.inwards(points))
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
         return self.shape.contains(self.inwards(points))
 
     def inwards(self, points: np.ndarray) -> np.ndarray:
@@ -72,7 +65,6 @@ class Measured(Shape):
 
     @cached_property
     def volume(self) -> float:
-        """Area or volume, to 1e-4 [m^dim]."""
         return integrated_volume(self)
 
 
@@ -86,7 +78,6 @@ class OfParts(Measured):
 
     @property
     def dim(self) -> int:
-        """Number of dimensions."""
         return self.parts[0].dim
 
     @property
@@ -110,12 +101,10 @@ class Union(OfParts):
     parts: Sequence[Shape]  # shapes of the same number of dimensions
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
         lows, highs = self._corners
         return lows.min(axis=0), highs.max(axis=0)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         return self._reduce_distance(points, np.minimum)
 
 
@@ -132,12 +121,10 @@ class Intersection(OfParts):
             raise CaseError("the parts of the intersection have nothing in common", where="parts")
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of a box around it, (dim,) each [m]."""
         lows, highs = self._corners
         return lows.max(axis=0), highs.min(axis=0)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         return self._reduce_distance(points, np.maximum)
 
 
@@ -153,20 +140,16 @@ class Difference(Measured):
 
     @property
     def dim(self) -> int:
-        """Number of dimensions."""
         return self.whole.dim
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
         return self.whole.flat_axes
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of a box around it, (dim,) each [m]."""
         return self.whole.bounds()
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         most = self.whole.distance(points)
         for part in self.removed:
             np.maximum(most, -part.distance(points), out=most)
@@ -194,7 +177,6 @@ class Repeat(Measured):
 
     @property
     def dim(self) -> int:
-        """Number of dimensions."""
         return self.shape.dim
 
     @property
@@ -204,11 +186,9 @@ class Repeat(Measured):
 
     @property
     def kind(self) -> str:
-        """Name of the kind of shape, for messages."""
         return f"repeated {self.shape.kind}"
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
         low, high = self.shape.bounds()
         reach = sum(np.abs(step) * (n - 1) / 2 for step, n in zip(np.asarray(self.vectors), self.counts, strict=True))
         return low - reach, high + reach
@@ -231,7 +211,6 @@ class Repeat(Measured):
         return bool((np.ptp(corners, axis=0) <= 2.0).all())
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         steps = np.asarray(self.vectors)
         last = [(n - 1) / 2 for n in self.counts]
         least = np.full(len(points), np.inf)
@@ -281,7 +260,6 @@ class Honeycomb(Shape):
             raise CaseError(f"double walls of {2 * self.wall:g} m fill cells of {self.cell:g} m", where="cell")
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
         half = np.asarray(self.size, dtype=float) / 2.0
         return -half, half
 

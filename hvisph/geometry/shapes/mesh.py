@@ -41,16 +41,13 @@ class Mesh(Shape):
 
     @property
     def kind(self) -> str:
-        """Name of the kind of shape, for messages."""
         return "mesh"
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
         return self.corners.min(axis=(0, 1)), self.corners.max(axis=(0, 1))
 
     @property
     def volume(self) -> float:
-        """Volume [m^3]."""
         return self.volume_within
 
     @property

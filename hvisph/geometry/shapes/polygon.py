@@ -44,24 +44,20 @@ class Polygon(Shape):
     dim = 2
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (2,) each [m]."""
         corners = np.asarray(self.points)
         return corners.min(axis=0), corners.max(axis=0)
 
     @property
     def volume(self) -> float:
-        """Area [m^2]."""
         return abs(_area(np.asarray(self.points)))
 
     def centroid(self) -> np.ndarray:
-        """Return the middle of the area, (2,) [m]."""
         start = self.corners
         end = np.roll(start, -1, axis=0)
         cross = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
         return np.asarray(((start + end) * cross[:, None]).sum(axis=0) / (3 * cross.sum()))
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 2) [m] to the surface, negative inside: (n,) [m]."""
         start = self.corners
         edge = np.roll(start, -1, axis=0) - start
         step = max(1, AT_ONCE // len(start))
@@ -119,21 +115,17 @@ class Prism(Axial):
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
         return (self.axis_column, *(k if k < self.axis_column else k + 1 for k in self.section.flat_axes))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
         low, high = self.section.bounds()
         return np.insert(low, self.axis_column, -self.length / 2), np.insert(high, self.axis_column, self.length / 2)
 
     @property
     def volume(self) -> float:
-        """Volume [m^3]."""
         return self.section.volume * self.length
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
         along, across = self.split(points)
         return box_distance(np.abs(along) - self.length / 2, self.section.distance(across))
 
@@ -156,11 +148,9 @@ class Ring(Axial):
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
         return (self.axis_column,) if 0 in self.section.flat_axes else ()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
         low, high = self.section.bounds()
         outer = self.radius + high[1]
         return np.insert([-outer] * 2, self.axis_column, low[0]), np.insert([outer] * 2, self.axis_column, high[0])
@@ -171,7 +161,6 @@ class Ring(Axial):
         return 2 * math.pi * first_moment(self.section, 1, self.radius)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
         along, across = self.split(points)
         radius = np.sqrt((across**2).sum(axis=1))
         return self.section.distance(np.stack([along, radius - self.radius], axis=1))

@@ -103,7 +103,6 @@ class Centred(Shape):
     """A shape whose box is centred at the origin."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
         half = np.asarray(self.extent()) / 2
         return -half, half
 
