@@ -71,7 +71,7 @@ def misfit(value: object, form: Form = _SUMMARY, path: str = "") -> str:
         entries = dict(enumerate(value)) if isinstance(value, list) else None
     if not isinstance(entries, dict):
         return f"its {path} has no keys" if path else "it is not a summary"
-    wanted = dict.fromkeys(entries, form["*"]) if "*" in form else form
+    wanted: Mapping[Any, Any] = dict.fromkeys(entries, form["*"]) if "*" in form else form
     texts = [misfit(entries.get(key, _is_text), one, f"{path}.{key}".lstrip(".")) for key, one in wanted.items()]
     for key, entry in entries.items() if "*?" in form else ():
         given = {name: one for name, one in form["*?"].items() if isinstance(entry, dict) and name in entry}
