@@ -1,6 +1,6 @@
 """Elastic-plastic plate impact beside its exact solution: precursor, plateau, fronts, free surface.
 
-    python benchmarks/plate_impact.py [--picture docs/layered/plate_impact_600.png] [--runs FOLDER]
+    python benchmarks/plate_impact.py [--picture FILE] [--runs FOLDER]
 
 Runs `plate_impact_600` (Howell & Ball's stiffened gas), the same with a Mie-Grueneisen equation of state, and an
 impact that overdrives the precursor, and prints what is measured.

@@ -68,6 +68,13 @@ def test_commands_of_the_pages_exist():
     assert named <= known
 
 
+@pytest.mark.parametrize("page", ["gallery.md", "layered/README.md", "start/tutorial.md"])
+def test_folders_of_runs_are_those_that_the_commands_write(page):
+    text = (DOCS / page).read_text(encoding="utf-8")
+    ran = {name.removesuffix(".yaml") for name in re.findall(r"hvisph\s+run\s+([\w./]+)", text)}
+    assert ran >= set(re.findall(r"(?:plot|gauges|report)\s+runs/([\w/]+)", text)) > set()
+
+
 def tags(annotation):
     """The values of `type` that may stand somewhere."""
     return set(spot_of(annotation).models)

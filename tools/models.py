@@ -245,6 +245,7 @@ def _prose(first: str, rest: str, known: str) -> str:
 
 def _wrapped(text: str) -> str:
     """Return a paragraph in lines of the documentation's width, none of which begins like an item of a list."""
+    text = "`".join(part if k % 2 else part.replace("*", "\\*") for k, part in enumerate(text.split("`")))
     bound = text.replace(" - ", "\u00a0- ").replace(" + ", "\u00a0+ ")
     return textwrap.fill(bound, 100, break_on_hyphens=False, break_long_words=False).replace("\u00a0", " ") + "\n"
 

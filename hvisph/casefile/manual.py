@@ -96,10 +96,10 @@ class _Sections:
                 continue
             (model,) = _block(path).models.values()
             other = self.described.get((model,))
-            rows.append((f"**`{path}`**", "", "", "", _about(model, f" Keys as in `{other}`." if other else "")))
-            rows += [] if other else [("", *row) for row in self.rows(path, model)]
+            rows.append((f"**`{path}`**", "", "", _about(model, f" Keys as in `{other}`." if other else "")))
+            rows += [] if other else self.rows(path, model)
         if rows:
-            yield _table("block", rows)
+            yield _table(rows)
         while self.waiting:
             yield from self._typed(self.waiting.pop(0))
 
@@ -116,7 +116,7 @@ class _Sections:
             other = self._known(inner) if inner.models else ""
             if other and not long and (other != below or other in self.described.values()):
                 value += f", as `{other}`"
-            yield f"`{prefix}{name}`", value, default_text(name, info), info.description or ""
+            yield f"`{prefix}{name}`", value, default_text(name, info), _escaped(info.description or "")
             if not inner.models or other:
                 continue
             if inner.tagged:
@@ -148,19 +148,25 @@ class _Sections:
                 if row in described:
                     above.setdefault(described[row], []).append(row[0])
             same = "; ".join(f"{', '.join(keys)} as in `{other}`" for other, keys in above.items())
-            lines.append((f"**`{tag}`**", "", "", "", _about(model, f" {same}." if same else "")))
-            lines += [("", *row) for row in rows if row not in described]
+            lines.append((f"**`{tag}`**", "", "", _about(model, f" {same}." if same else "")))
+            lines += [row for row in rows if row not in described]
             described |= {row: tag for row in rows if row not in described}
-        yield _table("type", lines)
+        yield _table(lines)
 
 
 def _about(model: type[BaseModel], more: str = "") -> str:
-    return " ".join((model.__doc__ or "").split()).replace("|", "\\|") + more
+    return _escaped(" ".join((model.__doc__ or "").split())) + more
 
 
-def _table(first: str, rows: Iterable[tuple[str, ...]]) -> str:
-    """Return a table of keys; its first column names blocks or types, none if `first` is empty."""
-    heads = ("key", "value", "default", "meaning") if not first else (first, "key", "value", "default", "meaning")
+def _escaped(text: str) -> str:
+    """Return a text for a cell of a table: asterisks and bars outside code mean themselves."""
+    parts = enumerate(text.split("`"))
+    return "`".join(part if k % 2 else part.replace("*", "\\*").replace("|", "\\|") for k, part in parts)
+
+
+def _table(rows: Iterable[tuple[str, ...]]) -> str:
+    """Return a table of keys; rows in bold name the block or the type that the keys below belong to."""
+    heads = ("key", "value", "default", "meaning")
     return "\n".join(f"| {' | '.join(row)} |" for row in [heads, ("---",) * len(heads), *rows]) + "\n"
 
 
@@ -192,7 +198,7 @@ def _spot(path: str) -> Spot:
 
 def _case_keys() -> Iterator[str]:
     yield from map(_wrap, cleandoc(Case.__doc__ or "").split("\n\n"))
-    yield _table("", ((f"`{name}`", value_text(spot_of(info.annotation, info)), default_text(name, info),
+    yield _table(((f"`{name}`", value_text(spot_of(info.annotation, info)), default_text(name, info),
                        info.description or "") for name, info in Case.model_fields.items()))  # fmt: skip
 
 
