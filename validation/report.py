@@ -19,7 +19,7 @@ from .table_cells import CELLS, percent, verdict_cells
 # Order on the page: sets with well-known materials first.
 ORDER = (
     *("j2", "taylor", "taylor_hot", "taylor_4340", "taylor_damage", "melt", "cloud", "shield", "shield_oblique"),
-    *("shield_scaled", "shield_stuffed", "perforation", "spall", "crater", "basalt", "planetary"),
+    *("shield_scaled", "shield_stuffed", "panel", "perforation", "spall", "crater", "basalt", "planetary"),
 )
 TEXT = """\
 # Validation
