@@ -69,6 +69,27 @@ def test_a_column_stays_at_rest(formulation, tmp_path):
     assert np.abs(state["velocity"]).max() < 1e-3 * np.sqrt(9.81)
 
 
+def test_a_body_bears_what_lies_on_it():
+    """Water on rock, and a layer of sand between them: each column goes on where the one above ends; a ball does not."""
+    shape = {"type": "box", "size": [1.0, 1.0]}
+    layers = {"rock": (METAL, 0.5), "sand": (SAND, 1.5), "water": (LIQUID, 2.5)}
+    bodies = {name: {"material": one, "shape": shape, "position": [at, 0.0]} for name, (one, at) in layers.items()}
+    bodies["ball"] = {"material": METAL, "shape": {"type": "disc", "diameter": 0.4}, "position": [3.2, 0.0]}
+    state = begin(load_case({
+        "kinematics": "plane_strain", "resolution": 0.05, "gravity": [-9.81, 0.0], "overburden": {"lateral": 0.5},
+        "bodies": bodies, "symmetry": [{"axis": "x"}, {"axis": "y", "at": -0.5}, {"axis": "y", "at": 0.5, "keep": "below"}],
+        "time": {"end": 1e-4}, "output": {"every": 1e-4},
+    }))  # fmt: skip
+    particles = state.particles
+    for number, load in enumerate([(1000.0 + 2000.0) * 9.81, 1000.0 * 9.81, 0.0]):
+        own = particles.body == number
+        depth = number + 1.0 - particles["position"][own, 0]
+        rho = [2785.0, 2000.0, 1000.0][number]
+        deviator = particles["deviator"][own, 0]
+        # S = -(1 - K0) P 2/3; compressed by 1e-5 of the modulus, sand by 5e-4
+        assert np.allclose(deviator, -(2.0 / 3.0) * 0.5 * (load + rho * 9.81 * depth), rtol=2e-3)
+
+
 def test_overburden_with_a_lateral_ratio(tmp_path):
     """Vertical stress rho g s, horizontal K0 of it; the weight is that of the compressed rows."""
     rock = METAL | {"strength": {"type": "elastic", "shear_modulus": 27e9}}

@@ -137,7 +137,7 @@ class SphereGravity(StrictModel):
 
 
 class Overburden(StrictModel):
-    """Initial stress of bodies under their own weight, from their free face downwards."""
+    """Initial stress of bodies under their own weight and that of what lies on all of their top."""
 
     lateral: Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)] = key(
         "Horizontal over vertical stress, 0 to 1; 1 is a pressure alone", 1.0

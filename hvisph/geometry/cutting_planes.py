@@ -330,6 +330,7 @@ class MigratingRows:
     source: np.ndarray  # particle of each term (n,)
     weight: np.ndarray  # its weight (n,)
     signs: np.ndarray  # its signs (n, dim), negative along the normal of the plane of symmetry whose image it is
+    normals: np.ndarray  # outward unit vector of each place from the point of the edge before it (k, dim)
 
 
 def follow(
@@ -360,4 +361,6 @@ def follow(
         chosen.append(near)
         weights.append(weight / weight.sum())
     every = np.concatenate(chosen)
-    return MigratingRows(np.cumsum([0, *counts[:-1]]), source[every], np.concatenate(weights), signs[every])
+    first, away = np.cumsum([0, *counts[:-1]]), layer - feet
+    normals = away / np.linalg.norm(away, axis=1)[:, None]
+    return MigratingRows(first, source[every], np.concatenate(weights), signs[every], normals)

@@ -8,13 +8,13 @@ A pressure load has p alone. A viscous edge has the traction t0 and the velocity
 rho c_l and rho c_t: it absorbs plane waves of normal incidence, and most of the energy of others.
 
 In contact SPH an ambient layer continues the body beyond the edge, as deep as the kernel reaches, in the state of the
-start. With the impedance of its partner a in a pair, and without slopes, the Riemann problem of an outgoing wave,
-t - t0 = - Z (u - u0), has
+start. With the impedances of its partner a in a pair, without slopes, and with the traction of an outgoing wave in
+place of Z (u0 - u_a) (`sph.terms.riemann_solver.outgoing_jump`), a wave with the normal of the edge has
 
-    t* = (t_a + t0)/2 + Z (u0 - u_a)/2 = t_a,        u* = u_a
+    t* = (t_a + t0)/2 + (t_a - t0)/2 = t_a,        u* = u_a
 
-so that nothing returns. Places of the layer follow the mean displacement of the particles beside the edge. What its
-particles would receive from their pairs is the momentum and the energy that leave.
+so that nothing returns, whatever the direction of the pair. Places of the layer follow the mean displacement of the
+particles beside the edge. What its particles would receive from their pairs is the momentum and the energy that leave.
 
 Source: Lysmer & Kuhlemeyer 1969 (viscous edge).
 """
@@ -74,6 +74,7 @@ class AmbientLayer:
     terms: np.ndarray  # index among the sources of each term (n,)
     weights: np.ndarray  # weight of each term (n,)
     signs: np.ndarray  # signs of each term (n, dim), negative along the normal of a mirror
+    normals: np.ndarray  # outward normal of the edge before each particle (k, dim)
 
     def follow(self, positions: np.ndarray, moved: np.ndarray) -> np.ndarray:
         """Return the places (k, dim) [m] for `positions` (m, dim) [m] of the sources.
@@ -231,7 +232,7 @@ class Boundaries:
             moved[0, one.plane.axis] -= one.plane.ahead
         position[rows] = self.layer.follow(gather(self.layer.sources, position), moved[0])[some]
         stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead), moved[1])[some]
-        stepper.rows[rows, at["AMBIENT"]] = 1.0
+        stepper.rows[rows, at["AMBIENT"] : at["AMBIENT"] + dim] = self.layer.normals[some]
         for name, value in (("LATTICE_ORDER", 0.0), ("TENSION_LIMIT", UNLIMITED), ("SHEAR_LIMIT", UNLIMITED)):
             if name in at:
                 stepper.rows[rows, at[name]] = value

@@ -301,9 +301,9 @@ class RigidMotion:
         pairs, dim = stepper.pairs, stepper.particles.dim
         if "N_RAW" in pairs.slots:
             first = pairs.slots["N_RAW"]
-            normal = in_space(pairs.sorted[stepper.place[rows], first : first + dim])
-            near = (normal != 0.0).any(axis=1)
-            self._near = rows[near], normal[near]
+            normal = pairs.sorted[stepper.place[rows], first : first + dim]
+            near = normal.any(axis=1)
+            self._near = rows[near], in_space(normal[near])
 
     def find_relaxation(self, stepper: Any, centre: np.ndarray, q: np.ndarray) -> None:
         """Find the rate [1/s] at which contact changes its velocity: the sum of A Z (1/M + r_n^2/J)."""
@@ -322,8 +322,13 @@ class RigidMotion:
 
     def _keep_places(self, particles: Particles, rows: np.ndarray) -> None:
         """Note the places of the particles in the body, from their positions."""
-        r = in_space(particles["position"][rows]) - self.state[CENTRE]
-        self._places = multiply_rows(rotation(self.state[TURN]).T, r) if self.turns else r
+        self._places = self._from_centre(particles["position"][rows])
+        if self.turns:
+            self._places = multiply_rows(rotation(self.state[TURN]).T, self._places)
+
+    def _from_centre(self, x: np.ndarray) -> np.ndarray:
+        """Return positions (n, dim) [m] from the centre on, with three components where the body turns."""
+        return np.asarray(in_space(x) - self.state[CENTRE] if self.turns else x - self.state[CENTRE][: x.shape[1]])
 
     def place(self, stepper: Any, rows: np.ndarray, now: float, stage: float) -> np.ndarray:
         """Write positions and velocities of the particles, and those of the time `stage` [s] after `now` in their rows.
@@ -332,10 +337,11 @@ class RigidMotion:
         """
         particles, state, dim = stepper.particles, self.state, stepper.particles.dim
         turned = rotation(state[TURN]) if self.turns else None
+        here = slice(0, 3 if self.turns else dim)
         if self._places is not None:  # a step was completed
             r = self._places if turned is None else multiply_rows(turned, self._places)
-            particles["position"][rows] = (state[CENTRE] + r)[:, :dim]
-        r = in_space(particles["position"][rows]) - state[CENTRE]
+            particles["position"][rows] = (state[CENTRE][here] + r)[:, :dim]
+        r = self._from_centre(particles["position"][rows])
         velocity, rate = state[VELOCITY], self.angular_velocity
         particles["velocity"][rows] = (velocity + cross(rate[None], r) if self.turns else velocity)[..., :dim]
         centre, q, velocity, rate = self._ahead(now, stage)
@@ -343,7 +349,7 @@ class RigidMotion:
             r = multiply_rows(rotation(q), multiply_rows(turned.T, r))
             velocity = velocity + cross(rate[None], r)
         first, to = stepper.row_slots["U"], stepper.row_slots.get("TURN_RATE")
-        stepper.rows[rows, :dim] = (centre + r)[:, :dim]
+        stepper.rows[rows, :dim] = (centre[here] + r)[:, :dim]
         stepper.rows[rows, first : first + dim] = velocity[..., :dim]
         if to is not None:
             stepper.rows[rows, to : to + 2 * dim - 3] = rate if dim == 3 else rate[2]

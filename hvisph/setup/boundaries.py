@@ -152,7 +152,9 @@ def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarr
         starts.append(followed.starts + first)
         first += len(index)
     rows, beside = np.concatenate([layer for layer, _, _ in layers]), np.concatenate(sources)
-    weights, signs = (np.concatenate([getattr(one, name) for _, _, one in layers]) for name in ("weight", "signs"))
+    weights, signs, normals = (
+        np.concatenate([getattr(one, name) for _, _, one in layers]) for name in ("weight", "signs", "normals")
+    )
     x = particles["position"]
     return AmbientLayer(
         particles.id[rows].copy(),
@@ -163,6 +165,7 @@ def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarr
         np.concatenate(terms),
         weights,
         signs,
+        normals,
     )
 
 

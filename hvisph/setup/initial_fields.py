@@ -137,29 +137,78 @@ def refuse_hanging(case: Case, placed: Sequence[PlacedBody], particles: Particle
                 raise CaseError(message, where=f"bodies.{body}")
 
 
-def add_overburden(case: Case, body: PlacedBody, material: Material, particles: Particles, part: slice) -> None:
-    """Set density, mass and deviator of a body at rest under its own weight.
+def add_overburden(
+    case: Case, bodies: Sequence[PlacedBody], materials: Sequence[Material], particles: Particles
+) -> None:
+    """Set density, mass and deviator of the bodies at rest under their own weight and that of what lies on them.
+
+    A body bears what lies on all of its top: bodies at rest whose lowest particles are `LINK` spacings or less above
+    its highest ones, and that are as wide. Particles are those of the bodies, in their order.
+    """
+    gravity, overburden = gravity_of(case), case.overburden
+    if gravity is None or overburden is None:
+        return
+    columns, first = [], 0
+    for body, material in zip(bodies, materials, strict=True):
+        part = slice(first, first + len(body.positions))
+        first = part.stop
+        if not body.mean_velocity.any() and body.model.rigid is None:
+            columns.append((body, material, part, _heights(gravity, body.positions)))
+    standing: list[tuple[PlacedBody, float, float]] = []  # those above, with height and stress of their lowest face
+    for body, material, part, height in sorted(columns, key=lambda one: -float(one[3].max())):
+        top, near = float(height.max()), LINK * float(body.spacing.max())
+        borne = [stress for other, low, stress in standing if abs(low - top) < near and _covers(gravity, other, body)]
+        stress = _load_column(overburden.lateral, gravity, body, material, particles, part, max(borne, default=0.0))
+        standing.append((body, float(height.min()), stress))
+
+
+def _heights(gravity: Gravity, x: np.ndarray) -> np.ndarray:
+    """Return heights (n,) [m] of positions (n, dim) against gravity, from the origin or the centre of a sphere on."""
+    if gravity.kind == UNIFORM:
+        g = np.array(gravity.vector)
+        return np.asarray(-(x @ (g / np.sqrt((g * g).sum()))))
+    return np.asarray(np.sqrt(((x - np.array(gravity.vector)) ** 2).sum(axis=1)))
+
+
+def _covers(gravity: Gravity, above: PlacedBody, below: PlacedBody) -> bool:
+    """Return whether one body is as wide as another across gravity, to a spacing."""
+    g = np.array(gravity.vector)
+    down = g / np.sqrt((g * g).sum()) if gravity.kind == UNIFORM else np.zeros(len(g))
+    over, under = (body.positions - np.outer(body.positions @ down, down) for body in (above, below))
+    slack = max(float(above.spacing.max()), float(below.spacing.max()))
+    return bool(
+        (over.min(axis=0) < under.min(axis=0) + slack).all() and (over.max(axis=0) > under.max(axis=0) - slack).all()
+    )
+
+
+def _load_column(
+    lateral: float,
+    gravity: Gravity,
+    body: PlacedBody,
+    material: Material,
+    particles: Particles,
+    part: slice,
+    load: float,
+) -> float:
+    """Set density, mass and deviator of a body under its own weight and a load [Pa]; return the stress below it [Pa].
 
     The vertical stress -P follows from dP/ds = rho |g| along the depth s below the free face. With the ratio K0 of
     horizontal to vertical stress the pressure is (1 + 2 K0) P/3 and the deviator -(1 - K0) P (e e - I/3), e being the
     direction of gravity. Density follows from the pressure at the initial energy.
     """
-    gravity, overburden = gravity_of(case), case.overburden
-    if gravity is None or overburden is None or body.mean_velocity.any() or body.model.rigid is not None:
-        return
     x, energy = body.positions, float(particles["internal_energy"][part][0])
     field = gravity.acceleration(x)
     size = np.sqrt((field**2).sum(axis=1))
     down = field / np.where(size > 0.0, size, 1.0)[:, None]
-    from_centre = np.sqrt(((x - np.array(gravity.vector)) ** 2).sum(axis=1))
-    height = -(x @ down[0]) if gravity.kind == UNIFORM else from_centre
-    depth = height.max() + 0.5 * float(body.spacing[height.argmax()]) - height
+    height = _heights(gravity, x)
+    half = 0.5 * float(body.spacing[height.argmax()])
+    depth = height.max() + half - height
     order = np.argsort(depth)
     points = np.linspace(0.0, float(depth.max()), COLUMN)
     pull = np.interp(points, depth[order], size[order])
-    share, step = (1.0 + 2.0 * overburden.lateral) / 3.0, float(points[1] - points[0])
-    densities, weight = np.empty(COLUMN), np.zeros(COLUMN)
-    densities[0] = density_under_pressure(material, 0.0, energy)
+    share, step = (1.0 + 2.0 * lateral) / 3.0, float(points[1] - points[0])
+    densities, weight = np.empty(COLUMN), np.full(COLUMN, load)
+    densities[0] = density_under_pressure(material, share * load, energy)
     for k in range(1, COLUMN):  # the midpoint rule, its density from the pressure half a step above
         mean = 0.5 * step * (pull[k - 1] + pull[k])
         middle = density_under_pressure(material, share * (weight[k - 1] + 0.5 * mean * densities[k - 1]), energy)
@@ -174,7 +223,8 @@ def add_overburden(case: Case, body: PlacedBody, material: Material, particles: 
     places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))[:components]
     for column, (a, b) in enumerate(places):
         shape = full[:, a] * full[:, b] - (1.0 / 3.0 if a == b else 0.0)
-        particles["deviator"][part, column] = -(1.0 - overburden.lateral) * stress * shape
+        particles["deviator"][part, column] = -(1.0 - lateral) * stress * shape
+    return float(weight[-1] + half * size[height.argmin()] * densities[-1])
 
 
 def density_under_pressure(material: Material, pressure: float, energy: float) -> float:

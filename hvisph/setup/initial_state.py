@@ -272,7 +272,6 @@ def _state(
         particles["mass"][part] = density * body.volumes
         particles["density"][part] = density
         particles["internal_energy"][part] = energy
-        add_overburden(case, body, material, particles, part)
         if material.remembers and not body.carried:
             history = initial_history(body, material, dim, case.drawing_dimensions, dx, case.begins)
             for name, values in zip((*MEMORY, *CRACK), history.T, strict=True):
@@ -285,6 +284,7 @@ def _state(
             raise CaseError(fault, where=f"bodies.{body.name}.axes")
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
+    add_overburden(case, [body for _, body in parts], made, particles)
     for name in {name for body in placed for name in body.carried}:
         _carry_on(particles, placed, name)
     particles.tags[:, ID] = np.arange(particles.count)

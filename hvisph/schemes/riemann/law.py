@@ -102,6 +102,7 @@ from hvisph.sph.terms.reconstruction import limited_shares, limiter_floor
 from hvisph.sph.terms.riemann_solver import (
     FRONT,
     clip_shear,
+    outgoing_jump,
     reciprocals,
     riemann_normal,
     riemann_tangential,
@@ -136,6 +137,9 @@ def accumulate(near, n, rows, i, constants, out):
     if FRACTURES:
         crack = own_vector(rows, i, CRACK, DIM)
     own_rigid = is_rigid(rows[i, BODY]) if RIGID else 0.0
+    if EDGES:
+        own_beyond = own_vector(rows, i, AMBIENT, DIM)
+        own_layer = min(2.0 * dot(own_beyond, own_beyond), 1.0)
     force, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
@@ -154,9 +158,13 @@ def accumulate(near, n, rows, i, constants, out):
         if ANISOTROPIC:  # along the line of centres
             za = np.sqrt(dot(symmetric_dot(own_symmetric(rows, i, Z_SQUARED, DIM), e), e))
             zb = np.sqrt(dot(symmetric_dot(symmetric(b, Z_SQUARED, DIM), e), e))
-        if EDGES:  # an ambient layer has the impedance of its partner
-            real = min(b[V] * inverse_filler, 1.0)
-            za, zb = za + real * rows[i, AMBIENT] * (zb - za), zb + b[AMBIENT] * (za - zb)
+        zta, ztb = zt, b[ZT]
+        if EDGES:  # an ambient layer has the impedances of its partner
+            beyond = vector(b, AMBIENT, DIM)
+            its_layer = min(2.0 * dot(beyond, beyond), 1.0)
+            real = min(b[V] * inverse_filler, 1.0) * own_layer
+            za, zb = za + real * (zb - za), zb + its_layer * (za - zb)
+            zta, ztb = zta + real * (ztb - zta), ztb + its_layer * (zta - ztb)
         jump, lever = exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), dx
         its_rigid, heated = 0.0, 1.0
         if RIGID:
@@ -179,13 +187,19 @@ def accumulate(near, n, rows, i, constants, out):
                 e, g, weight, gate = contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface)
                 half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), multiply(dot(dx, e), e)
         if EDGES:  # and no slopes
-            matter = 1.0 - max(rows[i, AMBIENT], b[AMBIENT])
+            matter = 1.0 - max(own_layer, its_layer)
             half = half * matter
         closing = elementwise_max(closing, min(b[V] * inverse_filler, 1.0) * approach)
         area = energy_area = b[V] * g
         if AXISYMMETRIC:
             mean, real = mirror_weight(b[RING], inverse_radius)
             energy_area = area * (mean * real)
+
+        if EDGES:
+            outgoing = outgoing_jump(jump, e, subtract(beyond, own_beyond), zta / za)
+            excess = multiply(1.0 - matter, subtract(outgoing, jump))
+            jump = add(jump, excess)
+            du_n = dot(jump, e)
 
         # Normal and tangential parts of the own traction, of its jump and of the jump of velocity.
         ta = symmetric_dot(s, e)
@@ -233,7 +247,7 @@ def accumulate(near, n, rows, i, constants, out):
         if CORRECTED_VARIANT:
             stiffening = shock_stiffening(left)
             za, zb = za + rows[i, RHO] * stiffening, zb + b[RHO] * stiffening
-        inverse_n, inverse_t = reciprocals(za + zb, zt + b[ZT] + TINY)
+        inverse_n, inverse_t = reciprocals(za + zb, zta + ztb + TINY)
         us_n, t_n = riemann_normal(inverse_n, za, zb, du_n, ta_n, dt_n, moved_u, moved_t, half)
         if ADJOINT:
             us_n += elastic * (0.5 * du_n - us_n)
@@ -244,7 +258,7 @@ def accumulate(near, n, rows, i, constants, out):
             if TENSION_STABILIZED:
                 t_n = tension_relief(t_n, volume * b[V], dx, inverse_r, min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER]))
         if DIM > 1:
-            us_t, t_t = riemann_tangential(inverse_t, zt, b[ZT], du_t, ta_t, dt_t, tangential_u, tangential_t, half)
+            us_t, t_t = riemann_tangential(inverse_t, zta, ztb, du_t, ta_t, dt_t, tangential_u, tangential_t, half)
             if ADJOINT:
                 us_t = add(us_t, multiply(elastic, subtract(multiply(0.5, du_t), us_t)))
                 t_t = add(t_t, multiply(elastic, subtract(tangential_part(mean_traction, mean_n, e), t_t)))
@@ -275,6 +289,8 @@ def accumulate(near, n, rows, i, constants, out):
         us, ts = multiply(us_n, e), multiply(t_n, e)
         if DIM > 1:
             us, ts = add(us, tangential_vector(us_t, e)), add(ts, tangential_vector(t_t, e))
+        if EDGES:  # the layer moves as it does
+            us = subtract(us, multiply(own_layer, excess))
 
         # Force and power.
         if ANGULAR_MOMENTUM or TURNS:  # a rigid body takes all of it, at the place of the other side

@@ -30,6 +30,7 @@ from hvisph.compiler.tensors import (
     subtract,
     symmetric,
     symmetric_outer,
+    vector,
 )
 from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, neighbours
 from hvisph.sph.contact.contact_normal import is_other_body, smooth_normals
@@ -83,7 +84,7 @@ def row_layout(
     SOFT, CRACK             damage past the onset of fracture, and its direction (`sph.terms.crack`)
     GU, GT, GU_BEFORE       gradients of U and T, gradient of U of the evaluation before
     AHEAD_TWICE, STAGE_T, OPERATOR, ELASTIC     `sph.terms.adjoint_operator`
-    TURN_RATE, AMBIENT      angular velocity of a rigid body; 1 in the layer beyond an open edge
+    TURN_RATE, AMBIENT      angular velocity of a rigid body; in the layer beyond an open edge its outward normal
     """
     packed = select_fields(
         ("x", "vector"),
@@ -96,7 +97,7 @@ def row_layout(
         ("zn", "scalar"),
         ("zt", "scalar"),
         anisotropic and ("z_squared", "symmetric"),
-        edges and ("ambient", "scalar"),
+        edges and ("ambient", "vector"),
         corrected_variant and ("rho", "scalar"),
         corrected_variant and ("shear_limit", "scalar"),
         angular_momentum and ("spin_stress", "axial"),
@@ -178,7 +179,8 @@ def gradients(near, n, rows, i, constants, out):
         if RECONSTRUCTION:
             moment = add(moment, symmetric_outer(dx, g))
             if EDGES:  # the state is uniform beyond an edge
-                g = multiply(1.0 - b[AMBIENT], g)
+                beyond = vector(b, AMBIENT, DIM)
+                g = multiply(1.0 - min(2.0 * dot(beyond, beyond), 1.0), g)
             of_u = add(of_u, outer(exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), g))
             of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
     if SEPARATING:

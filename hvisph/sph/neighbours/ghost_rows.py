@@ -182,6 +182,9 @@ class ImageCopies:
     def __init__(self, planes: tuple[Plane, ...], layout: RowLayout):
         self._planes, self._layout = planes, layout
         self._made: list[Images] = []
+        slots = layout.slots()
+        first = slots["U"] + layout.dim if "U" in slots else layout.dim
+        self._columns = slice(layout.packed_width if "U_REST" in slots else first, layout.used_width)
 
     def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return rows (n, width) and numbers (n,) with those of all ghost rows within `reach` [m]."""
@@ -190,9 +193,7 @@ class ImageCopies:
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
         """Mirror what passes have written: any field but position and velocity; in single precision none packed."""
-        slots, dim = self._layout.slots(), self._layout.dim
-        first = slots["U"] + dim if "U" in slots else dim
-        made = slice(self._layout.packed_width if "U_REST" in slots else first, self._layout.used_width)
+        made = self._columns
         for images in self._made:
             target = place[images.first : images.first + len(images.source)]
             signs = self._layout.mirror_signs(images.plane.axis)[made]

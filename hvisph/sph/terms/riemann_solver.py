@@ -9,6 +9,13 @@ The normal impedance grows with the jump of velocity that reconstruction leaves,
 
     Z_n = rho (c_l + 1.2 max(u_an - u_bn, 0))
 
+Beyond an open edge nothing comes back if the traction of the outgoing wave takes the place of Z (u_b - u_a): that of a
+plane wave along the normal N of the edge has the stress
+
+    sigma = Z_n u_N [1 - 2 w^2 (1 - N (x) N)] + Z_t (u_T (x) N + N (x) u_T),        w = Z_t/Z_n
+
+of the jump u = u_N N + u_T. `outgoing_jump` is the jump that has this traction sigma e in the Riemann problem above.
+
 Source: Parshikov & Medin 2002; the slope of the shock speed after Dukowicz 1985. Verification: `hugoniot`, `plate`.
 """
 
@@ -73,6 +80,20 @@ def riemann_tangential(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     change = multiply(inverse, add(multiply(zb, left_u), left_t))
     traction = add(t_a, add(multiply(shares_t[0], half_t), multiply(za, change)))
     return add(multiply(shares_u[0], half_u), change), traction
+
+
+@inline
+def outgoing_jump(jump, e, outward, ratio):
+    """Return the jump of velocity [m/s] whose Riemann problem along e has the traction of an outgoing plane wave.
+
+    `outward`: normal of the edge from the own side on. `ratio`: shear impedance over the normal one.
+    """
+    along, cosine = dot(jump, outward), dot(e, outward)
+    aside = subtract(jump, multiply(along, outward))
+    skew = dot(aside, e)
+    normal = along * (1.0 - 2.0 * ratio * ratio * (1.0 - cosine * cosine)) + 2.0 * ratio * cosine * skew
+    shear = add(multiply(cosine, aside), multiply(2.0 * ratio * cosine * along + skew, outward))
+    return add(shear, multiply(normal - dot(shear, e), e))
 
 
 @inline
