@@ -218,7 +218,7 @@ class MaterialAxes(StrictModel):
 
 
 class Inclusions(StrictModel):
-    """Spheres of another material in a body, in 2D discs, dealt out at random: boulders."""
+    """Spheres of another material in a body, in 2D discs, at random positions: boulders."""
 
     material: NamedMaterial = key("Material of the spheres, as that of a body")
     diameters: tuple[PositiveLength, PositiveLength] = key("Smallest and largest diameter [m]; three spacings at least")
@@ -246,7 +246,7 @@ class Body(StrictModel):
     )
     mass: Literal["exact", "nominal"] = key(
         "`exact`: the spacing is stretched and the masses are scaled so that size and mass are those of "
-        "the shape; `nominal`: every particle stands for dx^dim, whatever that makes of the body",
+        "the shape; `nominal`: every particle has the volume dx^dim",
         "exact",
     )
     resolution: PositiveLength | None = key(
@@ -255,8 +255,8 @@ class Body(StrictModel):
         None,
     )
     grading: Grading | None = key(
-        "Spacing that grows towards the rim, for a box or an interval, of rings for a cylinder, a tube "
-        "or a ring of a box; uniform unless given",
+        "Spacing that grows towards the rim, of a `box` or `interval`, axisymmetric also of a `cylinder`, "
+        "`tube` or `ring` of a box; uniform unless given",
         None,
     )
     velocity: VelocityVector = key(
@@ -280,9 +280,9 @@ class Body(StrictModel):
         None,
     )
     role: Literal["projectile", "layer", "other"] | None = key(
-        "What measures take it for: the `projectile`, a `layer` that it meets, or neither (`other`); by "
-        "default the first body that moves is the projectile, with those that have its velocity, and all others are "
-        "layers but for what lies behind it and for gases at rest; where none moves, explosives are neither",
+        "Role in measures: `projectile`, `layer` of the target, or `other`. By default the first body that "
+        "moves and all with its velocity are the projectile, all others layers, except for bodies behind it and gases "
+        "at rest; where no body moves, explosives are `other`",
         None,
     )
     formulation: Literal["eulerian", "total_lagrangian", "adaptive"] | None = key(

@@ -55,7 +55,7 @@ class Case(StrictModel):
     )
     resolution: PositiveLength = key("Initial particle spacing dx [m], above 0")
     materials: tuple[str, ...] = key(
-        "Files of your own materials, or folders of them, beside the case; what they hold has a name",
+        "Files of your own materials by name, or folders of such files, relative to the case file",
         (),
         exclude=True,
         max_length=100,
@@ -64,8 +64,8 @@ class Case(StrictModel):
         "Bodies by name, in their order along x: projectile first, then target", min_length=1, max_length=1000
     )
     symmetry: tuple[SymmetryPlane, ...] = key(
-        "Symmetry planes, which are rigid walls without friction too; at most two per axis, what lies "
-        "between them being kept",
+        "Symmetry planes, also used as rigid walls without friction; at most two per axis, the part between "
+        "them being computed",
         (),
         max_length=6,
     )
@@ -78,8 +78,8 @@ class Case(StrictModel):
     )
     loads: tuple[PressureLoad, ...] = key("Pressures over time on faces of bodies", (), max_length=100)
     start: Start | None = key(
-        "Another run whose state this one starts from, with the same bodies and others beside them; the "
-        "bodies start as they are described unless given",
+        "Another run whose state this one starts from; bodies may be added. Unless given, bodies start as "
+        "they are described",
         None,
     )
     gravity: Gravity | None = key(
@@ -94,7 +94,7 @@ class Case(StrictModel):
     )
     settle: PositiveTime | None = key(
         "Time before the start in which bodies come to rest under `gravity`, with damped velocities [s]; "
-        "moving bodies wait where they are, and no load, plane or clock moves; none unless given",
+        "moving bodies stay in place, and loads and moving planes start afterwards; none unless given",
         None,
     )
     formulation: Formulation = key("Scheme that computes the run", RiemannFormulation())
@@ -107,8 +107,8 @@ class Case(StrictModel):
     )
     gauges: dict[BodyName, Gauge] = key("Gauges by name: their records go to history.csv", {}, max_length=1000)
     domain: BoxRegion | None = key(
-        "Box outside of which particles are retired: they leave the computation, and their mass, "
-        "momentum and energy stay in the balance; none unless given",
+        "Box outside of which particles are removed; their mass, momentum and energy stay in the balance; "
+        "none unless given",
         None,
     )
     limits: RunLimits = key("Limits beyond which a run is stopped", RunLimits())

@@ -17,7 +17,7 @@ LAYERED, VISCOUS = ("riemann",), ("eulerian", "total_lagrangian", "adaptive")
 
 
 class OpenEdge(StrictModel):
-    """Plane normal to an axis through which waves leave; bodies that reach it go on beyond it."""
+    """Plane normal to an axis through which waves leave; bodies that reach it extend beyond it."""
 
     axis: Axis = key("Axis normal to the edge")
     at: Length = key("Coordinate of the edge on that axis [m], between two rows of particles")
@@ -33,7 +33,7 @@ class PressureLoad(Region):
     """Pressure over time on a face: the outermost row of a region along a direction."""
 
     box: BoxRegion = key("Region in the initial configuration in which the face lies")
-    bodies: tuple[str, ...] = key("Bodies of which they are; all unless given", ())
+    bodies: tuple[str, ...] = key("Bodies to which the particles belong; all unless given", ())
     pressure: tuple[tuple[NonNegativeTime, Pressure], ...] = key(
         "Rows of time [s] and pressure [Pa]: linear between rows, constant beyond them, a jump where two "
         "rows have one time; its work is `external_work` in the history",

@@ -53,8 +53,8 @@ class BoxRegion(StrictModel):
 class Region(StrictModel):
     """Particles of some or all bodies within a box."""
 
-    box: BoxRegion = key("Region in the initial configuration whose particles are meant")
-    bodies: tuple[str, ...] = key("Bodies of which they are; all unless given", ())
+    box: BoxRegion = key("Region in the initial configuration whose particles are selected")
+    bodies: tuple[str, ...] = key("Bodies to which the particles belong; all unless given", ())
 
 
 class Clamp(Region):
@@ -197,8 +197,8 @@ ALWAYS = ("position", "mass", "density")
 class OutputRegion(Region):
     """Subset of the particles that is written separately: a box, a body or every n-th particle."""
 
-    box: BoxRegion = key("Region whose particles are meant, as they stand at the moment; all unless given", BoxRegion())
-    bodies: tuple[str, ...] = key("Bodies of which they are; all unless given", ())
+    box: BoxRegion = key("Region whose particles are written, by current position; all unless given", BoxRegion())
+    bodies: tuple[str, ...] = key("Bodies to which the particles belong; all unless given", ())
     stride: Annotated[int, Field(strict=True, ge=1, le=10**9)] = key(
         "Every how many-th particle, by its number, is written, at least 1", 1
     )
@@ -217,7 +217,7 @@ class Output(StrictModel):
         "Steps between lines of history.csv, at least 1", 1
     )
     checkpoint_every: PositiveTime | None = key(
-        "Wall time between checkpoints [s], from which `hvisph resume` goes on; at most "
+        "Wall time between checkpoints [s], from which `hvisph resume` continues; at most "
         "2 % of the run is spent on them; null for one at the end only",
         60.0,
     )
@@ -230,7 +230,7 @@ class Output(StrictModel):
         "Parts of the model by name, written as `regions/NAME.NNNNNN.vtkhdf`", {}, max_length=100
     )
     fields: Annotated[tuple[Literal[WRITTEN], ...], SCALAR_AS_LIST] | None = key(  # type: ignore[valid-type]
-        f"Fields of snapshots beside {', '.join(ALWAYS)}; all unless given. What is not there cannot be "
+        f"Fields of snapshots beside {', '.join(ALWAYS)}; all unless given. Fields left out cannot be "
         "measured or shown later",
         None,
     )

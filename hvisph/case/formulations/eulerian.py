@@ -50,8 +50,8 @@ class EulerianFormulation(PairOptions):
         "Pair stress: sigma_a/rho_a^2 + sigma_b/rho_b^2, or (sigma_a + sigma_b)/(rho_a rho_b)", "sigma_over_rho_squared"
     )
     density_form: Literal["volume", "mass"] = key(
-        "Rate of density: rho_a sum m_b/rho_b u_ab . grad W, which neighbours of another density leave "
-        "alone, or sum m_b u_ab . grad W, which keeps to the particles' spacing through strong shocks; where all "
+        "Rate of density: rho_a sum m_b/rho_b u_ab . grad W, which is independent of the density of "
+        "neighbours, or sum m_b u_ab . grad W, which follows the particle spacing through strong shocks; where all "
         "bodies are ideal gases `mass` unless given",
         "volume",
     )

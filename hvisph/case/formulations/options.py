@@ -141,7 +141,7 @@ class MonaghanViscosity(StrictModel):
 
 
 class BalsaraViscosity(StrictModel):
-    """BAL: Monaghan's viscosity times |div u|/(|div u| + |curl u|), so that shear feels less of it (Balsara 1995)."""
+    """BAL: Monaghan's viscosity times |div u|/(|div u| + |curl u|), which reduces it in shear (Balsara 1995)."""
 
     type: Literal["balsara"] = "balsara"
     alpha: NonNegativeNumber = key("Linear coefficient alpha [-], at least 0", 1.0)
@@ -152,7 +152,7 @@ class MorrisMonaghanViscosity(StrictModel):
     """MON: every particle its own alpha, raised by compression and relaxing; beta is twice it (1997)."""
 
     type: Literal["morris_monaghan"] = "morris_monaghan"
-    alpha_min: NonNegativeNumber = key("What alpha relaxes to [-], at least 0", 0.1)
+    alpha_min: NonNegativeNumber = key("Value to which alpha relaxes [-], at least 0", 0.1)
     decay: PositiveNumber = key("C1: alpha relaxes in the time h/(C1 c) [-], above 0", 0.2)
 
 

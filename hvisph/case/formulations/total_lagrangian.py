@@ -142,11 +142,11 @@ class TotalLagrangianFormulation(KernelOptions):
 
 
 class AdaptiveFormulation(TotalLagrangianFormulation):
-    """AdapTLE (Young 2021): Total Lagrangian until a particle's strain or damage turns it Eulerian, for good."""
+    """AdapTLE (Young 2021): Total Lagrangian until strain or damage converts a particle to Eulerian permanently."""
 
     type: Literal["adaptive"] = "adaptive"  # type: ignore[assignment]
     artificial_stress: ArtificialStress = key("Artificial stress of the Eulerian particles", GrayArtificialStress())
-    conversion: ConversionLimits = key("What turns a particle Eulerian")
+    conversion: ConversionLimits = key("Criteria by which a particle becomes Eulerian")
 
     def _own_formulations(self, case: AnyCase) -> Iterator[Problem]:
         path = "formulation.conversion"

@@ -147,8 +147,8 @@ class JohnsonCookDamage(_RatedSpalling, _Fitted):
     d5: Number = key("Temperature coefficient D5 [-]; needs `johnson_cook` strength", 0.0)
     reference_rate: PositiveRate = key("Reference plastic strain rate [1/s]", 1.0)
     softening: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
-        "D_c of Borvik 2001, share of the yield stress that is gone when the material fails: it bears "
-        "1 - D_c D of it [-], at least 0 and below 1",
+        "D_c of Borvik 2001, share of the yield stress that is lost at failure: Y is reduced to "
+        "1 - D_c D of its value [-], at least 0 and below 1",
         0.0,
     )
     high_triaxiality: Literal["constant", "void_growth"] = key(

@@ -30,7 +30,7 @@ AdiabaticIndex = Annotated[float, Quantity(NUMBER, above=1)]
 
 
 class LinearEos(StrictModel):
-    """p = K (rho/rho0 - 1), blind to energy.
+    """p = K (rho/rho0 - 1), independent of energy.
 
     In a case with `units: none` a Cauchy number Ca may stand for K: p = (rho - rho0)/Ca, that is
     K = rho0/Ca and a sound speed of Ca^-1/2 whatever rho0 is. The other definition in Zisis 2013,
@@ -194,7 +194,7 @@ class TillotsonEos(StrictModel):
         "faded",
     )
     low_density: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
-        "rho/rho0 below which cold material bears nothing; 0.9 in many codes, off unless given", 0.0
+        "rho/rho0 below which cold material has no pressure; 0.9 in many codes, off unless given", 0.0
     )
 
     def _faults(self) -> Iterator[Problem]:

@@ -148,7 +148,7 @@ class Porosity(StrictModel):
         "p_e, where pores begin to crush [Pa], at least 0; needed unless `crush` is given", None
     )
     solid_pressure: PositivePressure | None = key(
-        "p_s, where they are gone [Pa], above p_e; needed unless `crush` is given", None
+        "p_s, where pores are closed [Pa], above p_e; needed unless `crush` is given", None
     )
     crush: tuple[tuple[NonNegativePressure, Annotated[float, Quantity(NUMBER, minimum=1)]], ...] = key(
         "Points [p, alpha] of the crush curve in place of the parabola, falling from alpha0 to 1, joined by lines",

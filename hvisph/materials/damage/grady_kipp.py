@@ -1,11 +1,11 @@
 """Grady-Kipp damage: brittle fracture by crack growth from random Weibull flaws.
 
-    flaws            N(<eps) = k eps^m per m^3, dealt out to the particles at random until each has one
+    flaws            N(<eps) = k eps^m per m^3, assigned to the particles at random until each has one
     active           n_act = min(n, (eps/eps_min)^m0) for eps > eps_min,  m0 = ln n/ln(eps_max/eps_min);
-                     k V eps^m where that is more: there are stronger flaws than were dealt out
+                     k V eps^m where that is more: there are stronger flaws than were assigned
     growth           d(D^(1/3))/dt = n_act^(1/3) c_g/R,  D^(1/3) <= (n_act/n)^(1/3)
     strain           eps = max(sigma_1, 0)/E, sigma_1 the greatest principal stress before damage is applied
-    felt             (1 - D) S, and (1 - D) p for p < 0
+    damaged stress   (1 - D) S, and (1 - D) p for p < 0
     shear of `rock`  D += (sqrt(3)/2) d eps_p/eps_f; eps_f 0.01 for p <= 0, 0.05 at p_bd, 0.1 at p_bp, 1 at 2 p_bp
 
 c_g = 0.4 c_l, R = (3V/4 pi)^(1/3) with the volume V of the particle. Flaws are assigned at random

@@ -57,7 +57,7 @@ class Tillotson:
     incipient_energy: float  # e_iv [J/kg]
     vaporization_energy: float  # e_cv [J/kg]
     expansion: str = "faded"  # of the condensed branch below rho0: faded, linear or full
-    low_density: float = 0.0  # rho/rho0 below which cold material bears nothing
+    low_density: float = 0.0  # rho/rho0 below which cold material has no pressure
 
     name: ClassVar[str] = "tillotson"
     tag: ClassVar[int] = tags.TILLOTSON
