@@ -21,12 +21,17 @@ from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-MOST_LINES = 4100  # of the prose documentation: all pages but those made from code and results
+MOST_LINES = 3800  # of the prose documentation: all pages but those made from code and results
+MOST_LINES_OF_ALL = 5500  # of all pages of docs/
 GENERATED = ("case-file/", "models/", "commands.md", "verification.md", "validation.md")
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 PROSE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(DOCS / page for page in PAGES)]
 LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
+
+
+def count_lines(page):
+    return len(page.read_text(encoding="utf-8").splitlines())
 
 
 def blocks(page, language):
@@ -126,7 +131,8 @@ def test_the_documentation_stays_short():
     written = [
         page for page in PROSE if not page.relative_to(ROOT).as_posix().removeprefix("docs/").startswith(GENERATED)
     ]
-    assert sum(len(page.read_text(encoding="utf-8").splitlines()) for page in written) <= MOST_LINES
+    assert sum(map(count_lines, written)) <= MOST_LINES
+    assert sum(count_lines(DOCS / page) for page in PAGES) <= MOST_LINES_OF_ALL
 
 
 def test_messages_of_the_page_on_errors_are_in_the_code():

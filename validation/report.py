@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from textwrap import fill
 
@@ -127,7 +127,6 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
                 for picture in draw(result, folder, words)]  # fmt: skip
     if pictures:
         yield from ("", " ".join(pictures))
-    yield from _bias(result, result.curves.get("groups", {}), "bias")
     failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
               if shot["status"] != "done"]  # fmt: skip
     if failed:
@@ -165,23 +164,6 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> str:
 def _key(row: Compared) -> tuple[str, str, float | None, str]:
     one = row.measured
     return one.shot, one.quantity, one.at, one.source
-
-
-def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[str]:
-    """Yield the bias of every group of shots, where there are such."""
-    kinds = list(dict.fromkeys(groups.values()))
-    if len(kinds) < 2:
-        return
-    names = list(dict.fromkeys(row.measured.quantity for row in result.rows if row.measured.judged))
-    yield ""
-    yield from _header((title, "shots", *(name.replace("_", " ") for name in names)))
-    for kind in kinds:
-        rows = [row for row in result.rows if groups.get(row.measured.shot) == kind and row.off is not None]
-        cells = []
-        for name in names:
-            offs = [row.off or 0.0 for row in rows if row.measured.quantity == name and row.measured.judged]
-            cells.append(percent(sum(offs) / len(offs)) if offs else "")
-        yield _line((kind, str(sum(one == kind for one in groups.values())), *cells))
 
 
 def wrapped(text: str, indent: str = "") -> str:
