@@ -4,6 +4,7 @@ from math import log, sqrt
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
@@ -29,6 +30,16 @@ def test_root_finder_reaches_rounding_and_wants_a_bracket():
     assert bracketed_root(lambda x: x**3 - 2.0, 0.0, 5.0) == pytest.approx(2.0 ** (1 / 3), rel=1e-14)
     with pytest.raises(Exception, match="jump conditions"):
         bracketed_root(lambda x: x * x + 1.0, -1.0, 1.0)
+
+
+def test_root_finder_takes_the_steps_of_brentq():
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        c, bounds = rng.normal(size=4) * 10.0 ** rng.uniform(-8, 12, 4), np.sort(rng.normal(size=2) * 100.0)
+        for function in (np.polynomial.Polynomial(c), lambda x, c=c: np.tanh(c[1] * (x - c[2])), lambda x: x**3 - 7.0):
+            if function(bounds[0]) * function(bounds[1]) < 0.0:
+                expected = brentq(function, *bounds, xtol=1e-300, rtol=1e-15, maxiter=300)
+                assert bracketed_root(function, *bounds) == expected
 
 
 @pytest.mark.parametrize("u", [1.0, 300.0, 1550.0, 4000.0])
