@@ -1,7 +1,7 @@
-"""Craters in rock and peak pressures of a strengthless sphere on its like.
+"""Craters in rock and peak pressures of a strengthless sphere, or of a cylinder with a flat face, on its like.
 
 Peak pressures are medians of the target's particles within three tenths of the sphere's radius R of the place of
-contact, and the power n with which they fall with the distance along the shot line between 1.5 and 3 R.
+contact, and for spheres the power n with which they fall with the distance along the shot line between 1.5 and 3 R.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ ASIDE = 0.5  # radii about the shot line
 
 
 def _each(shot: Shot) -> dict[Key, Value]:
-    if shot.name.startswith("al"):
+    if shot.name.startswith(("al", "flat")):
         return _pressures(shot)
     results = shot.ran.summary["layers"][0]["measures"]
     names = {"depth": "crater_depth", "diameter": "crater_outer_diameter", "volume": "crater_volume"}
@@ -35,9 +35,12 @@ def _pressures(shot: Shot) -> dict[Key, Value]:
     place = place[np.isin(np.sort(first.id[own]), last.id[there])]
     distance = np.sqrt((place**2).sum(axis=1))
     contact = distance < CONTACT * radius
+    value = {("contact", None): Value(float(np.median(peak[contact])))}
+    if shot.name.startswith("flat"):
+        return value
     along = (distance > NEAR * radius) & (distance < FAR * radius) & (np.abs(place[:, 1]) < ASIDE * radius)
     power, _ = np.polyfit(np.log(distance[along]), np.log(peak[along]), 1)
-    return {("contact", None): Value(float(np.median(peak[contact]))), ("power", None): Value(-float(power))}
+    return value | {("power", None): Value(-float(power))}
 
 
 JUDGE = Judge(
