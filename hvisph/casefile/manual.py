@@ -1,5 +1,6 @@
 """Texts on the keys of the case file, generated from the models: the manual in Markdown, and `hvisph help`."""
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from inspect import cleandoc
@@ -36,6 +37,7 @@ FORMULAS = {
     "bodies.material.porosity": "thermal",
 }
 MANY = 6  # alternatives that a table does not list
+VARIANT = re.compile(r"µ|\*\*|m3$|degrees|\(kg\*")  # other spellings of a unit, which the list leaves out
 
 _HEAD = """\
 # The case file
@@ -211,7 +213,7 @@ def _units() -> Iterator[str]:
     quantities = []
     for dimension in DIMENSIONS:
         if dimension is not NUMBER:
-            units = ", ".join(f"`{unit}`" for unit, (kind, _) in COMMON_UNITS.items() if kind is dimension)
+            units = ", ".join(f"`{unit}`" for unit, (kind, _) in COMMON_UNITS.items() if kind is dimension and not VARIANT.search(unit))
             quantities.append(f"{dimension.name.split(' ', 1)[1]} {dimension.unit} ({units})")
     text = f"Plain numbers are in these units, usual others in parentheses: {'; '.join(quantities)}."
     yield _wrap(f"{text} Every unit known to [pint](https://pint.readthedocs.io) can be used.")
