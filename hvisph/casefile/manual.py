@@ -210,10 +210,11 @@ def _wrap(text: str) -> str:
 
 def _units() -> Iterator[str]:
     yield "## Units\n"
+    usual = {unit: kind for unit, (kind, _) in COMMON_UNITS.items() if not VARIANT.search(unit)}
     quantities = []
     for dimension in DIMENSIONS:
         if dimension is not NUMBER:
-            units = ", ".join(f"`{unit}`" for unit, (kind, _) in COMMON_UNITS.items() if kind is dimension and not VARIANT.search(unit))
+            units = ", ".join(f"`{unit}`" for unit, kind in usual.items() if kind is dimension)
             quantities.append(f"{dimension.name.split(' ', 1)[1]} {dimension.unit} ({units})")
     text = f"Plain numbers are in these units, usual others in parentheses: {'; '.join(quantities)}."
     yield _wrap(f"{text} Every unit known to [pint](https://pint.readthedocs.io) can be used.")
