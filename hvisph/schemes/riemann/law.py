@@ -42,14 +42,11 @@ from hvisph.compiler.tensors import (
     add,
     add_radial,
     axial,
-    axial_cross,
     broadcast,
     divergence,
     dot,
-    dot_rows,
     exact_difference,
     exact_vector,
-    gradient,
     lane_sums,
     matrix,
     multiply,
@@ -64,16 +61,13 @@ from hvisph.compiler.tensors import (
     own_symmetric,
     own_symmetric_gradient,
     own_vector,
-    power_of_dimension,
     product,
     put,
     radial_part,
     subtract,
     symmetric,
     symmetric_dot,
-    symmetric_gradient,
     symmetric_outer,
-    tangential_components,
     tangential_part,
     tangential_vector,
     torque,
@@ -89,27 +83,36 @@ from hvisph.compiler.vector.api import (
     neighbours,
 )
 from hvisph.sph.contact.contact_normal import is_other_body, is_rigid
-from hvisph.sph.contact.riemann_contact import compressive_contact, contact_geometry, coulomb_slip
+from hvisph.sph.contact.riemann_contact import contact_geometry
+from hvisph.sph.terms.adjoint_operator import adjoint_tractions
 from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
 from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mirror_weight
 from hvisph.sph.terms.conduction import conducted_power
-from hvisph.sph.terms.crack import softened_bound, unbroken_share
-from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF_MAX, exchange_correction
 from hvisph.sph.terms.free_surface_correction import free_surface_correction
 from hvisph.sph.terms.grad_h import grad_h_rate, grad_h_sums
 from hvisph.sph.terms.limiters import TINY
-from hvisph.sph.terms.reconstruction import limited_shares, limiter_floor
+from hvisph.sph.terms.reconstruction import limiter_floor
 from hvisph.sph.terms.riemann_solver import (
     FRONT,
-    clip_shear,
     outgoing_jump,
     reciprocals,
-    riemann_normal,
-    riemann_tangential,
     shock_stiffening,
 )
 from hvisph.sph.terms.shape_matrix import sound_inverse
-from hvisph.sph.terms.tension_stabilization import tension_relief
+
+from .pair_states import (
+    contact_states,
+    crack_limits,
+    density_velocities,
+    elastic_states,
+    impedances,
+    layer_share,
+    reconstructed_shares,
+    riemann_states,
+    rigid_motion,
+    section_ratio,
+    strength_limits,
+)
 
 # Options of the law, off unless bound.
 RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
@@ -125,8 +128,7 @@ FILLER_VOLUME = 1e-12
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
-    s = own_symmetric(rows, i, T, DIM)
-    h, zn, zt, volume = rows[i, H], rows[i, ZN], rows[i, ZT], rows[i, V]
+    s, h, zt, volume = own_symmetric(rows, i, T, DIM), rows[i, H], rows[i, ZT], rows[i, V]
     inverse_filler = 1.0 / (FILLER_VOLUME * volume) if volume > 0.0 else 0.0
     if RECONSTRUCTION:
         grad_u, grad_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
@@ -137,9 +139,10 @@ def accumulate(near, n, rows, i, constants, out):
     if FRACTURES:
         crack = own_vector(rows, i, CRACK, DIM)
     own_rigid = is_rigid(rows[i, BODY]) if RIGID else 0.0
+    own_layer = 0.0
     if EDGES:
         own_beyond = own_vector(rows, i, AMBIENT, DIM)
-        own_layer = min(2.0 * dot(own_beyond, own_beyond), 1.0)
+        own_layer = layer_share(own_beyond)
     force, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
@@ -149,30 +152,21 @@ def accumulate(near, n, rows, i, constants, out):
     inverse_radius = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
     inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and DENSITY_CORRECTION else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
+        # Geometry: line of centres e, or normal of a contact; g = 2 |dW/dr|.
         b = neighbours(rows, near, k, WIDTH)
         dx = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM)
         r = np.sqrt(dot(dx, dx))
         ih, inverse_r = reciprocals(0.5 * (h + b[H]), r)
         g, e = -2.0 * scale(ih) * slope(r * ih), multiply(inverse_r, dx)
-        za, zb = zn, b[ZN]
-        if ANISOTROPIC:  # along the line of centres
-            za = np.sqrt(dot(symmetric_dot(own_symmetric(rows, i, Z_SQUARED, DIM), e), e))
-            zb = np.sqrt(dot(symmetric_dot(symmetric(b, Z_SQUARED, DIM), e), e))
-        zta, ztb = zt, b[ZT]
-        if EDGES:  # an ambient layer has the impedances of its partner
+        its_layer = 0.0
+        if EDGES:
             beyond = vector(b, AMBIENT, DIM)
-            its_layer = min(2.0 * dot(beyond, beyond), 1.0)
-            real = min(b[V] * inverse_filler, 1.0) * own_layer
-            za, zb = za + real * (zb - za), zb + its_layer * (za - zb)
-            zta, ztb = zta + real * (ztb - zta), ztb + its_layer * (zta - ztb)
+            its_layer = layer_share(beyond)
+        za, zb, zta, ztb = impedances(rows, i, b, e, inverse_filler, own_layer, its_layer)
         jump, lever = exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), dx
         its_rigid, heated = 0.0, 1.0
         if RIGID:
-            its_rigid = is_rigid(b[BODY])
-            g, heated = g * (1.0 - own_rigid * its_rigid), 1.0 + its_rigid - own_rigid
-            if TURNS:
-                turn = add(own_axial(rows, i, TURN_RATE, DIM), axial(b, TURN_RATE, DIM))
-                jump = subtract(jump, axial_cross(turn, dx))
+            g, jump, its_rigid, heated = rigid_motion(rows, i, b, dx, own_rigid, g, jump)
         du_n = dot(jump, e)
         approach, half, weight, other, gate = -du_n, broadcast_lanes(0.5), broadcast_lanes(1.0), zero, zero
         in_contact = False
@@ -201,94 +195,68 @@ def accumulate(near, n, rows, i, constants, out):
             jump = add(jump, excess)
             du_n = dot(jump, e)
 
-        # Normal and tangential parts of the own traction, of its jump and of the jump of velocity.
+        # Own traction, its jump and the jump of velocity, normal and tangential.
         ta = symmetric_dot(s, e)
-        if ADJOINT:
-            elastic, its_stress = (1.0 - other) * min(rows[i, ELASTIC], b[ELASTIC]), symmetric(b, STAGE_T, DIM)
-            ea, eb = symmetric_dot(operator, e), symmetric_dot(symmetric(b, OPERATOR, DIM), e)
-            own_traction, its_traction = symmetric_dot(s, ea), symmetric_dot(its_stress, eb)
-            mean_e, mean_traction = (
-                multiply(0.5, add(ea, eb)),
-                multiply(0.5, add(own_traction, its_traction)),
-            )
-            corrected, mean_n = dot(mean_e, e), dot(mean_traction, e)
-            step = subtract(symmetric_dot(its_stress, e), ta)
-        else:
-            step = subtract(symmetric_dot(symmetric(b, T, DIM), e), ta)
+        its_stress = symmetric(b, STAGE_T if ADJOINT else T, DIM)
+        step = subtract(symmetric_dot(its_stress, e), ta)
         ta_n, dt_n = dot(ta, e), dot(step, e)
+        du_t = dt_t = ta_t = 0.0
         if DIM > 1:
             du_t, dt_t = tangential_part(jump, du_n, e), tangential_part(step, dt_n, e)
             ta_t = tangential_part(ta, ta_n, e)
+        velocity, own_traction, stress = (du_n, du_t), (ta_n, ta_t), (dt_n, dt_t)
+        elastic = corrected = pulled = 1.0
+        if ADJOINT:
+            elastic = (1.0 - other) * min(rows[i, ELASTIC], b[ELASTIC])
+            stress_difference, mean_traction, mean_e = adjoint_tractions(
+                s, its_stress, operator, symmetric(b, OPERATOR, DIM), e
+            )
+            corrected = dot(mean_e, e)
+            pulled = 1.0 + other * (corrected - 1.0)
+            energy_area = pulled * energy_area
+            power += (0.25 * elastic) * energy_area * dot(stress_difference, jump)
 
-        # Reconstruction: shares of half of the jumps by which both states move to the middle.
-        moved_u = moved_t = tangential_u = tangential_t = (zero, zero)
+        # Riemann problems of the reconstructed states, with velocities relative to the own one.
+        unmoved = (zero, zero), (zero, zero)
+        moved = unmoved, unmoved
         if RECONSTRUCTION:
             floor = 0.0
             if CORRECTED_VARIANT:
-                order = min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER])
-                if ADJOINT:
-                    floor = (1.0 - elastic) * limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], zero)
-                else:
-                    floor = limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], order)
-            pa, pb = dot_rows(grad_u, dx), dot_rows(gradient(b, GU, DIM), dx)
-            qa = symmetric_dot(dot_rows(grad_s, dx), e)
-            qb = symmetric_dot(dot_rows(symmetric_gradient(b, GT, DIM), dx), e)
-            slopes_u, slopes_t = (du_n * dot(pa, e), du_n * dot(pb, e)), (dt_n * dot(qa, e), dt_n * dot(qb, e))
-            moved_u, moved_t = limited_shares(du_n * du_n, slopes_u, dt_n * dt_n, slopes_t, share, floor)
-            if DIM > 1:
-                slopes_u = (dot(tangential_components(pa, e), du_t), dot(tangential_components(pb, e), du_t))
-                slopes_t = (dot(tangential_components(qa, e), dt_t), dot(tangential_components(qb, e), dt_t))
-                tangential_u, tangential_t = limited_shares(
-                    dot(du_t, du_t), slopes_u, dot(dt_t, dt_t), slopes_t, share, floor
-                )
-
-        # Riemann problems, with velocities relative to the own one, and the limits of the materials.
-        left = du_n - half * du_n * (moved_u[0] + moved_u[1])
+                order = zero if ADJOINT else min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER])
+                floor = limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], order)
+                floor = (1.0 - elastic) * floor if ADJOINT else floor
+            moved = reconstructed_shares(b, dx, e, velocity, stress, grad_u, grad_s, floor)
+        left = du_n - half * du_n * (moved[0][0][0] + moved[0][0][1])
         if CORRECTED_VARIANT:
             stiffening = shock_stiffening(left)
             za, zb = za + rows[i, RHO] * stiffening, zb + b[RHO] * stiffening
-        inverse_n, inverse_t = reciprocals(za + zb, zta + ztb + TINY)
-        us_n, t_n = riemann_normal(inverse_n, za, zb, du_n, ta_n, dt_n, moved_u, moved_t, half)
+        contact, traction, inverse_n = riemann_states(za, zb, zta, ztb, velocity, own_traction, stress, moved, half)
         if ADJOINT:
-            us_n += elastic * (0.5 * du_n - us_n)
-            t_n += elastic * (mean_n + za * zb * inverse_n * left - t_n)
+            mean_n = dot(mean_traction, e)
+            mean_t = tangential_part(mean_traction, mean_n, e) if DIM > 1 else 0.0
+            contact, traction = elastic_states(
+                contact, traction, velocity, (mean_n, mean_t), za * zb * inverse_n * left, elastic
+            )
+
+        # Limits of the materials, and contact.
         if CORRECTED_VARIANT:
-            bearable = min(rows[i, TENSION_LIMIT], b[TENSION_LIMIT])
-            t_n = min(t_n, corrected * bearable if ADJOINT else bearable)
-            if TENSION_STABILIZED:
-                t_n = tension_relief(t_n, volume * b[V], dx, inverse_r, min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER]))
-        if DIM > 1:
-            us_t, t_t = riemann_tangential(inverse_t, zta, ztb, du_t, ta_t, dt_t, tangential_u, tangential_t, half)
-            if ADJOINT:
-                us_t = add(us_t, multiply(elastic, subtract(multiply(0.5, du_t), us_t)))
-                t_t = add(t_t, multiply(elastic, subtract(tangential_part(mean_traction, mean_n, e), t_t)))
-            if CORRECTED_VARIANT:
-                bearable = min(rows[i, SHEAR_LIMIT], b[SHEAR_LIMIT])
-                t_t = clip_shear(corrected * bearable if ADJOINT else bearable, t_t)
+            traction = strength_limits(rows, i, b, dx, inverse_r, traction, corrected)
         if FRACTURES:
-            borne = 1.0 - (1.0 - other) * (1.0 - unbroken_share(crack, vector(b, CRACK, DIM), e))
-            t_n = min(t_n, min(softened_bound(ta_n, rows[i, SOFT]), softened_bound(ta_n + dt_n, b[SOFT])))
-            t_n = min(t_n, borne * t_n)
-            if DIM > 1:
-                t_t = multiply(borne, t_t)
-        if ADJOINT:
-            pulled = 1.0 + other * (corrected - 1.0)
-            energy_area = pulled * energy_area
-            power += (0.25 * elastic) * energy_area * dot(subtract(own_traction, its_traction), jump)
+            traction = crack_limits(rows, i, b, e, crack, traction, ta_n, dt_n, other)
         if in_contact:
-            t_n, us_n, separation = compressive_contact(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
-            power += (heated * energy_area) * (t_n * separation)
-            if DIM > 1:
-                t_t, us_t, heat = coulomb_slip(
-                    t_t, us_t, du_t, ta_t, dt_t, (zt, zn), (b[ZT], b[ZN]), constants[1], t_n, other
-                )
-                rubbed = heated * energy_area * heat
-                power, slip = power + rubbed, slip + rubbed
+            contact, traction, opening, sliding = contact_states(
+                rows, i, b, contact, traction, velocity, own_traction, stress, (za, zb), constants[1], other, gate
+            )
+            rubbed = heated * energy_area * sliding
+            power += (heated * energy_area) * opening
+            power, slip = power + rubbed, slip + rubbed
             if ANGULAR_MOMENTUM:
                 contact_moment = add(contact_moment, symmetric_outer(lever, multiply(other * weight * area, e)))
+        us_n, t_n = contact[0], traction[0]
         us, ts = multiply(us_n, e), multiply(t_n, e)
         if DIM > 1:
-            us, ts = add(us, tangential_vector(us_t, e)), add(ts, tangential_vector(t_t, e))
+            us, ts = add(us, tangential_vector(contact[1], e)), add(ts, tangential_vector(traction[1], e))
+
         if EDGES:  # the layer moves as it does
             us = subtract(us, multiply(own_layer, excess))
 
@@ -304,12 +272,8 @@ def accumulate(near, n, rows, i, constants, out):
             power += area * dot(own, jump)
             ts = add(ts, add(own, its))
         if CORRECTED_VARIANT:
-            power += conducted_power(
-                energy_area * ((1.0 - other) * matter if EDGES else 1.0 - other),
-                rows[i, RHO] + b[RHO],
-                stiffening,
-                b[ENERGY] - rows[i, ENERGY],
-            )
+            conducting = energy_area * ((1.0 - other) * matter if EDGES else 1.0 - other)
+            power += conducted_power(conducting, rows[i, RHO] + b[RHO], stiffening, b[ENERGY] - rows[i, ENERGY])
         if AXISYMMETRIC:
             radial = radial_part(e) + (elastic * radial_part(subtract(mean_e, e)) if ADJOINT else 0.0)
             fullness += (0.5 * weight) * area * radial * radial_part(dx)
@@ -326,14 +290,10 @@ def accumulate(near, n, rows, i, constants, out):
         if CORRECTED_VARIANT or AXISYMMETRIC:
             moment = add(moment, symmetric_outer(lever, gradient_area))
         if CORRECTED_VARIANT:
-            ratio = power_of_dimension(1.0 + other * (b[H] / h - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
-            if AXISYMMETRIC and DENSITY_CORRECTION:
-                ratio *= b[REST_AREA] * inverse_rest
-            lost = exchange_correction(
-                us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], 1.0 if GRAD_H else EXCHANGE_CUTOFF_MAX
-            )
-            number += weight * g * ratio * (us_n - (1.0 - other) * lost)
-            number_rate += weight * g * ratio * du_n * (0.5 + other * (zb * inverse_n - 0.5))
+            ratio = section_ratio(rows, i, b, dx, other, inverse_rest)
+            exchanged, mean_u = density_velocities(rows, i, b, us_n, du_n, t_n, zb, inverse_n, other)
+            number += weight * g * ratio * exchanged
+            number_rate += weight * g * ratio * mean_u
             if GRAD_H:
                 moving, own_kernel, kernel, slopes = grad_h_sums(h, r, weight * ratio, du_n, us_n, other)
                 number -= 0.5 * g * moving
@@ -392,4 +352,8 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
 
 
 # Templates that the law calls, bound to the same names.
-PARTS = (grad_h_sums, grad_h_rate, conclude, is_other_body, contact_geometry)
+PARTS = (
+    *(grad_h_sums, grad_h_rate, conclude, is_other_body, contact_geometry, rigid_motion, impedances),
+    *(reconstructed_shares, riemann_states, elastic_states, strength_limits, crack_limits, contact_states),
+    *(section_ratio, density_velocities),
+)

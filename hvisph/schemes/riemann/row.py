@@ -6,6 +6,8 @@ The pass computes renormalised gradients of velocity and stress for the reconstr
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hvisph.compiler.tensors import (
@@ -37,10 +39,12 @@ from hvisph.sph.contact.contact_normal import is_other_body, smooth_normals
 from hvisph.sph.contact.variable_resolution import ENTRIES, depth, unequal_normals
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
-from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
+from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.terms.adjoint_operator import closed_moment, corrected_operator, extrapolated_stress
 from hvisph.sph.terms.crack import crack_terms, crack_vector
 from hvisph.sph.terms.shape_matrix import sound_inverse
+
+from .pair_states import layer_share
 
 # Index in the constants at which the tables of depths begin.
 DEPTH_TABLE = 2
@@ -52,25 +56,54 @@ X_REST = U_REST = 0
 READ_BY_PAIRS = ("gu", "gt", "crack", "stage_t", "operator", "elastic")
 
 
-def row_layout(
-    dim: int,
-    reconstruct: bool,
-    *,
-    corrected_variant: bool = False,
-    has_contact: bool = False,
-    varies_smoothing: bool = False,
-    axisymmetric: bool = False,
-    unequal_spacings: bool = False,
-    self_contact: bool = False,
-    angular_momentum: bool = False,
-    corrects_density: bool = False,
-    anisotropic: bool = False,
-    fractures: bool = False,
-    adjoint: bool = False,
-    turns: bool = False,
-    edges: bool = False,
-) -> RowLayout:
-    """Return the row of data that a particle offers its neighbours.
+# Fields of the row: name, rank, and the options of the scheme that all hold where the row has the field.
+PACKED = (
+    ("x", "vector"),
+    ("u", "vector"),
+    ("h", "scalar"),
+    ("v", "scalar"),
+    ("t", "symmetric"),
+    ("body", "scalar", "has_contact"),
+    ("n_previous", "vector", "self_contact"),
+    ("zn", "scalar"),
+    ("zt", "scalar"),
+    ("z_squared", "symmetric", "anisotropic"),
+    ("ambient", "vector", "edges"),
+    ("rho", "scalar", "corrected_variant"),
+    ("shear_limit", "scalar", "corrected_variant"),
+    ("spin_stress", "axial", "angular_momentum"),
+    ("turn_rate", "axial", "turns"),
+    ("energy", "scalar", "corrected_variant"),
+    ("lattice_order", "scalar", "corrected_variant"),
+    ("ring", "radius", "axisymmetric"),
+    ("rest_area", "scalar", "axisymmetric", "corrects_density"),
+    ("soft", "scalar", "fractures"),
+    ("tension_limit", "scalar", "corrected_variant"),
+    ("m", "scalar"),  # pairs read neither m nor what follows
+    ("gu_before", "gradient", "adjoint"),
+    ("ahead_twice", "scalar", "adjoint"),
+    ("free_length", "scalar", "varies_smoothing"),
+    ("hoop", "scalar", "axisymmetric"),
+    ("inv_number_density", "scalar", "corrects_density"),
+    ("correction_decay", "scalar", "corrects_density"),
+    ("density_relaxation", "scalar", "corrects_density"),
+)
+MADE_BY_PASSES = (
+    ("gu", "gradient", "reconstructs"),
+    ("gt", "symmetric_gradient", "reconstructs"),
+    ("crack", "vector", "fractures"),
+    ("stage_t", "symmetric", "adjoint"),
+    ("operator", "symmetric", "adjoint"),
+    ("elastic", "scalar", "adjoint"),
+    ("n_raw", "vector", "has_contact"),
+    ("n_other", "vector", "has_contact"),
+    ("n_surface", "vector", "has_contact"),
+    ("depth", "scalar", "has_unequal_spacings"),
+)
+
+
+def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
+    """Return the row of data that a particle offers its neighbours; `holds(name)` tells an option of the scheme.
 
     X, U, H, V, T, M        position, velocity, smoothing length, volume, stress, mass
     ZN, ZT, Z_SQUARED       normal and shear impedance; squares of the normal impedance by direction
@@ -86,50 +119,11 @@ def row_layout(
     AHEAD_TWICE, STAGE_T, OPERATOR, ELASTIC     `sph.terms.adjoint_operator`
     TURN_RATE, AMBIENT      angular velocity of a rigid body; in the layer beyond an open edge its outward normal
     """
-    packed = select_fields(
-        ("x", "vector"),
-        ("u", "vector"),
-        ("h", "scalar"),
-        ("v", "scalar"),
-        ("t", "symmetric"),
-        has_contact and ("body", "scalar"),
-        self_contact and ("n_previous", "vector"),
-        ("zn", "scalar"),
-        ("zt", "scalar"),
-        anisotropic and ("z_squared", "symmetric"),
-        edges and ("ambient", "vector"),
-        corrected_variant and ("rho", "scalar"),
-        corrected_variant and ("shear_limit", "scalar"),
-        angular_momentum and ("spin_stress", "axial"),
-        turns and ("turn_rate", "axial"),
-        corrected_variant and ("energy", "scalar"),
-        corrected_variant and ("lattice_order", "scalar"),
-        axisymmetric and ("ring", "radius"),
-        axisymmetric and corrects_density and ("rest_area", "scalar"),
-        fractures and ("soft", "scalar"),
-        corrected_variant and ("tension_limit", "scalar"),
-        ("m", "scalar"),  # pairs read neither m nor what follows
-        adjoint and ("gu_before", "gradient"),
-        adjoint and ("ahead_twice", "scalar"),
-        varies_smoothing and ("free_length", "scalar"),
-        axisymmetric and ("hoop", "scalar"),
-        corrects_density and ("inv_number_density", "scalar"),
-        corrects_density and ("correction_decay", "scalar"),
-        corrects_density and ("density_relaxation", "scalar"),
+    packed, made = (
+        tuple((name, rank) for name, rank, *options in fields if all(map(holds, options)))
+        for fields in (PACKED, MADE_BY_PASSES)
     )
-    made_by_passes = select_fields(
-        reconstruct and ("gu", "gradient"),
-        reconstruct and ("gt", "symmetric_gradient"),
-        fractures and ("crack", "vector"),
-        adjoint and ("stage_t", "symmetric"),
-        adjoint and ("operator", "symmetric"),
-        adjoint and ("elastic", "scalar"),
-        has_contact and ("n_raw", "vector"),
-        has_contact and ("n_other", "vector"),
-        has_contact and ("n_surface", "vector"),
-        unequal_spacings and ("depth", "scalar"),
-    )
-    return RowLayout(dim, packed, made_by_passes)
+    return RowLayout(dim, packed, made)
 
 
 def pair_layout(layout: RowLayout) -> RowLayout:
@@ -179,8 +173,7 @@ def gradients(near, n, rows, i, constants, out):
         if RECONSTRUCTION:
             moment = add(moment, symmetric_outer(dx, g))
             if EDGES:  # the state is uniform beyond an edge
-                beyond = vector(b, AMBIENT, DIM)
-                g = multiply(1.0 - min(2.0 * dot(beyond, beyond), 1.0), g)
+                g = multiply(1.0 - layer_share(vector(b, AMBIENT, DIM)), g)
             of_u = add(of_u, outer(exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), g))
             of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
     if SEPARATING:

@@ -31,6 +31,25 @@ from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
 from . import law as riemann
 from . import row as riemann_row
 
+# Options of the templates, and the properties of the scheme that set them.
+OPTIONS = {
+    "RECONSTRUCTION": "reconstructs",
+    "CORRECTED_VARIANT": "corrected_variant",
+    "TENSION_STABILIZED": "tension_stabilized",
+    "GRAD_H": "varies_smoothing",
+    "DENSITY_CORRECTION": "corrects_density",
+    "ANGULAR_MOMENTUM": "angular_momentum",
+    "AXISYMMETRIC": "axisymmetric",
+    "SEPARATING": "has_contact",
+    "VARIABLE_RESOLUTION": "has_unequal_spacings",
+    "SELF_CONTACT": "self_contact",
+    "ANISOTROPIC": "anisotropic",
+    "FRACTURES": "fractures",
+    "ADJOINT": "adjoint",
+    "RIGID": "rigid",
+    "TURNS": "turns",
+    "EDGES": "edges",
+}
 # Smallest section area at rest of an axisymmetric particle over its present one.
 THIN = 0.5
 
@@ -122,6 +141,11 @@ class Riemann:
         return self.corrected_variant and not self.smoothing.variable
 
     @property
+    def reconstructs(self) -> bool:
+        """Whether states are reconstructed."""
+        return self.reconstruction.acts
+
+    @property
     def viscous_factor(self) -> float:
         """Factor of the largest closing speed in the signal speed."""
         return SHOCK_SLOPE / self.kernel.width
@@ -136,35 +160,21 @@ class Riemann:
         """Whether bodies of unequal spacings are in contact."""
         return self.has_contact and self.unequal_spacings
 
+    def options(self, *templates: PythonFunction) -> Options:
+        """Return the options, 0 or 1, that the templates use."""
+        used = {name for template in templates for name in template.__code__.co_names}
+        return {name: int(getattr(self, of)) for name, of in OPTIONS.items() if name in used}
+
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
-        shared = {
-            "RECONSTRUCTION": int(self.reconstruction.acts),
-            "CORRECTED_VARIANT": int(self.corrected_variant),
-            "SEPARATING": int(self.has_contact),
-            "VARIABLE_RESOLUTION": int(self.has_unequal_spacings),
-            "SELF_CONTACT": int(self.self_contact),
-            "FRACTURES": int(self.fractures),
-            "ADJOINT": int(self.adjoint),
-            "EDGES": int(self.edges),
-        }
-        limits = {"limited_shares": limited_shares_of_ratios} if self.single else {}
-        of_pairs = {
-            "share": self.reconstruction.share,
-            "TENSION_STABILIZED": int(self.corrected_variant and self.tension_stabilized),
-            "GRAD_H": int(self.varies_smoothing),
-            "AXISYMMETRIC": int(self.axisymmetric),
-            "ANGULAR_MOMENTUM": int(self.angular_momentum),
-            "DENSITY_CORRECTION": int(self.corrects_density),
-            "ANISOTROPIC": int(self.anisotropic),
-            "RIGID": int(self.rigid),
-            "TURNS": int(self.turns),
-        }
+        of_pairs = self.options(riemann.accumulate, *riemann.PARTS) | {"share": self.reconstruction.share}
+        if self.single:
+            of_pairs["limited_shares"] = limited_shares_of_ratios
         row = self.layout(dim)
         flux = Pass(
             riemann.accumulate,
             riemann_row.pair_layout(row),
-            shared | of_pairs | limits,
+            of_pairs,
             riemann.PARTS,
             density_rate=self.corrected_variant,
             corrects_density=self.corrects_density,
@@ -175,13 +185,13 @@ class Riemann:
             own_reach=self.varies_smoothing,
             skips_undisturbed=not self.self_contact,
         )
-        if not (self.reconstruction.acts or self.has_contact or self.fractures):
+        if not (self.reconstructs or self.has_contact or self.fractures):
             return [flux]
         first = [
             Pass(
                 riemann_row.gradients,
                 riemann_row.pair_layout(row),
-                shared,
+                self.options(riemann_row.gradients, contact_normal.is_other_body),
                 (contact_normal.is_other_body,),
                 into_rows=True,
                 skips_undisturbed=not self.self_contact,
@@ -207,23 +217,7 @@ class Riemann:
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row layout."""
-        return riemann_row.row_layout(
-            dim,
-            self.reconstruction.acts,
-            corrected_variant=self.corrected_variant,
-            has_contact=self.has_contact,
-            varies_smoothing=self.varies_smoothing,
-            axisymmetric=self.axisymmetric,
-            unequal_spacings=self.has_unequal_spacings,
-            self_contact=self.self_contact,
-            angular_momentum=self.angular_momentum,
-            corrects_density=self.corrects_density,
-            anisotropic=self.anisotropic,
-            fractures=self.fractures,
-            adjoint=self.adjoint,
-            turns=self.turns,
-            edges=self.edges,
-        )
+        return riemann_row.row_layout(dim, lambda option: bool(getattr(self, option)))
 
     def coefficients(self) -> np.ndarray:
         """Return the inverse kernel width, the friction coefficient, and depths for different spacings."""
@@ -232,16 +226,7 @@ class Riemann:
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         """Return the packing function and its bound constants."""
-        options = {
-            "SEPARATING": self.has_contact,
-            "AXISYMMETRIC": self.axisymmetric,
-            "ANGULAR_MOMENTUM": self.angular_momentum,
-            "CORRECTED_VARIANT": self.corrected_variant,
-            "DENSITY_CORRECTION": self.corrects_density,
-            "ANISOTROPIC": self.anisotropic,
-            "ADJOINT": self.adjoint,
-        }
-        return _pack, {name: int(option) for name, option in options.items()}
+        return _pack, self.options(_pack)
 
     def isolated_density(self, dim: int) -> float:
         """Return rho h^dim/m of an isolated particle, W(0), the least where density is the number density."""
@@ -251,14 +236,7 @@ class Riemann:
         """Return the packing function of strength limits and its constants; None in the original variant."""
         if not self.corrected_variant:
             return None
-        options = {
-            "GRAD_H": self.varies_smoothing,
-            "AXISYMMETRIC": self.axisymmetric,
-            "DENSITY_CORRECTION": self.corrects_density,
-            "ANISOTROPIC": self.anisotropic,
-            "FRACTURES": self.fractures,
-        }
-        return _show_limits, {name: int(option) for name, option in options.items()}
+        return _show_limits, self.options(_show_limits)
 
 
 def _pack(rows, s, coefficients, one):

@@ -51,14 +51,9 @@ class SeparatingContact:
                  h_over_dx: float = 1.4, angular_momentum: bool = False, rigid: Options | None = None):  # fmt: skip
         dim, rigid = positions.shape[1], rigid or {}
         turns = bool(rigid.get("TURNS", 0))
-        layout = riemann_row.row_layout(
-            dim,
-            reconstruct=False,
-            has_contact=True,
-            axisymmetric=axisymmetric,
-            unequal_spacings=unequal_spacings,
-            turns=turns,
-        )
+        options = {"has_contact": True, "axisymmetric": axisymmetric, "has_unequal_spacings": unequal_spacings,
+                   "turns": turns}  # fmt: skip
+        layout = riemann_row.row_layout(dim, lambda option: options.get(option, False))
         ways = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unequal_spacings)}
         seen = riemann_row.pair_layout(layout)
         passes = [

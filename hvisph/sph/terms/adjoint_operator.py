@@ -76,6 +76,14 @@ def corrected_operator(moment, order):
 
 
 @inline
+def adjoint_tractions(s, its_stress, operator, its_operator, e):
+    """Return the difference t_a - t_b of the tractions of both sides, their mean, and the mean of both K e."""
+    ea, eb = symmetric_dot(operator, e), symmetric_dot(its_operator, e)
+    own, its = symmetric_dot(s, ea), symmetric_dot(its_stress, eb)
+    return subtract(own, its), multiply(0.5, add(own, its)), multiply(0.5, add(ea, eb))
+
+
+@inline
 def extrapolated_stress(stress, change, time, zn, zt, volume, mass):
     """Return the stress [Pa] of the stage.
 

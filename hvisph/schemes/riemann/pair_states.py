@@ -1,0 +1,179 @@
+"""Stages of a pair in Riemann SPH: impedances, reconstruction, Riemann problems, limits, contact, rates of density.
+
+The functions are templates of the loop `schemes.riemann.law.accumulate`, bound to its options, dimension and slots.
+Vectors of the plane tangential to e are `sph`'s `tangential_part`; in 1D there is none, and 0 stands for it. A pair of
+values holds the normal and the tangential one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import (
+    add,
+    axial,
+    axial_cross,
+    dot,
+    dot_rows,
+    gradient,
+    multiply,
+    own_axial,
+    own_symmetric,
+    power_of_dimension,
+    subtract,
+    symmetric,
+    symmetric_dot,
+    symmetric_gradient,
+    tangential_components,
+    vector,
+)
+from hvisph.sph.contact.contact_normal import is_rigid
+from hvisph.sph.contact.riemann_contact import compressive_contact, coulomb_slip
+from hvisph.sph.terms.crack import softened_bound, unbroken_share
+from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF_MAX, exchange_correction
+from hvisph.sph.terms.limiters import TINY
+from hvisph.sph.terms.reconstruction import limited_shares
+from hvisph.sph.terms.riemann_solver import clip_shear, reciprocals, riemann_normal, riemann_tangential
+from hvisph.sph.terms.tension_stabilization import tension_relief
+
+# Options, off unless bound.
+TENSION_STABILIZED = GRAD_H = AXISYMMETRIC = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = 0
+TURNS = EDGES = 0
+
+
+def rigid_motion(rows, i, b, dx, own_rigid, g, jump):
+    """Return kernel slope, velocity jump at the other side's place, rigidity of the neighbour, and share of heat."""
+    its_rigid = is_rigid(b[BODY])
+    g, heated = g * (1.0 - own_rigid * its_rigid), 1.0 + its_rigid - own_rigid
+    if TURNS:
+        turn = add(own_axial(rows, i, TURN_RATE, DIM), axial(b, TURN_RATE, DIM))
+        jump = subtract(jump, axial_cross(turn, dx))
+    return g, jump, its_rigid, heated
+
+
+@inline
+def layer_share(beyond):
+    """Return 1 for a particle beyond an open edge, whose outward normal is `beyond`, and 0 for the zero vector."""
+    return min(2.0 * dot(beyond, beyond), 1.0)
+
+
+def impedances(rows, i, b, e, inverse_filler, own_layer, its_layer):
+    """Return the impedances of both sides, normal (along e) and shear; an ambient layer has those of its partner."""
+    za, zb, zta, ztb = rows[i, ZN], b[ZN], rows[i, ZT], b[ZT]
+    if ANISOTROPIC:
+        za = np.sqrt(dot(symmetric_dot(own_symmetric(rows, i, Z_SQUARED, DIM), e), e))
+        zb = np.sqrt(dot(symmetric_dot(symmetric(b, Z_SQUARED, DIM), e), e))
+    if EDGES:
+        real = min(b[V] * inverse_filler, 1.0) * own_layer
+        za, zb = za + real * (zb - za), zb + its_layer * (za - zb)
+        zta, ztb = zta + real * (ztb - zta), ztb + its_layer * (zta - ztb)
+    return za, zb, zta, ztb
+
+
+def reconstructed_shares(b, dx, e, velocity, stress, grad_u, grad_s, floor):
+    """Return the shares of half of the jumps `velocity` and `stress` by which both states move to the middle.
+
+    Each is a pair of shares, of the own side and of the neighbour: of normal velocity and traction, of tangential
+    velocity and traction (`sph.terms.reconstruction`).
+    """
+    du_n, du_t = velocity
+    dt_n, dt_t = stress
+    pa, pb = dot_rows(grad_u, dx), dot_rows(gradient(b, GU, DIM), dx)
+    qa = symmetric_dot(dot_rows(grad_s, dx), e)
+    qb = symmetric_dot(dot_rows(symmetric_gradient(b, GT, DIM), dx), e)
+    slopes_u, slopes_t = (du_n * dot(pa, e), du_n * dot(pb, e)), (dt_n * dot(qa, e), dt_n * dot(qb, e))
+    normal = limited_shares(du_n * du_n, slopes_u, dt_n * dt_n, slopes_t, share, floor)
+    if DIM == 1:
+        return normal, normal
+    slopes_u = (dot(tangential_components(pa, e), du_t), dot(tangential_components(pb, e), du_t))
+    slopes_t = (dot(tangential_components(qa, e), dt_t), dot(tangential_components(qb, e), dt_t))
+    return normal, limited_shares(dot(du_t, du_t), slopes_u, dot(dt_t, dt_t), slopes_t, share, floor)
+
+
+def riemann_states(za, zb, zt_a, zt_b, velocity, own, stress, moved, half):
+    """Solve the Riemann problems of a pair.
+
+    Returns the contact velocity relative to the own one and the traction, each normal and tangential, and 1 over the
+    sum of the normal impedances. `velocity`, `own`, `stress`: jump of velocity, own traction, jump of traction.
+    """
+    inverse_n, inverse_t = reciprocals(za + zb, zt_a + zt_b + TINY)
+    us_n, t_n = riemann_normal(inverse_n, za, zb, velocity[0], own[0], stress[0], moved[0][0], moved[0][1], half)
+    if DIM == 1:
+        return (us_n, 0.0), (t_n, 0.0), inverse_n
+    us_t, t_t = riemann_tangential(
+        inverse_t, zt_a, zt_b, velocity[1], own[1], stress[1], moved[1][0], moved[1][1], half
+    )
+    return (us_n, us_t), (t_n, t_t), inverse_n
+
+
+def elastic_states(contact, traction, velocity, mean, pressure, elastic):
+    """Return contact velocity and traction of the adjoint variant where the lattice is elastic, by its share `elastic`.
+
+    `mean`: mean traction by the corrected operator, normal and tangential; `pressure`: the pair's dissipative traction.
+    """
+    us_n, t_n = contact[0], traction[0]
+    us_n += elastic * (0.5 * velocity[0] - us_n)
+    t_n += elastic * (mean[0] + pressure - t_n)
+    if DIM == 1:
+        return (us_n, contact[1]), (t_n, traction[1])
+    us_t = add(contact[1], multiply(elastic, subtract(multiply(0.5, velocity[1]), contact[1])))
+    return (us_n, us_t), (t_n, add(traction[1], multiply(elastic, subtract(mean[1], traction[1]))))
+
+
+def strength_limits(rows, i, b, dx, inverse_r, traction, corrected):
+    """Return the traction within the limits of both sides, with the tension of close pairs relieved.
+
+    `corrected`: factor of the limits, 1 but in the adjoint variant.
+    """
+    t_n, t_t = traction
+    t_n = min(t_n, corrected * min(rows[i, TENSION_LIMIT], b[TENSION_LIMIT]))
+    if TENSION_STABILIZED:
+        order = min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER])
+        t_n = tension_relief(t_n, rows[i, V] * b[V], dx, inverse_r, order)
+    if DIM == 1:
+        return t_n, t_t
+    return t_n, clip_shear(corrected * min(rows[i, SHEAR_LIMIT], b[SHEAR_LIMIT]), t_t)
+
+
+def crack_limits(rows, i, b, e, own_crack, traction, own, stress, other):
+    """Return the traction that softened sides and a crack between them transmit (`sph.terms.crack`)."""
+    t_n, t_t = traction
+    borne = 1.0 - (1.0 - other) * (1.0 - unbroken_share(own_crack, vector(b, CRACK, DIM), e))
+    t_n = min(t_n, min(softened_bound(own, rows[i, SOFT]), softened_bound(own + stress, b[SOFT])))
+    t_n = min(t_n, borne * t_n)
+    return t_n, multiply(borne, t_t) if DIM > 1 else t_t
+
+
+def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedances, friction, other, gate):
+    """Return contact velocity and traction of bodies in contact, and the heats of the gate and of slip.
+
+    Heats are those over the interaction area (`sph.contact.riemann_contact`); pairs of one body keep their state.
+    """
+    za, zb = impedances
+    t_n, us_n, separation = compressive_contact(
+        traction[0], contact[0], velocity[0], own[0], stress[0], za, zb, other, gate
+    )
+    if DIM == 1:
+        return (us_n, contact[1]), (t_n, traction[1]), t_n * separation, 0.0 * other
+    t_t, us_t, heat = coulomb_slip(
+        traction[1], contact[1], velocity[1], own[1], stress[1], (rows[i, ZT], rows[i, ZN]), (b[ZT], b[ZN]),
+        friction, t_n, other,
+    )  # fmt: skip
+    return (us_n, us_t), (t_n, t_t), t_n * separation, heat
+
+
+def section_ratio(rows, i, b, dx, other, inverse_rest):
+    """Return the weight of a neighbour in the number density: spacings and section areas at rest."""
+    ratio = power_of_dimension(1.0 + other * (b[H] / rows[i, H] - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
+    if AXISYMMETRIC and DENSITY_CORRECTION:
+        ratio *= b[REST_AREA] * inverse_rest
+    return ratio
+
+
+def density_velocities(rows, i, b, us_n, du_n, t_n, zb, inverse_n, other):
+    """Return the velocities [m/s] that the rates of density and of the number density count."""
+    lost = exchange_correction(
+        us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], 1.0 if GRAD_H else EXCHANGE_CUTOFF_MAX
+    )
+    return us_n - (1.0 - other) * lost, du_n * (0.5 + other * (zb * inverse_n - 0.5))
