@@ -213,6 +213,7 @@ def test_a_body_is_cut_and_continued():
 @pytest.mark.parametrize(("change", "words"), [
     ({"edges": [{"axis": "x", "at": 2.9e-3, "keep": "below"}]}, "a row of particles lies in the edge"),
     ({"edges": [{"axis": "x", "at": -9e-3, "keep": "below"}]}, "lies beyond the edge"),
+    ({"edges": [{"axis": "x", "at": 9e-3, "keep": "below"}]}, "no body reaches it"),
     ({"edges": [{"axis": "z", "at": 3e-3, "keep": "below"}]}, "there is no axis z"),
     ({"edges": [{"axis": "x", "at": 3e-3, "keep": "below"}] * 2}, "two edges across an axis"),
     ({"symmetry": [{"axis": "x", "at": 4e-3, "keep": "above"}]}, "cut off by the symmetry plane"),

@@ -52,7 +52,7 @@ def boundaries_of(
     Raises
     ------
     CaseError
-        For a load on clamped particles, an edge in a projectile, a clamp or a rigid body.
+        For a load on clamped particles, an edge in a projectile, a clamp or a rigid body, or one that nothing reaches.
     """
     if not case.edges and not case.loads and not any(plane.velocity for plane in case.symmetry):
         return None
@@ -61,6 +61,12 @@ def boundaries_of(
     faces: list[Face] = []
     edge_rows: list[EdgeRow] = []
     layers: list[tuple[np.ndarray, np.ndarray, Any]] = []
+    largest = max(float(body.spacing.max()) for body in placed)
+    for edge in edges:
+        gap = -float(edge.distance_beyond(x).max())
+        if gap > 1.5 * largest:
+            message = f"no body reaches it, the nearest by {gap:.3g} m; put it where a body goes on, or leave it out"
+            raise CaseError(message, where=_name(edges, edge))
     for number, body in enumerate(placed):
         rows, spacing = np.flatnonzero(particles.body == number), float(body.spacing.max())
         reached = [edge for edge in edges if (edge.distance_beyond(x[rows]) > -1.5 * spacing).any()]
