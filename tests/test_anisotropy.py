@@ -14,8 +14,8 @@ from hvisph.materials.material_table import Material, pack
 from hvisph.materials.porosity import Porosity
 from hvisph.materials.strength import ElasticStrength, Fabric, Orthotropic
 from hvisph.output.reader import list_snapshots, read_snapshot
-from hvisph.setup.axes import quaternion_of
 from hvisph.setup.build import build
+from hvisph.setup.materials import quaternion_of
 from hvisph.simulation.run import run
 
 # All constants differ, so that a wrong index shows.

@@ -13,7 +13,7 @@ from hvisph.precheck.estimate import estimate, rough_count
 from hvisph.precheck.impact_pair import first_contact, impact_pair
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.build import build
-from hvisph.setup.velocities import initial_velocity
+from hvisph.setup.shapes import initial_velocity
 from hvisph.visualization.setup import DrawnBody, Setup, setup_figure, setup_picture
 
 METAL = "aluminium-howell-ball"

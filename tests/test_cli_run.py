@@ -20,11 +20,11 @@ import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli import guard
-from hvisph.cli.guard import run_folder
+from hvisph.cli.formatting import duration, quantity, round_two_figures, size, table
 from hvisph.cli.main import app
-from hvisph.cli.text.formatting import duration, quantity, round_two_figures, size, table
-from hvisph.cli.text.progress import Live, status_text, time_left
-from hvisph.cli.text.results_table import results_table
+from hvisph.cli.options import run_folder
+from hvisph.cli.results_table import results_table
+from hvisph.cli.run_report import Live, status_text, time_left
 from hvisph.precheck.estimate import estimate
 from hvisph.simulation.listener import Progress
 

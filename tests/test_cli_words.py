@@ -97,7 +97,7 @@ def test_sparklines_show_least_and_most():
 
 
 def test_tables_fit_a_screen():
-    from hvisph.cli.text.formatting import SCREEN, table, tables
+    from hvisph.cli.formatting import SCREEN, table, tables
 
     long = [["name", "value", "remark"], ["one", "1", "words " * 40], ["two", "2", "short"]]
     shown = table(long).splitlines()
@@ -133,7 +133,7 @@ def test_what_commands_print_fits_a_screen(tmp_path):
 
 
 def test_many_columns_go_on_below():
-    from hvisph.cli.text.formatting import table
+    from hvisph.cli.formatting import table
 
     rows = [["", *(f"column {k}" for k in range(30))], *([str(j), *["1.25"] * 30] for j in range(3))]
     text = table(rows)

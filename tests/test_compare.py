@@ -10,7 +10,7 @@ from measure_bodies import MM, box, impact_end, snapshot
 from typer.testing import CliRunner
 
 from hvisph.cli.main import app
-from hvisph.cli.text.results_table import comparison_tables
+from hvisph.cli.results_table import comparison_tables
 from hvisph.core.errors import CaseError
 from hvisph.measures.compare import Row, shown_measures
 from hvisph.output.hdf5 import write_hdf5

@@ -13,7 +13,7 @@ import pytest
 from small_runs import LIQUID, METAL, assert_same_results, row_of
 
 from hvisph.casefile.loader import dump_case
-from hvisph.cli.text.run_report import interrupt_notice
+from hvisph.cli.run_report import interrupt_notice
 from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hvisph.cli.text.formatting import duration, table
+from hvisph.cli.formatting import duration, table
 
 from .comparison import verdicts
 from .evaluators import judge_of

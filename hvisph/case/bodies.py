@@ -8,29 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, ValidationInfo
 
+from hvisph.case import units
 from hvisph.case.materials.material import NamedMaterial
 from hvisph.core.catalogues import ARRANGEMENTS
 
 from .model import SCALAR_AS_LIST, AnyCase, DataFile, Problem, Shorthand, StrictModel, expand_switch, key
 from .shapes import UNIT_VECTORS, Axis, Direction, OptionalRotation, Position, Rotation, Shape
-from .units import (
-    ANGLE,
-    INERTIA,
-    MASS,
-    NUMBER,
-    RATE,
-    VELOCITY,
-    NonNegativeLength,
-    NonNegativeSpecificEnergy,
-    NonNegativeTime,
-    Number,
-    PositiveLength,
-    PositiveTemperature,
-    Quantity,
-    Velocity,
-)
 
-Rate = Annotated[float, Quantity(RATE)]
+Rate = Annotated[float, units.Quantity(units.RATE)]
 
 
 def _vector(value: object, info: ValidationInfo) -> object:
@@ -38,8 +23,8 @@ def _vector(value: object, info: ValidationInfo) -> object:
     if isinstance(value, Mapping):
         if set(value) - {"speed", "angle"} or "speed" not in value:
             raise ValueError("expected components, or a speed and an angle: {speed: 3.1 km/s, angle: 30 deg}")
-        speed = Quantity(VELOCITY).validate(value["speed"], info)
-        angle = math.radians(Quantity(ANGLE).validate(value.get("angle", 0.0), info))
+        speed = units.Quantity(units.VELOCITY).validate(value["speed"], info)
+        angle = math.radians(units.Quantity(units.ANGLE).validate(value.get("angle", 0.0), info))
         dim = (info.context or {}).get("dim", 2)
         if dim == 1 and angle != 0.0:
             raise ValueError("there is no angle in 1D; give the speed alone")
@@ -48,7 +33,7 @@ def _vector(value: object, info: ValidationInfo) -> object:
 
 
 VelocityVector = Annotated[
-    tuple[Velocity, ...], Shorthand(_vector, ("number", "string", "object")), Field(max_length=3)
+    tuple[units.Velocity, ...], Shorthand(_vector, ("number", "string", "object")), Field(max_length=3)
 ]
 
 
@@ -77,21 +62,17 @@ class RadialField(AboutPoint):
     """u = speed (r/radius)^power along the radius: outwards where the speed is positive."""
 
     type: Literal["radial"] = "radial"
-    speed: Velocity = key("Speed at the radius [m/s], negative inwards")
-    radius: PositiveLength = key("Radius where it has that speed [m]")
-    power: Number = key("Power of the radius [-]: -1 (2D) and -2 (3D) keep the volume", 0.0)
-    axis: Direction | None = key(
-        "In 3D, an axis from which the radius is measured [-]; from the centre unless given", None
-    )
+    speed: units.Velocity = key("Speed at the radius [m/s], negative inwards")
+    radius: units.PositiveLength = key("Radius where it has that speed [m]")
+    power: units.Number = key("Power of the radius [-]: -1 (2D) and -2 (3D) keep the volume", 0.0)
+    axis: Direction | None = key("Axis from which the radius is measured in 3D [-]; the centre unless given", None)
 
 
 class LinearField(AboutPoint):
     """u = G (x - centre)."""
 
     type: Literal["linear"] = "linear"
-    gradient: tuple[tuple[Rate, ...], ...] = key(
-        "Velocity gradient G, a row per component [1/s]", min_length=1, max_length=3
-    )
+    gradient: tuple[tuple[Rate, ...], ...] = key("Velocity gradient G, row by row [1/s]", min_length=1, max_length=3)
 
 
 class TableField(StrictModel):
@@ -101,9 +82,8 @@ class TableField(StrictModel):
     file: DataFile = key("CSV in SI with the columns x, y, z and u, v, w, one a dimension")
 
 
-VelocityField = Annotated[
-    UniformField | SpinField | RadialField | LinearField | TableField, Field(discriminator="type")
-]
+_Rigid = UniformField | SpinField
+VelocityField = Annotated[_Rigid | RadialField | LinearField | TableField, Field(discriminator="type")]
 
 
 __all__ = ["Axis", "Body", "Position", "Rotation", "Shape"]
@@ -136,18 +116,17 @@ class Rigid(StrictModel):
     move: Annotated[RigidMove, Shorthand(_expand_move, ("string",))] = key(
         "`free`, `fixed`, `{along: [1, 0, 0]}` without rotation, or `{about: [0, 0, 1]}` alone", RigidMove()
     )
-    mass: Annotated[float, Quantity(MASS, above=0)] | None = key(
-        "Mass of the whole body [kg; per metre in 2D, per square metre in 1D], above 0; that of shape and "
-        "material unless given",
+    mass: Annotated[float, units.Quantity(units.MASS, above=0)] | None = key(
+        "Mass of the whole body [kg; per metre in 2D, per square metre in 1D]; that of shape and material unless given",
         None,
     )
-    inertia: tuple[Annotated[float, Quantity(INERTIA, above=0)], ...] = key(
+    inertia: tuple[Annotated[float, units.Quantity(units.INERTIA, above=0)], ...] = key(
         "Moments of inertia of the whole body about the axes x, y, z through its centre of mass [kg m^2], "
         "about z alone in 2D [kg m], each at most the sum of the others; those of shape and mass unless given",
         (),
         max_length=3,
     )
-    velocity: tuple[tuple[NonNegativeTime, Velocity], ...] = key(
+    velocity: tuple[tuple[units.NonNegativeTime, units.Velocity], ...] = key(
         "Prescribed motion: rows of time [s] and velocity [m/s] `along` an axis, linear between rows, "
         "constant beyond them, a jump where two rows have one time; its work is `external_work` in the history",
         (),
@@ -183,14 +162,14 @@ OptionalRigid = Annotated[
 class Grading(StrictModel):
     """Spacing that is fine at the struck face and grows with the distance from it."""
 
-    fine: tuple[PositiveLength | None, ...] = key(
+    fine: tuple[units.PositiveLength | None, ...] = key(
         "Full width of the fine part along each axis [m], null along an axis that is not graded; of rings "
         "along x, and as a diameter about the axis",
         min_length=1,
         max_length=3,
     )
-    coarsest: PositiveLength = key("Largest spacing [m], above the resolution")
-    ratio: Annotated[float, Quantity(NUMBER, above=1, maximum=1.1)] = key(
+    coarsest: units.PositiveLength = key("Largest spacing [m], above the resolution")
+    ratio: Annotated[float, units.Quantity(units.NUMBER, above=1, maximum=1.1)] = key(
         "Thickness of a layer over that of the layer before it [-] at most, above 1 and at most 1.1", 1.1
     )
     face: Literal["middle", "front", "rear"] = key(
@@ -221,11 +200,11 @@ class Inclusions(StrictModel):
     """Spheres of another material in a body, in 2D discs, at random positions: boulders."""
 
     material: NamedMaterial = key("Material of the spheres, as that of a body")
-    diameters: tuple[PositiveLength, PositiveLength] = key("Smallest and largest diameter [m]; three spacings at least")
-    exponent: Annotated[float, Quantity(NUMBER, maximum=0)] = key(
+    diameters: tuple[units.PositiveLength, units.PositiveLength] = key("Smallest and largest [m]; at least three dx")
+    exponent: Annotated[float, units.Quantity(units.NUMBER, maximum=0)] = key(
         "Exponent of the number of spheres above a diameter, N(>D) ~ D^exponent [-]", -3.0
     )
-    volume: Annotated[float, Quantity(NUMBER, above=0, maximum=0.55)] = key(
+    volume: Annotated[float, units.Quantity(units.NUMBER, above=0, maximum=0.55)] = key(
         "Their volume over that of the body [-], at most 0.55: more does not fit at random"
     )
     seed: Annotated[int, Field(strict=True, ge=0)] = key("Seed of the generator, at least 0", 0)
@@ -234,22 +213,18 @@ class Inclusions(StrictModel):
 class Body(StrictModel):
     """Body of one material and one shape with an initial velocity."""
 
-    material: NamedMaterial = key(
-        "Name of a material of the library, `{base: NAME, ...}` with what differs from it, or a material written out"
-    )
-    inclusions: Inclusions | None = key(
-        "Spheres of another material in it, which remain part of the body; none unless given", None
-    )
+    material: NamedMaterial = key("Name in the library, `{base: NAME, ...}` with changes, or a material written out")
+    inclusions: Inclusions | None = key("Spheres of another material, which are part of the body", None)
     shape: Shape = key("Shape, about the body's centre")
     arrangement: Arrangement | None = key(
-        "How particles fill the shape; by default `uniform` in 1D, `square` in 2D, `cubic` in 3D", None
+        "Particle lattice; `uniform` (1D), `square` (2D), `cubic` (3D) unless given", None
     )
     mass: Literal["exact", "nominal"] = key(
         "`exact`: the spacing is stretched and the masses are scaled so that size and mass are those of "
         "the shape; `nominal`: every particle has the volume dx^dim",
         "exact",
     )
-    resolution: PositiveLength | None = key(
+    resolution: units.PositiveLength | None = key(
         "Particle spacing of this body [m]; that of the case unless given. Equal masses of neighbours "
         "serve best: next to a denser body the finer spacing belongs to the denser one",
         None,
@@ -264,15 +239,13 @@ class Body(StrictModel):
         "towards y; at rest unless given",
         (),
     )
-    initial_velocity: tuple[VelocityField, ...] = key(
-        "Fields of velocity at the start, added to `velocity`", (), max_length=100
-    )
+    initial_velocity: tuple[VelocityField, ...] = key("Initial fields, added to `velocity`", (), max_length=100)
     position: Position | None = key(
         "Centre of the body, or the origin of a shape's own coordinates [m]; unless given, bodies stand in "
         "a row along x in the order of the file, and the first and the second touch at x = 0",
         None,
     )
-    gap: NonNegativeLength = key("Distance to the body before it in the row [m], at least 0; 0 touches", 0.0)
+    gap: units.NonNegativeLength = key("Distance to the body before it in the row [m]; 0 touches", 0.0)
     rotation: OptionalRotation = key("Turn about the centre before placing: an angle [deg], or angle and axis", None)
     axes: MaterialAxes | None = key(
         "Axes of an `orthotropic` or `fabric` material, which turn with `rotation`; required for one in "
@@ -295,9 +268,9 @@ class Body(StrictModel):
         "`z` moves along that axis without rotation, `fixed` is at rest; deformable unless given",
         None,
     )
-    internal_energy: NonNegativeSpecificEnergy = key("Initial specific internal energy [J/kg], at least 0", 0.0)
-    temperature: PositiveTemperature | None = key(
-        "Initial temperature, at the density that has no pressure then [K]; that at rest unless given", None
+    internal_energy: units.NonNegativeSpecificEnergy = key("Initial specific internal energy [J/kg]", 0.0)
+    temperature: units.PositiveTemperature | None = key(
+        "Initial temperature, at no pressure [K]; at rest unless given", None
     )
 
     def spacing(self, case: AnyCase) -> float:

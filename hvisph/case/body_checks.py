@@ -206,9 +206,8 @@ def _thickness(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
         unit = _metre(case)
         yield (
             f"{path}.shape",
-            f"the body is {thickness:g}{unit} thick, thinner than the kernel's support "
-            f"{formulation.support_over_h:g}h = {support:g}{unit} (h = {h:g}{unit}); "
-            f"make it thicker or the resolution {finest:.3g}{unit} or finer",
+            f"the body is {thickness:g}{unit} thick, thinner than the kernel's support {formulation.support_over_h:g}h "
+            f"= {support:g}{unit} (h = {h:g}{unit}); make it thicker or the resolution {finest:.3g}{unit} or finer",
         )
 
 

@@ -1,11 +1,11 @@
-"""Case: bodies, formulation, time, output and expected measures."""
+"""Case: bodies, formulation, time, output; requested measures and their expected values."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_serializer, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field_serializer, model_validator
 
 from hvisph.case.consistency import problems_of
 from hvisph.case.formulations.projection import default_step
@@ -13,16 +13,71 @@ from hvisph.case.formulations.riemann import gas_formulation, is_gas
 from hvisph.case.output import LateStages, RunLimits, Time, Witness, default_courant
 from hvisph.core.catalogues import KINEMATICS, SHAPES, Kinematics, arrangements_of
 from hvisph.core.errors import CaseError
-from hvisph.core.measure_catalogue import measures_of
+from hvisph.core.measure_catalogue import CATALOGUE, measures_of
 from hvisph.core.text import Plain
 
 from .bodies import Body
 from .conditions import Gravity, OpenEdge, OptionalOverburden, PressureLoad, Start
-from .expectations import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
 from .model import Problem, StrictModel, key
 from .output import BoxRegion, Clamp, Gauge, InitialLoad, Output, SymmetryPlane
-from .units import PositiveLength, PositiveTime, PositiveVelocity
+from .units import Dimension, PositiveLength, PositiveTime, PositiveVelocity, Quantity, dimension_of
+
+
+class Expectation(StrictModel):
+    """Expected value [SI unit of the measure], its tolerance and its source."""
+
+    value: float = key("Expected value")
+    tolerance: float = key("Largest deviation that passes; a percentage such as '12 %' is of the value")
+    source: str = key("Where the value comes from", "")
+
+
+def _percentage(value: object, info: ValidationInfo) -> object:
+    """Convert a tolerance such as '12 %' to the unit of the measure."""
+    if isinstance(value, str) and value.rstrip().endswith("%"):
+        try:
+            share = float(value.rstrip()[:-1]) / 100.0
+        except ValueError:
+            raise ValueError(f"{value[:80]!r} is not a percentage (write it like '12 %')") from None
+        return share * abs(info.data.get("value", 0.0))
+    return value
+
+
+def _expectation(dimension: Dimension) -> type[Expectation]:
+    name = dimension.name.split()[-1].capitalize() + "Expectation"
+    value = Annotated[float, Quantity(dimension)]
+    tolerance = Annotated[float, Quantity(dimension, minimum=0), BeforeValidator(_percentage)]
+    unit = f" [{dimension.unit or '-'}]"
+    fields = Expectation.model_fields
+    return create_model(
+        name,
+        __base__=Expectation,
+        __doc__=f"An expected value that is {dimension.name}.",
+        value=(value, key(f"{fields['value'].description}{unit}")),
+        tolerance=(tolerance, key(f"{fields['tolerance'].description}{unit}, at least 0")),
+    )
+
+
+class _Expectations(StrictModel):
+    """Expected values, by the name of the measure."""
+
+    def items(self) -> Iterator[tuple[str, Expectation]]:
+        """Yield the name and the expectation of every measure that has one."""
+        for name in CATALOGUE:
+            expectation = getattr(self, name)
+            if expectation is not None:
+                yield name, expectation
+
+
+_BY_UNIT = {unit: _expectation(dimension_of(unit)) for unit in dict.fromkeys(m.unit for m in CATALOGUE.values())}
+_FIELDS: Plain = {name: (_BY_UNIT[one.unit] | None, key(one.meaning, None)) for name, one in CATALOGUE.items()}
+if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
+    Expectations = _Expectations
+    MeasureName = str
+else:
+    Expectations = create_model("Expectations", __base__=_Expectations, __doc__=_Expectations.__doc__, **_FIELDS)
+    MeasureName = Literal[tuple(CATALOGUE)]
+
 
 if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
     KinematicsName = str
@@ -45,24 +100,20 @@ class Case(StrictModel):
 
     title: str = key("One line that says what this is", "")
     source: str = key("Where the set-up comes from", "")
-    units: Literal["si", "none"] = key(
-        "`si`: plain numbers are SI and units may be written; `none`: a non-dimensional case", "si"
-    )
+    units: Literal["si", "none"] = key("`si`: plain numbers are SI, units are allowed; `none`: no dimensions", "si")
     kinematics: KinematicsName = key(
         "Dimensions and stress state: `uniaxial_strain` is 1D, `plane_strain` and "
         "`plane_stress` are 2D, `axisymmetric` is 2D about the x axis, with y the radius, and bodies are the solids of "
         "revolution that they are in 3D; `three_d` is 3D"
     )
-    resolution: PositiveLength = key("Initial particle spacing dx [m], above 0")
+    resolution: PositiveLength = key("Initial particle spacing dx [m]")
     materials: tuple[str, ...] = key(
         "Files of your own materials by name, or folders of such files, relative to the case file",
         (),
         exclude=True,
         max_length=100,
     )
-    bodies: dict[BodyName, Body] = key(
-        "Bodies by name, in their order along x: projectile first, then target", min_length=1, max_length=1000
-    )
+    bodies: dict[BodyName, Body] = key("Bodies by name, the projectile first", min_length=1, max_length=1000)
     symmetry: tuple[SymmetryPlane, ...] = key(
         "Symmetry planes, also used as rigid walls without friction; at most two per axis, the part between "
         "them being computed",
@@ -70,12 +121,8 @@ class Case(StrictModel):
         max_length=6,
     )
     clamped: tuple[Clamp, ...] = key("Regions that are held fixed", (), max_length=100)
-    initial_loads: tuple[InitialLoad, ...] = key(
-        "Impulses: pressures that act during the first step", (), max_length=100
-    )
-    edges: tuple[OpenEdge, ...] = key(
-        "Planes through which waves leave, so that bodies may be smaller; at most two per axis", (), max_length=6
-    )
+    initial_loads: tuple[InitialLoad, ...] = key("Pressures that act during the first step", (), max_length=100)
+    edges: tuple[OpenEdge, ...] = key("Planes through which waves leave; at most two per axis", (), max_length=6)
     loads: tuple[PressureLoad, ...] = key("Pressures over time on faces of bodies", (), max_length=100)
     start: Start | None = key(
         "Another run whose state this one starts from; bodies may be added. Unless given, bodies start as "
@@ -84,7 +131,7 @@ class Case(StrictModel):
     )
     gravity: Gravity | None = key(
         "Acceleration of gravity, one component per dimension [m/s^2], or `{type: sphere, ...}`, the field "
-        "of a homogeneous sphere; none unless given",
+        "of a homogeneous sphere",
         None,
     )
     overburden: OptionalOverburden = key(
@@ -94,28 +141,28 @@ class Case(StrictModel):
     )
     settle: PositiveTime | None = key(
         "Time before the start in which bodies come to rest under `gravity`, with damped velocities [s]; "
-        "moving bodies stay in place, and loads and moving planes start afterwards; none unless given",
+        "moving bodies wait where they are, and no load, plane or clock moves",
         None,
     )
     formulation: Formulation = key("Scheme that computes the run", RiemannFormulation())
     time: Time = key("Duration and time stepping")
     late: LateStages = key(
         "Stages at a low sound speed, one or a list, with falling bulk moduli: the step grows by the root "
-        "of their ratio while pressure and deviator go on; none unless given",
+        "of their ratio while pressure and deviator go on",
         (),
         max_length=10,
     )
     gauges: dict[BodyName, Gauge] = key("Gauges by name: their records go to history.csv", {}, max_length=1000)
     domain: BoxRegion | None = key(
-        "Box outside of which particles are removed; their mass, momentum and energy stay in the balance; "
-        "none unless given",
+        "Box outside of which particles are retired: they leave the computation, and their mass, "
+        "momentum and energy stay in the balance",
         None,
     )
     limits: RunLimits = key("Limits beyond which a run is stopped", RunLimits())
     output: Output = key("What is written, and how often", Output())
     witness: Witness | None = key(
         "Witness plane behind the layers, in 2D and 3D: mass, momentum, energy and areal momentum of the "
-        "debris cloud over the radius there go to summary.json (`cloud.witness`); none unless given",
+        "debris cloud over the radius there go to summary.json (`cloud.witness`)",
         None,
     )
     escape: PositiveVelocity | None = key(
@@ -124,7 +171,7 @@ class Case(StrictModel):
         None,
     )
     measures: tuple[MeasureName, ...] | None = key(
-        "What to measure; unless given, all that has a meaning in these dimensions", None
+        "Measures; all that are defined in these dimensions unless given", None
     )
     expected: Expectations = key("Expected values, by name of the measure", Expectations())
 

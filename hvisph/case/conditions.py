@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo, create_model
 from .bodies import Axis, Position
 from .model import SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, expand_switch, is_scalar, key
 from .output import BoxRegion, Region, SymmetryPlane
-from .units import MASS, NUMBER, Acceleration, Length, NonNegativeTime, PositiveLength, Pressure, Quantity
+from .units import MASS, Acceleration, Length, NonNegativeTime, PositiveLength, Pressure, Quantity, Share
 
 # Formulations with an ambient layer, and with a viscous edge.
 LAYERED, VISCOUS = ("riemann",), ("eulerian", "total_lagrangian", "adaptive")
@@ -40,9 +40,7 @@ class PressureLoad(Region):
         min_length=1,
         max_length=10_000,
     )
-    normal: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = key(
-        "Outward normal of the face; the pressure pushes the other way"
-    )
+    normal: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = key("Outward normal of the face")
 
 
 def table_problems(times: list[float], path: str) -> Iterator[Problem]:
@@ -127,8 +125,8 @@ class SphereGravity(StrictModel):
     """Field of a homogeneous sphere: G M/r^2 outside, proportional to r inside."""
 
     type: Literal["sphere"] = "sphere"
-    mass: Annotated[float, Quantity(MASS, above=0)] = key("Mass of the sphere [kg], above 0")
-    radius: PositiveLength = key("Radius of the sphere [m], above 0")
+    mass: Annotated[float, Quantity(MASS, above=0)] = key("Mass of the sphere [kg]")
+    radius: PositiveLength = key("Radius of the sphere [m]")
     centre: Position = key("Centre of the sphere [m]; the origin unless given", ())
 
     def words(self, number: Callable[[float, str], str]) -> str:
@@ -139,9 +137,7 @@ class SphereGravity(StrictModel):
 class Overburden(StrictModel):
     """Initial stress of bodies under their own weight and that of what lies on all of their top."""
 
-    lateral: Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)] = key(
-        "Horizontal over vertical stress, 0 to 1; 1 is a pressure alone", 1.0
-    )
+    lateral: Share = key("Horizontal over vertical stress", 1.0)
 
 
 Gravity = Annotated[
@@ -240,9 +236,7 @@ class _Start(StrictModel):
     run: Annotated[str, Shorthand(_resolve_folder, ()), Field(min_length=1, max_length=4096)] = key(
         "Folder of the other run, relative to the case file or to the working folder"
     )
-    at: NonNegativeTime = key(
-        "Time of one of its snapshots [s]; the time of this run goes on from there, to `time.end`"
-    )
+    at: NonNegativeTime = key("Time of one of its snapshots [s], at which this run starts; it ends at `time.end`")
     width: PositiveLength | None = key("Width along z [m] to which a plane run is extruded; `as: extruded` alone", None)
 
     @property
@@ -266,9 +260,8 @@ Start: Any = create_model(
         "as": (
             Literal["same", "revolved", "extruded"],
             key(
-                "`same`: particles as they are, in the same kinematics; `revolved`: those of an "
-                "axisymmetric run become particles about x in 3D; `extruded`: those of a plane strain run become rows "
-                "along z in 3D",
+                "`same`: particles as they are, in the same kinematics; `revolved`: those of an axisymmetric run "
+                "become particles about x in 3D; `extruded`: those of a plane strain run become rows along z in 3D",
                 "same",
             ),
         )

@@ -5,34 +5,24 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from hvisph.case import units
 from hvisph.case.bodies import Axis, Position, VelocityVector
 from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, is_scalar, key
-from hvisph.case.units import (
-    LENGTH,
-    NUMBER,
-    Length,
-    NonNegativeTime,
-    PositivePressure,
-    PositiveTime,
-    Pressure,
-    Quantity,
-    Velocity,
-)
 from hvisph.core.errors import suggest_nearest
 from hvisph.core.fields import WRITTEN, component_names, recordable
 from hvisph.core.text import Plain
 
-Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
+Corner = Annotated[tuple[units.Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
 
 
 class SymmetryPlane(StrictModel):
     """Symmetry plane normal to an axis; one side is computed."""
 
     axis: Axis = key("Axis normal to the plane")
-    at: Length = key("Coordinate of the plane on that axis [m]", 0.0)
+    at: units.Length = key("Coordinate of the plane on that axis [m]", 0.0)
     keep: Literal["above", "below"] = key("Side that is computed: coordinates above or below `at`", "above")
     velocity: Annotated[
-        tuple[tuple[NonNegativeTime, Velocity], ...],
+        tuple[tuple[units.NonNegativeTime, units.Velocity], ...],
         Shorthand(lambda value, _: [[0.0, value]] if is_scalar(value) else value),
         Field(max_length=10_000),
     ] = key(
@@ -67,7 +57,7 @@ class Clamp(Region):
         "rows of `velocity_table`; its work is `external_work` in the history; at rest unless given",
         (),
     )
-    velocity_table: tuple[tuple[NonNegativeTime, Velocity], ...] = key(
+    velocity_table: tuple[tuple[units.NonNegativeTime, units.Velocity], ...] = key(
         "Velocity over time in place of `velocity`, rows of time [s] and velocity [m/s] `along` an axis: "
         "linear between rows, constant beyond them, a jump where two rows have one time",
         (),
@@ -102,7 +92,7 @@ class InitialLoad(Region):
     """Impulse: pressure added to that of the material during the first step."""
 
     box: BoxRegion = key("Region in the initial configuration whose particles are loaded")
-    pressure: Pressure = key("Pressure added [Pa]; negative is tension")
+    pressure: units.Pressure = key("Pressure added [Pa]; negative is tension")
 
 
 class EulerianRegion(Region):
@@ -142,9 +132,7 @@ class GaugeOptions(StrictModel):
         "`velocity_x`, `stress_xx`, `density`, `plastic_strain`",
         ("velocity", "pressure"),
     )
-    every: Annotated[int, Field(strict=True, ge=1, le=10**9)] | None = key(
-        "Steps between its records, at least 1; with every line of history.csv unless given", None
-    )
+    every: units.Count | None = key("Steps between its records; that of history.csv unless given", None)
 
 
 class MaterialGauge(GaugeOptions):
@@ -163,9 +151,7 @@ class FreeSurfaceGauge(GaugeOptions):
     """Gauge on the outermost particle of the body at `at` along `direction`."""
 
     type: Literal["free_surface"] = "free_surface"
-    direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = key(
-        "Direction in which the surface lies, seen from `at`", "+x"
-    )
+    direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = key("Direction of the surface from `at`", "+x")
 
 
 Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, Field(discriminator="type")]
@@ -199,29 +185,21 @@ class OutputRegion(Region):
 
     box: BoxRegion = key("Region whose particles are written, by current position; all unless given", BoxRegion())
     bodies: tuple[str, ...] = key("Bodies to which the particles belong; all unless given", ())
-    stride: Annotated[int, Field(strict=True, ge=1, le=10**9)] = key(
-        "Every how many-th particle, by its number, is written, at least 1", 1
-    )
+    stride: units.Count = key("Every how many-th particle, by its number, is written, at least 1", 1)
 
 
 class Output(StrictModel):
     """Intervals and formats of the files of a run."""
 
-    every: PositiveTime | None = key(
-        "Time between snapshots [s], a twentieth of the run unless given; beyond it first and last alone", None
-    )
-    formats: tuple[Literal["hdf5", "vtu"], ...] = key(
-        "Formats of snapshots; `hvisph measure` reads either", ("hdf5",), min_length=1, max_length=2
-    )
-    history_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = key(
-        "Steps between lines of history.csv, at least 1", 1
-    )
-    checkpoint_every: PositiveTime | None = key(
+    every: units.PositiveTime | None = key("Time between snapshots [s]; a twentieth of the run unless given", None)
+    formats: tuple[Literal["hdf5", "vtu"], ...] = key("Formats of snapshots", ("hdf5",), min_length=1, max_length=2)
+    history_every: units.Count = key("Steps between lines of history.csv, at least 1", 1)
+    checkpoint_every: units.PositiveTime | None = key(
         "Wall time between checkpoints [s], from which `hvisph resume` continues; at most "
         "2 % of the run is spent on them; null for one at the end only",
         60.0,
     )
-    full_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = key(
+    full_every: units.Count = key(
         "Output times between snapshots of all particles, at least 1; regions are written at every output "
         "time, the first and the last state in full",
         1,
@@ -239,9 +217,7 @@ class Output(StrictModel):
         "positions. The run itself and its checkpoints are double",
         "double",
     )
-    compress: Literal["none", "gzip"] = key(
-        "Compression of HDF5 snapshots: gzip takes about half of the space, and time", "none"
-    )
+    compress: Literal["none", "gzip"] = key("Compression of HDF5 snapshots: gzip halves their size, slowly", "none")
     report: bool = key("Whether to write the page `report.html` when the run ends", False)
     static_fields: Literal["each", "once"] = key(
         "Whether `each` HDF5 snapshot holds mass, body and material, or only the first one (`once`), "
@@ -282,39 +258,37 @@ def default_courant(data: Plain) -> float | None:
 class Time(StrictModel):
     """Duration and time stepping."""
 
-    end: PositiveTime = key("Time at which the run ends [s], above 0; contact is at 0 unless there is a gap")
-    cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = key(
-        "Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
+    end: units.PositiveTime = key("Time at which the run ends [s]; contact is at 0 unless there is a gap")
+    cfl: units.PositiveShare = key(
+        "Courant number of the adaptive step [-]; unless given 0.6 with `eulerian`, "
         "0.5 with `total_lagrangian` and `adaptive`, 0.42 with `riemann` (0.35 with variant `original` and without "
         "reconstruction), 0.3 with others, in axisymmetric cases, and where alpha of the viscosity is below 1",
         COURANT,
     )
-    step: PositiveTime | None = key(
-        "Fixed time step [s]; unless given adaptive or, with projection, 0.1 ns per 0.1 mm of resolution", None
-    )
+    step: units.PositiveTime | None = key("Fixed time step [s]; adaptive unless given, in projection 1e-6 s/m dx", None)
     integrator: Literal["leapfrog", "predictor_corrector", "staggered"] = key(
         "Time integrator, one evaluation of the forces a step; `staggered` is Zisis 2013's", "leapfrog"
     )
     max_steps: Annotated[int, Field(strict=True, ge=1, le=10**12)] | None = key(
-        "Number of steps at which to stop early, at least 1; none unless given", None
+        "Number of steps at which the run stops", None
     )
 
 
 class LateStage(StrictModel):
     """Stage at a low sound speed: a bulk modulus in place of equations of state, for craters that open slowly."""
 
-    at: PositiveTime | Literal["auto"] = key(
+    at: units.PositiveTime | Literal["auto"] = key(
         "Time from which on it holds [s]; `auto`: once the default modulus has fallen to `bulk_modulus`, and no "
         "neighbours close faster than a tenth of the new sound speed"
     )
-    bulk_modulus: PositivePressure | None = key(
+    bulk_modulus: units.PositivePressure | None = key(
         "K_new [Pa], at least ten times the largest pressure then; unless given the largest of 30 times "
         "it, 100 rho u^2 with the speed u below which particles under stress have 99 % of their kinetic energy, 100 "
         "times the largest von Mises stress, but not above that of a material or of the stage before; of `auto` a "
         "tenth of the latter",
         None,
     )
-    nu: Annotated[float, Quantity(NUMBER, minimum=0, below=0.5)] = key(
+    nu: Annotated[float, units.Quantity(units.NUMBER, minimum=0, below=0.5)] = key(
         "Poisson's ratio, which with K_new gives the shear modulus [-]", 0.25
     )
 
@@ -332,26 +306,26 @@ LateStages = Annotated[
 class Witness(StrictModel):
     """Plane across the shot line, for the extrapolation of the debris cloud in free flight."""
 
-    x: Annotated[float, Quantity(LENGTH)] = key("Where it is, along the shot line [m]")
+    x: Annotated[float, units.Quantity(units.LENGTH)] = key("Where it is, along the shot line [m]")
 
 
 class RunLimits(StrictModel):
     """Limits beyond which a run stops with a snapshot; non-finite values always stop it."""
 
-    energy_drift: Annotated[float, Quantity(NUMBER, above=0)] | None = key(
-        "Change of total energy over that at the start [-], above 0; null for no limit", 0.01
+    energy_drift: Annotated[float, units.Quantity(units.NUMBER, above=0)] | None = key(
+        "Change of total energy over that at the start [-]; null for no limit", 0.01
     )
-    negative_energy: Annotated[float, Quantity(NUMBER, above=0)] | None = key(
+    negative_energy: Annotated[float, units.Quantity(units.NUMBER, above=0)] | None = key(
         "Internal energy of the whole below that at the start and below zero, over the energy at the start "
-        "[-], above 0: more stops a run; null for no limit",
+        "[-]: more stops a run; null for no limit",
         0.01,
     )
-    speed_over_initial: Annotated[float, Quantity(NUMBER, above=1)] | None = key(
+    speed_over_initial: Annotated[float, units.Quantity(units.NUMBER, above=1)] | None = key(
         "Speed of a particle over the fastest at the start, or over the speed of signals where "
-        "all start at rest [-], above 1; null for no limit",
+        "all start at rest [-]; null for no limit",
         10.0,
     )
-    step_over_initial: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
-        "Smallest time step over the first [-], at least 0 and below 1", 1e-6
+    step_over_initial: Annotated[float, units.Quantity(units.NUMBER, minimum=0, below=1)] = key(
+        "Smallest time step over the first [-]", 1e-6
     )
     density: bool = key("Whether densities outside the range of the equation of state stop the run", True)

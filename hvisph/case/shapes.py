@@ -99,9 +99,7 @@ class PolygonShape(ShapeOptions):
     """A region with straight edges (2D), in the coordinates of its points."""
 
     type: Literal["polygon"] = "polygon"
-    points: tuple[tuple[Length, Length], ...] = key(
-        "Corners in order, either way round; the last joins the first [m]", min_length=3, max_length=10_000
-    )
+    points: tuple[tuple[Length, Length], ...] = key("Corners in order [m]", min_length=3, max_length=10_000)
 
 
 class SphereShape(_Round):
@@ -272,9 +270,7 @@ class RingShape(ShapeOptions):
 
     type: Literal["ring"] = "ring"
     section: Shape = key("Shape in 2D: its x along the axis, its y outwards")
-    radius: NonNegativeLength = key(
-        "Distance from the axis to the section's origin [m]; 0 where its y is the radius", 0.0
-    )
+    radius: NonNegativeLength = key("Distance from the axis to the origin of the section [m]; 0: y is the radius", 0.0)
     axis: Axis = key("Axis that it goes round", "x")
 
     def thickness(self) -> float:
@@ -289,7 +285,7 @@ class HoneycombShape(ShapeOptions):
     cell: PositiveLength = key("Width of a cell between opposite walls [m]")
     foil: PositiveLength = key("Thickness of the foil [m]")
     thickened: Annotated[float, Quantity(NUMBER, minimum=1)] = key(
-        "Drawn thickness over that of the foil [-], at least 1; the material's `porosity.distension` must "
+        "Drawn thickness over that of the foil [-]; the material's `porosity.distension` must "
         "be the same, so that cell and mass are those of the foil",
         1.0,
     )
@@ -339,9 +335,7 @@ class RepeatShape(ShapeOptions):
 
     type: Literal["repeat"] = "repeat"
     shape: Shape = key("Shape that is repeated")
-    vectors: tuple[Position, ...] = key(
-        "Steps from copy to copy [m]: one for a row, two or three for a lattice", min_length=1, max_length=3
-    )
+    vectors: tuple[Position, ...] = key("Lattice vectors of the copies [m], one for a row", min_length=1, max_length=3)
     counts: tuple[Annotated[int, Field(strict=True, ge=1, le=10_000)], ...] = key(
         "Number of copies along each", min_length=1, max_length=3
     )

@@ -114,14 +114,10 @@ class Sample(StrictModel):
     """Random samples of settings."""
 
     type: Literal["sample"] = "sample"
-    method: Literal["latin_hypercube", "sobol", "random"] = key(
-        "How points are spread over the space of values", "latin_hypercube"
-    )
+    method: Literal["latin_hypercube", "sobol", "random"] = key("Distribution of the points", "latin_hypercube")
     count: Count = key("Number of cases; with sobol best a power of 2")
     seed: Annotated[int, Field(strict=True, ge=0)] = key("Same seed, same cases", 0)
-    values: dict[str, Distribution] = key(
-        "By path of a setting: {uniform: [a, b]}, {normal: {mean, sd}} or {choice: [...]}", min_length=1
-    )
+    values: dict[str, Distribution] = key("By path of a setting: uniform, normal or choice", min_length=1)
 
 
 FitResult = Annotated[
@@ -147,11 +143,9 @@ class Event(StrictModel):
     """Event that occurs on one side of a limit."""
 
     measure: Text = key("A measure of the summary; true counts as 1", "perforated")
-    threshold: Annotated[float, Quantity(NUMBER)] = key(
-        "The event has occurred where the measure is above this value [SI]", 0.5
-    )
+    threshold: Annotated[float, Quantity(NUMBER)] = key("The event has occurred if the measure is above it [SI]", 0.5)
     absent: Literal["below", "above", "undecided"] = key(
-        "What a measure without a value counts as; undecided ends the search", "undecided"
+        "Meaning of no value; `undecided` ends the search", "undecided"
     )
 
 
@@ -163,19 +157,13 @@ class Bisect(StrictModel):
     bracket: tuple[Bound, Bound] = key("A value where the event does not occur and one where it does")
     tolerance: Bound = key("Width of the bracket at which to stop, in the same unit")
     points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = key(
-        "Shots a round; as many as workers unless given", None
+        "Shots per round; unless given the workers", None
     )
     event: Event = key("What happens beyond the limit", Event())
     residual: Text = key("Measure of the residual velocity, for the fit beyond the limit", "residual_velocity")
-    parameters: dict[str, list[Value]] = key(
-        "By path of a setting: values for each of which the limit is determined", {}
-    )
-    longest: PositiveTime | None = key(
-        "Time [s] up to which a shot that is not decided goes on; four times that of the case unless given", None
-    )
-    resolutions: list[Bound] = key(
-        "Spacings for each of which the limit is looked for, for its uncertainty", [], min_length=2
-    )
+    parameters: dict[str, list[Value]] = key("By path of a setting: values, each with a limit of its own", {})
+    longest: PositiveTime | None = key("Longest time of an undecided shot [s]; 4 `time.end` unless given", None)
+    resolutions: list[Bound] = key("Spacings at which the limit is determined, for its uncertainty", [], min_length=2)
     fit: FitResult
 
 
@@ -203,17 +191,15 @@ class Fit(StrictModel):
     only: list[Text] | None = key("Names of the shots that count, with * and ?", None)
     quantities: list[Text] | None = key("Quantities that count; all unless given", None)
     parameters: dict[str, Parameter] = key(
-        "By path of a setting, where `material.` stands for the material of each of the bodies", min_length=1
+        "By path of a setting; `material.` is that of each of the bodies", min_length=1
     )
     material: FittedMaterial | None = key("The material file to write", None)
     method: Literal["least_squares", "surrogate"] = key(
-        "`surrogate` for expensive runs: `count` points, then a response surface", "least_squares"
+        "`surrogate`: a response surface through `count` points", "least_squares"
     )
     count: Count = key("Points of a surrogate", 40)
     iterations: Annotated[int, Field(ge=1, le=200)] = key("Most iterations of least squares", 20)
-    step: Annotated[float, Field(gt=0.0, le=0.2)] = key(
-        "Step of the central differences, as a share of the bounds' distance", 0.03
-    )
+    step: Annotated[float, Field(gt=0.0, le=0.2)] = key("Step of central differences over the width of bounds", 0.03)
 
 
 Vary = Annotated[Grid | Listed | Sample | Converge | Bisect | Fit, Field(discriminator="type")]
@@ -232,9 +218,5 @@ class Sweep(StrictModel):
         "history, log and summary always stay, and so does all of a run that failed",
         "all",
     )
-    time_limit: PositiveTime | None = key(
-        "Wall time of one case [s] after which it is interrupted, with a checkpoint", None
-    )
-    stop_after_failures: Count | None = key(
-        "Number of failed cases after which no more are begun; none unless given", None
-    )
+    time_limit: PositiveTime | None = key("Wall time of a case [s] after which it stops, with a checkpoint", None)
+    stop_after_failures: Count | None = key("Number of failed cases after which no more are started", None)

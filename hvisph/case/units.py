@@ -11,7 +11,7 @@ from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
@@ -86,10 +86,7 @@ _LONGEST = 80
 
 
 def parse_quantity(text: str, dimension: Dimension) -> float:
-    """Return the SI value of a quantity written as text.
-
-    `text`: a number, and a unit unless the number is in SI already (degrees for angles).
-    `dimension`: what it has to be.
+    """Return the SI value (degrees for angles) of a number with or without a unit.
 
     Raises `ValueError` if it is no number, the unit is unknown, or its dimension is another.
     """
@@ -257,7 +254,11 @@ PositiveSpecificEnergy = Annotated[float, Quantity(SPECIFIC_ENERGY, above=0)]
 PositiveHeatCapacity = Annotated[float, Quantity(HEAT_CAPACITY, above=0)]
 PositiveTemperature = Annotated[float, Quantity(TEMPERATURE, above=0)]
 PositiveRate = Annotated[float, Quantity(RATE, above=0)]
+Share = Annotated[float, Quantity(NUMBER, minimum=0, maximum=1)]
+PositiveShare = Annotated[float, Quantity(NUMBER, above=0, maximum=1)]
+SmoothingRatio = Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)]
 Angle = Annotated[float, Quantity(ANGLE)]
 Number = Annotated[float, Quantity(NUMBER)]
 PositiveNumber = Annotated[float, Quantity(NUMBER, above=0)]
 NonNegativeNumber = Annotated[float, Quantity(NUMBER, minimum=0)]
+Count = Annotated[int, Field(strict=True, ge=1, le=10**9)]

@@ -1,9 +1,8 @@
 """Documents: plain values with the line of every key, read from YAML or from Python mappings, and their text.
 
-Only what a case needs is read: mappings with text keys, lists, text, numbers, true,
-false and null, in one document. Tags are refused, so no code can run from a file. Numbers
-are those of YAML 1.2: `1e9` is one, `1:30`, `010` as octal and `yes` as true are not.
-The text is read event by event, so that depth and size can be bounded.
+Only what a case needs is read: mappings with text keys, lists, text, numbers, true, false and null, in one document.
+Tags are refused, so no code can run from a file. Numbers are those of YAML 1.2: `1e9` is one, `1:30`, `010` as octal
+and `yes` as true are not. The text is read event by event, so that depth and size can be bounded.
 """
 
 import os

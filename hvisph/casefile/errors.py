@@ -34,9 +34,7 @@ class CaseErrors(CaseError):  # noqa: N818 - a collection, not a kind
         super().__init__("\n".join([f"{len(errors)} errors in the case:", *(f"  {line}" for line in lines)]))
 
 
-def translate(
-    error: ValidationError, root: type[BaseModel], data: object, places: Mapping[Path, Place]
-) -> list[CaseError]:
+def translate(error: ValidationError, root: type[M], data: object, places: Mapping[Path, Place]) -> list[CaseError]:
     """Translate the validation errors of `data` against `root`, each with its file and line."""
     errors: dict[tuple[Path, str], CaseError] = {}
     for detail in error.errors(include_url=False):
@@ -154,7 +152,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
 
 
 def _models_with_key(parent: Spot, value: object, key: str, allowed: Sequence[str]) -> str:
-    """Return which other models at `parent` have the key; empty for none."""
+    """Return the other models at `parent` that have the key; empty for none."""
     others = [tag for tag, model in parent.models.items() if key in model.model_fields]
     tag = value.get("type") if isinstance(value, dict) else None
     if not parent.tagged or tag not in parent.models or not others:

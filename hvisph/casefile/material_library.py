@@ -55,14 +55,12 @@ CLOSE = 0.8
 class MeasuredLine(StrictModel):
     """A published fit to measured shocks whose points are not at hand, Us = c0 + s up + q up^2 + b up exp(-d up)."""
 
-    source: str = key("Whose fit it is, of which points, and where it was read")
+    source: str = key("Author of the fit, points, and where it was read")
     c0: PositiveVelocity = key("c0 [m/s]")
     s: PositiveNumber = key("s [-]")
     q: Number = key("q [s/m]", 0.0)
     bump: tuple[Number, Number] = key("b [-] and d [s/m], of liquids", (0.0, 0.0))
-    up: tuple[PositiveVelocity, PositiveVelocity] = key(
-        "Particle velocities over which the material is held against it [m/s]", (250.0, 4000.0)
-    )
+    up: tuple[PositiveVelocity, PositiveVelocity] = key("Particle velocities of the comparison [m/s]", (250.0, 4000.0))
 
     @property
     def points(self) -> list[tuple[float, float]]:
@@ -82,7 +80,7 @@ class Notes(StrictModel):
     hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = key("Measured points [up, Us] [m/s]", ())
     lines: tuple[MeasuredLine, ...] = key("Published fits to measured points", ())
     shocks: tuple[Velocity, PositiveVelocity] | None = key(
-        "Particle velocities between which its shock speed is within 2 % of measured ones [m/s]", None
+        "Range of shock speeds within 2 % of measured ones [m/s]", None
     )
     beyond: str = key("Material to take outside of `shocks`, or for any where it meets none to 2 %", "")
 

@@ -1,9 +1,8 @@
 """Overrides of a case before validation: bases and single settings.
 
-In both, mappings merge key by key, anything else is replaced, null takes a key away (so that its
-default holds again), another `type` replaces a whole block, and a key that stands for others takes
-their place. A null that has nothing to take away and stands where no key can is kept, so that
-validation names it.
+In both, mappings merge key by key, anything else is replaced, null takes a key away (so that its default holds again),
+another `type` replaces a whole block, and a key that stands for others takes their place. A null that has nothing to
+take away and stands where no key can is kept, so that validation names it.
 """
 
 from collections.abc import Callable
@@ -93,10 +92,7 @@ def override_material(material: Plain, changes: Plain) -> Plain:
 def with_bases(document: Document, values_of: Callable[[str], Plain]) -> Document:
     """Return `document` with every `material: {base: NAME, ...}` of bodies and their inclusions written out.
 
-    `document`: the case as read.
-    `values_of`: plain values of the material of a name.
-
-    Raises `CaseError` if there is none of a name.
+    `values_of` returns the plain values of a material by its name. Raises `CaseError` for an unknown name.
     """
     bodies = document.value.get("bodies")
     if not isinstance(bodies, dict):

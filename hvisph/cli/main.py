@@ -10,18 +10,18 @@ from typer.core import TyperGroup
 
 import hvisph
 from hvisph.casefile.spellings import spellings
-from hvisph.cli.text.formatting import say
+from hvisph.cli.formatting import say
 from hvisph.core.errors import suggest_nearest
 
-from .commands import check, compare, doctor, library, measure, pictures, references, run, sweep, verify
-from .guard import guard_errors
+from .commands import check, doctor, library, measure, pictures, references, run, sweep, verify
+from .options import guard_errors
 
 
 class Group(TyperGroup):
     """Commands with suggestions."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that the arguments begin with, or say which was probably meant."""
+        """Return the command of the first argument, or refuse an unknown one with the nearest name."""
         name = args[0] if args else ""
         if name and not name.startswith("-") and self.get_command(ctx, name) is None:
             commands = self.list_commands(ctx)
@@ -69,7 +69,7 @@ for command in (
     run.watch,
     check.check,
     measure.measure,
-    compare.compare,
+    measure.compare,
     pictures.report,
     pictures.plot,
     pictures.animate,

@@ -58,6 +58,16 @@ def computable() -> Iterator[None]:
         raise CaseError(f"{fault} or too small") from error
 
 
+@contextmanager
+def locate(where: str) -> Iterator[None]:
+    """Put `where` before the path of the field that a `CaseError` names, raised in this block."""
+    try:
+        yield
+    except CaseError as error:
+        path = ".".join(filter(None, (where, error.where)))
+        raise CaseError(error.message, path, error.file, error.line) from error
+
+
 def suggest_nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:
     """Return ``"; did you mean 'x'?"`` for the closest of `allowed`; the list of them if short or none is close."""
     close = get_close_matches(str(word), list(allowed), n=1, cutoff=0.5)

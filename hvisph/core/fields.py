@@ -1,13 +1,14 @@
-"""Catalogue of state fields: name, rank, unit and meaning.
+"""Catalogue of state fields, the rows of `fields.csv`: name, rank, unit, meaning, value at the start.
 
 Vectors have as many components as there are dimensions, axial vectors one in 2D and three in 3D, gradients the square
-(row-major: xx, xy, xz, yx, ...). Symmetric tensors are stored in the order
-xx, yy, zz, xy, xz, yz, cut to 3 components in 1D, 4 in 2D and 6 in 3D, so that
-the out-of-plane stress is always there.
+(row-major: xx, xy, xz, yx, ...). Symmetric tensors are stored in the order xx, yy, zz, xy, xz, yz, cut to 3 components
+in 1D, 4 in 2D and 6 in 3D, so that the out-of-plane stress is always there.
 """
 
+import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -39,62 +40,13 @@ class Field:
         return sizes[self.rank]
 
 
-CATALOGUE: dict[str, Field] = {
-    field.name: field
-    for field in (
-        Field("position", "vector", "m", "current position"),
-        Field("velocity", "vector", "m/s", "velocity"),
-        Field("mass", "scalar", "kg", "mass (per metre of depth in 2D, per square metre in 1D)"),
-        Field("density", "scalar", "kg/m^3", "density"),
-        Field("internal_energy", "scalar", "J/kg", "specific internal energy"),
-        Field("smoothing_length", "scalar", "m", "smoothing length h"),
-        Field("deviator", "symmetric", "Pa", "stress + pressure: the deviator, of anisotropic materials with a trace"),
-        Field("plastic_strain", "scalar", "", "equivalent plastic strain"),
-        Field("damage", "scalar", "", "damage, 0 intact to 1 failed"),
-        Field("pressure", "scalar", "Pa", "pressure, positive in compression"),
-        Field("sound_speed", "scalar", "m/s", "bulk sound speed"),
-        Field("stress", "symmetric", "Pa", "Cauchy stress, tension positive"),
-        Field("von_mises_stress", "scalar", "Pa", "equivalent (von Mises) stress"),
-        Field("temperature", "scalar", "K", "temperature"),
-        Field("displacement", "vector", "m", "displacement since the start"),
-        Field("peak_pressure", "scalar", "Pa", "highest pressure of the particle so far"),
-        Field("entropy", "scalar", "J/kg/K", "specific entropy, of materials with `melting.entropies`"),
-        Field("failed", "scalar", "", "1 where damage has reached 1, else 0"),
-        Field("previous_velocity", "vector", "m/s", "velocity at the last evaluation of the forces"),
-        Field("previous_acceleration", "vector", "m/s^2", "acceleration at the last evaluation"),
-        Field("previous_power", "scalar", "W/kg", "rate of internal energy at the last evaluation"),
-        Field("previous_gradient", "gradient", "1/s", "velocity gradient at the last evaluation"),
-        Field("kernel_type", "scalar", "", "0 Eulerian, 1 Total Lagrangian"),
-        Field("reference_position", "vector", "m", "position in the reference configuration"),
-        Field("previous_hoop_rate", "scalar", "1/s", "rate of the circumference at the last evaluation"),
-        Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
-        Field("density_correction", "scalar", "", "ln of density over number density, relative to the start"),
-        Field("torque_residual", "axial", "m^2/s", "angular momentum per mass not yet compensated"),
-        Field("viscosity_factor", "scalar", "", "coefficient alpha of Morris and Monaghan's viscosity", 0.1),
-        Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),
-        Field(
-            "history_variable",
-            "scalar",
-            "",
-            "distension; time since ignition [s]; bulking pressure [Pa]; late, density without pressure",
-        ),
-        Field("flaw_strain", "scalar", "", "strain of the weakest flaw; or Grady's limit to tension [Pa]"),
-        Field("flaw_exponent", "scalar", "", "exponent of the number of active flaws"),
-        Field("flaws", "scalar", "", "number of flaws"),
-        Field("strain_rate", "scalar", "1/s", "smoothed equivalent strain rate"),
-        Field(
-            "material_axes", "quaternion", "", "rotation w, x, y, z from x, y, z to the axes 1, 2, 3 of the material"
-        ),
-        Field(
-            "failure_modes", "scalar", "", "open modes of failure: 1 fibre (or yarn 1) + 2 matrix (yarn 2) + 4 layers"
-        ),
-        Field("onset_damage", "scalar", "", "measure of the onset of fracture, 1 from onset"),
-        Field("onset_flow_stress", "scalar", "Pa", "flow stress at the onset of fracture"),
-        Field("onset_tension", "scalar", "Pa", "tension that is borne at the onset of fracture"),
-        Field("band_width", "scalar", "m", "width of the crack band that the particle stands for"),
-    )
-}
+def _catalogue() -> Iterator[Field]:
+    with Path(__file__).with_suffix(".csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            yield Field(row["name"], row["rank"], row["unit"], row["meaning"], float(row["start"] or 0.0))
 
+
+CATALOGUE: dict[str, Field] = {field.name: field for field in _catalogue()}
 _AXES = "xyz"
 # Fields that no gauge records: they belong to a particle, not to a point in space.
 _NOT_OF_GAUGES = ("displacement", "peak_pressure", "entropy", "failed", "torque_residual")
@@ -143,11 +95,7 @@ WRITTEN = (*OF_STATE, "pressure", "sound_speed", "von_mises_stress", "temperatur
 
 
 class Derived(Mapping[str, np.ndarray]):
-    """Mapping of arrays, each computed on access.
-
-    `names`: what there is.
-    `make`: returns the array of a name.
-    """
+    """Mapping of arrays, each computed on access by `make` from its name."""
 
     def __init__(self, names: Iterable[str], make: Callable[[str], np.ndarray]):
         self._names, self._make = dict.fromkeys(names), make

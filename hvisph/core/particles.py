@@ -32,8 +32,6 @@ RETIRED = 2
 class Particles:
     """All particles of a run.
 
-    `dim`: number of dimensions.
-    `count`: number of particles.
     `extra`: names of the fields that a formulation needs beside `BASE_FIELDS`.
     `kinematics`: assumption for the dimensions that are not computed; no strain unless given.
     `data`: float array (count, width), a row a particle; fields as laid out in `offsets`.

@@ -145,10 +145,9 @@ class Subdomain(Collectives):
         count, others, messages, rows, waited, _ = table.mean(axis=0)
         return (
             f"{world.size} processes: {others:.0f} rows of others beside {count:.0f} own "
-            f"({others / max(count, 1):.1%}); "
-            f"{messages:.1f} messages with {rows:.0f} rows a step and process; most over mean time of work "
-            f"{self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and sending; "
-            f"at most {table[0, 5]:.0f} MB of memory on the first, {table[1:, 5].max():.0f} MB on the others"
+            f"({others / max(count, 1):.1%}); {messages:.1f} messages with {rows:.0f} rows a step and process; most "
+            f"over mean time of work {self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and "
+            f"sending; at most {table[0, 5]:.0f} MB of memory on the first, {table[1:, 5].max():.0f} MB on the others"
         )
 
     def _cut_again(self, most: float, even: bool = False) -> bool:

@@ -21,9 +21,9 @@ from hvisph.measures.compare import Row, row
 from hvisph.output import file_names
 from hvisph.output.reader import list_snapshots
 from hvisph.output.run_folder import looks_like_a_run
-from hvisph.simulation.finalize import Outcome
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import resume, run
+from hvisph.simulation.run_files import Outcome
 
 
 def complete(

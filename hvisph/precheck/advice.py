@@ -16,7 +16,7 @@ from hvisph.case.formulations.options import PenaltyContact
 from hvisph.case.formulations.riemann import following
 from hvisph.case.output import COURANT_OF
 from hvisph.core.catalogues import KINEMATICS
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import locate
 from hvisph.core.text import recommend
 from hvisph.precheck.impact_pair import hugoniot_warnings, impact_pair
 from hvisph.precheck.material_advice import MATERIAL_CONDITIONS
@@ -177,10 +177,8 @@ def _thin_walls(facts: Facts) -> Iterator[Values]:
     for name, body in facts.bodies.items():
         if body.shape.type != "mesh":
             continue
-        try:
+        with locate(f"bodies.{name}"):
             shape, dx = shape_of(body.shape, facts.case.drawing_dimensions), body.spacing(facts.case)
-        except CaseError as error:
-            raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
         wall = getattr(shape, "thickness", math.inf)
         if wall < min(FEWEST_IN_WALL * dx, SHEET * min(shape.extent())):
             yield {"name": name, "wall": 1e3 * wall, "count": wall / dx, "finer": 1e3 * wall / FEWEST_IN_WALL}
@@ -282,7 +280,7 @@ def sparse(across: Mapping[str, int], resolution: float) -> list[str]:
 
 
 def tears(case: Case) -> str:
-    """Return which solids without damage come under tension after an impact; empty where none does."""
+    """Return the solids without a damage model that an impact puts under tension; empty for none."""
     if Facts(case).overload < 1.0:
         return ""
     names = [

@@ -134,10 +134,8 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
     gaps, cells = _fill(case, others, _gaps(case, others))
     for (name, _, thickness), gap, cell in zip(fronts, gaps, cells, strict=True):
         body = case.bodies[name]
-        cloth = body.material.strength.type == "fabric"
-        walls.append(
-            Wall(name, thickness, _density(body), gap, alloy_of(str(body.material.name)), cloth, ground_of(body), cell)
-        )
+        cloth, alloy = body.material.strength.type == "fabric", alloy_of(str(body.material.name))
+        walls.append(Wall(name, thickness, _density(body), gap, alloy, cloth, ground_of(body), cell))
     field = case.gravity
     pull = math.hypot(*field.acceleration) if field is not None and field.type == "uniform" else 0.0
     angle = math.acos(min(cosine, 1.0))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.compiler.jit import missing_loops
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import CaseError, locate
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.memory import free_memory
 from hvisph.core.particles import BASE_FIELDS
@@ -169,10 +169,8 @@ def rough_count(case: Case) -> float:
     """Return the number of particles by volume; each plane of symmetry is taken to halve it."""
     counts = []
     for name, body in case.bodies.items():
-        try:
+        with locate(f"bodies.{name}"):
             counts.append(_rough(body, case))
-        except CaseError as error:
-            raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
     return sum(counts)
 
 

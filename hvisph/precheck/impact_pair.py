@@ -15,8 +15,7 @@ from hvisph.geometry.placement import Solid, rotation_matrix, touch
 from hvisph.geometry.shapes import Placed
 from hvisph.setup.bodies import PlacedBody
 from hvisph.setup.materials import material_of
-from hvisph.setup.shapes import shape_of
-from hvisph.setup.velocities import initial_velocity
+from hvisph.setup.shapes import initial_velocity, shape_of
 
 # Lower and upper corner, (dim,) each [m].
 Box = tuple[np.ndarray, np.ndarray]
@@ -186,11 +185,8 @@ def first_contact(bodies: list[PlacedBody]) -> tuple[float, str, str] | None:
     """Return the time of the first contact and the names of the two bodies that meet.
 
     Each pair is followed along its relative velocity, the mean of each body's, without what happens before it meets;
-    bodies from a file of particles have no surface and are left out.
-
-    `bodies`: the bodies where they start.
-
-    Returns time [s] and two names; None where no two bodies meet.
+    bodies from a file of particles have no surface and are left out. Returns time [s] and two names; None where no two
+    bodies meet.
     """
     contacts: list[tuple[float, str, str]] = []
     for count, (one, other) in enumerate(combinations(bodies, 2)):
@@ -304,10 +300,7 @@ def _holds(notes: Notes, speed: float) -> bool:
 
 
 def compare_peak_pressure(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:
-    """Return the highest pressure of a run and the estimate [Pa], and a remark where they are far apart.
-
-    `highest`: highest pressure of any particle up to the end [Pa].
-    """
+    """Return the highest pressure of any particle in a run and the estimate [Pa], with a remark if they differ."""
     shock, _ = plane_shock(case)
     estimate = None if shock is None else float(shock.pressure)
     pressures: dict[str, float | None] = {"highest": highest, "impedance_match": estimate}

@@ -79,9 +79,7 @@ def _liquid(facts: Facts) -> Iterator[Values]:
         model = body.material
         if model.strength.type == "none" and model.name in library.files and not model.name.startswith(LIQUIDS):
             family = re.split(r"[-0-9]", model.name)[0]
-            kin = [
-                one for one in library.names() if one.startswith(family) and library.load(one).strength.type != "none"
-            ]
+            kin = [k for k in library.names() if k.startswith(family) and library.load(k).strength.type != "none"]
             yield {
                 "name": name,
                 "material": model.name,

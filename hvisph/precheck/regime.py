@@ -71,16 +71,12 @@ def against_wall(case: Case) -> float:
     body = next(iter(case.bodies.values()))
     if body.position is None:
         return 0.0
-    closing = [
-        math.copysign(2.0, plane.at - body.position[0]) * body.velocity[0]
-        for plane in case.symmetry
-        if plane.axis == "x"
-    ]
+    closing = [math.copysign(2.0, p.at - body.position[0]) * body.velocity[0] for p in case.symmetry if p.axis == "x"]
     return max([0.0, *closing])
 
 
 def material_of_body(body: Body) -> Material:
-    """Return the material of a body as it begins."""
+    """Return the initial material of a body."""
     return material_of(body.material, body.internal_energy)
 
 
@@ -175,7 +171,7 @@ def experience(case: Case, kind: Regime) -> str:
 
 
 def _is_metal(material: Material, densities: tuple[float, float]) -> bool:
-    """Tell whether a material is a dense metal with a density within bounds [kg/m^3]."""
+    """Return whether a material is a metal with a density within bounds [kg/m^3]."""
     low, high = densities
     ductile = material.strength.name in DUCTILE and material.shear_modulus > STIFF
     return ductile and material.porosity is None and low <= material.density <= high
@@ -278,7 +274,7 @@ class Facts:
 
     @cached_property
     def nose(self) -> str:
-        """Type of the shape of what strikes; empty without an impact."""
+        """Shape type of the projectile; empty without an impact."""
         shape: Any = self.bodies[self.impact_pair.first].shape if self.impact_pair else None
         return "" if shape is None else str(getattr(shape, "whole", shape).type)  # the outer one of a hollow shape
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from hvisph.case.bodies import Body
 from hvisph.case.case import Case
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import CaseError, locate
 from hvisph.geometry.cutting_planes import Edge, Mirror, Section, crosses, cut, cut_open, fill_section
 from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.lattices import Filling, Grading, fill_graded
@@ -21,9 +21,8 @@ from hvisph.geometry.placement import ball_volume, deal_spheres, needed_turn, ow
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 
 from .materials import material_of, start_of
-from .shapes import shape_of
+from .shapes import initial_velocity, refuse_unlike_halves, shape_of
 from .start import carried_fields, origin_of
-from .velocities import initial_velocity, refuse_unlike_halves
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
 FACED = (Interval, Disc, Sphere, Box, Cylinder)
@@ -84,10 +83,8 @@ class PlacedBody:
         """Initial velocity of each particle, (n, dim) [m/s]."""
         if self.carried:
             return self.carried["velocity"]
-        try:
+        with locate(f"bodies.{self.name}"):
             return initial_velocity(self.model, self.positions, self.middle)
-        except CaseError as error:
-            raise CaseError(error.message, where=f"bodies.{self.name}.{error.where}") from error
 
     @property
     def mean_velocity(self) -> np.ndarray:
@@ -163,10 +160,8 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         for mirror in mirrors:
             if len(kept) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
                 middle[mirror.axis] = mirror.at
-                try:
+                with locate(f"bodies.{name}"):
                     refuse_unlike_halves(model, positions, middle, mirror.axis, mirror.at)
-                except CaseError as error:
-                    raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
         body = PlacedBody(name, model, filling, positions, volumes, spacing, middle, surface)
         bodies.append(body if model.inclusions is None else _with_inclusions(body))
     _refuse_overlaps(bodies, case.units)
@@ -180,10 +175,8 @@ def _with_inclusions(body: PlacedBody) -> PlacedBody:
     own, surface = body.model.inclusions, body.surface
     assert own is not None
     assert surface is not None
-    try:
+    with locate(f"bodies.{body.name}.inclusions"):
         centres, diameters = deal_spheres(surface.shape, own.diameters, own.exponent, own.volume, own.seed, body.name)
-    except CaseError as error:
-        raise CaseError(error.message, where=f"bodies.{body.name}.inclusions") from None
     turned = centres if surface.matrix is None else centres @ surface.matrix.T
     inside = owner_of(body.positions, turned + surface.position, diameters) >= 0
     volumes, dim = body.volumes.copy(), body.positions.shape[1]

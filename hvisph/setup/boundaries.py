@@ -147,7 +147,7 @@ def _face(
 
 
 def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarray, Any]]) -> AmbientLayer:
-    """Return the layers (rows, matter beside them, what they follow) of all bodies as one."""
+    """Combine the layers (rows, adjacent particles, sources) of all bodies."""
     sources: list[np.ndarray] = []
     terms, starts, first, count = [], [], 0, 0
     for _, matter, followed in layers:
@@ -194,9 +194,7 @@ def _refuse_at_edge(case: Case, body: PlacedBody, placed: Sequence[PlacedBody], 
         raise CaseError(f"'{body.name}' reaches it, and inclusions do not go on beyond an edge", where=where)
     moves = bool(np.any(body.mean_velocity)) and any(not np.any(other.mean_velocity) for other in placed)
     if moves or (body.model.role == "projectile" and len(placed) > 1):
-        raise CaseError(
-            f"the projectile '{body.name}' starts in it; move the edge outwards, or the projectile", where=where
-        )
+        raise CaseError(f"the projectile '{body.name}' starts in it; move one of them", where=where)
 
 
 def moving_planes(case: Case, planes: tuple[Plane, ...]) -> tuple[MovingPlane, ...]:

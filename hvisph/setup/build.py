@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.case.formulations.riemann import bears_any_tension
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import locate
 from hvisph.core.particles import Particles
 from hvisph.core.text import Plain
 from hvisph.integrators.prescribed_motion import Motion, PrescribedMotion
@@ -118,11 +118,9 @@ def _late_option(case: Case, materials: list[Material]) -> dict[str, Any]:
         return {}
     later = []
     for number, stage in enumerate(case.late):
-        try:
+        with locate(f"late.{number}"):
             modulus = stage.bulk_modulus or min(one.bulk_modulus for one in materials)  # until the state decides
             later.append([late_material(one, modulus, stage.nu) for one in materials])
-        except CaseError as error:
-            raise CaseError(error.message, where=f"late.{number}.{error.where}") from None
     return {"later": later}
 
 

@@ -45,7 +45,7 @@ def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
 
 
 def _cells(body: PlacedBody, drawn: int, dx: float) -> np.ndarray:
-    """Return the volumes that hold the flaws of particles (n,) [m^3]: of rings the cube of their section.
+    """Return the volumes of particles for flaws (n,) [m^3]: of axisymmetric ones the cube of the side of their section.
 
     A ring is 2 pi r/dx cells alike; with all of their flaws it would be as weak as the weakest of them.
     """

@@ -26,13 +26,12 @@ from hvisph.sph.contact.penalty_contact import Pressing
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
 
-from .axes import material_axes
 from .bodies import PlacedBody, placed_bodies
 from .boundaries import boundaries_of
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .initial_fields import add_overburden, body_material, initial_history, refuse_hanging
-from .materials import start_of
+from .materials import material_axes, start_of
 from .rigid_bodies import describe_rigid, rigid_material, rigid_motions
 from .start import origin_of
 
@@ -315,7 +314,6 @@ def _refuse_memory(case: Case, made: list[Material]) -> None:
     name, _ = next((n, m) for n, m in zip(names, made, strict=True) if m.remembers)
     raise CaseError(
         "pores, programmed burn, rate_smoothing, a fracture energy, grady_kipp, grady_spall and johnson_holmquist "
-        "damage need another "
-        "formulation than projection, and other kinematics than plane_stress",
+        "damage need another formulation than projection, and other kinematics than plane_stress",
         where=f"bodies.{name}.material",
     )

@@ -121,16 +121,14 @@ def knows_heat(material: Material) -> bool:
     return bool(material.row()[INVERSE_HEAT_CAPACITY] > 0.0)
 
 
-def flow_at(
-    material: Material, temperature: float | None, plastic_strain: float, rate: float, pressure: float = 0.0
-) -> float:
+def flow_at(material: Material, temperature: float | None, strain: float, rate: float, pressure: float = 0.0) -> float:
     """Return the yield stress at temperature [K] (None for that at rest), strain, rate [1/s] and pressure [Pa]."""
     table, models = pack([material])
     e = material.eos.ambient_energy
     if temperature is not None:
         e = material.energy_at(material.density, temperature)
     flow = python_twin(thermodynamics.flow_stress)
-    return float(flow(table, models, 0, material.density, e, pressure, plastic_strain, 0.0, rate)[0])
+    return float(flow(table, models, 0, material.density, e, pressure, strain, 0.0, rate)[0])
 
 
 def drive(

@@ -29,19 +29,15 @@ if TYPE_CHECKING:
 # Prefixes of arrays with one row per particle, ordered by number, and of global data.
 CARRIED, HISTORY = "carried/", "history/"
 STATE, TAGS, PEAKS = "state", "tags", "peaks"
+# Parts of the budget.
+BUDGET_ARRAYS = ("momentum", "impulse", "retired", "taken", "pending", "edge_momentum", "weight")
+_WORK = ("slip_work", "plastic_work", "shock_heating", "external_work", "rigid_rotation", "gravity_energy")
+BUDGET_NUMBERS = ("energy", "size", "edge_energy", "potential", "scale", *_WORK)
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
 # Keys that may differ between the case of a checkpoint and the resumed case; they do not change steps.
-MAY_CHANGE = (
-    "time.end",
-    "time.max_steps",
-    "output.checkpoint_every",
-    "limits",
-    "title",
-    "source",
-    "expected",
-    "witness",
-)
+_TEXTS = ("title", "source", "expected", "witness")
+MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "limits", *_TEXTS)
 
 
 @dataclass
@@ -98,22 +94,14 @@ class CheckpointContent:
             "fields": list(self.setup.particles.names),
             "clock": {name: getattr(clock, name) for name in ("time", "steps", "outputs", "allowed", "allowed_by")},
             "step": {"length": time_step.length, "criterion": time_step.criterion, "lands_on": time_step.lands_on},
-            "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
-                       "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
-                       "taken": budget.taken.tolist(),
-                       "pending": budget.pending.tolist(), "edge_energy": budget.edge_energy,
-                       "edge_momentum": budget.edge_momentum.tolist(),
-                       "slip_work": budget.slip_work, "plastic_work": budget.plastic_work,
-                       "shock_heating": budget.shock_heating, "external_work": budget.external_work,
-                       "rigid_rotation": budget.rigid_rotation,
-                       "gravity_energy": budget.gravity_energy,
-                       "potential": budget.potential, "scale": budget.scale, "weight": budget.weight.tolist(),
-                       "highest_pressure": budget.highest()},
+            "budget": {name: getattr(budget, name).tolist() for name in BUDGET_ARRAYS}
+            | {name: getattr(budget, name) for name in BUDGET_NUMBERS}
+            | {"highest_pressure": budget.highest()},
             "late": self.setup.stepper.late.tolist(),
             "first_step": self.checks.first,
             "files": vars(self.files),
             "series": self.series,
-        } | ({"origin": self.setup.origin} if self.setup.origin else {})  # fmt: skip
+        } | ({"origin": self.setup.origin} if self.setup.origin else {})
 
     def restore(self, checkpoint: Checkpoint) -> TimeStep:
         """Restore `checkpoint`, whose arrays the first process has, and return the next step.
@@ -150,22 +138,9 @@ class CheckpointContent:
         stepper.restore(carried, history)
         for name, value in header["clock"].items():
             setattr(clock, name, value)
-        for name in ("momentum", "impulse", "retired", "pending", "weight", "edge_momentum", "taken"):
+        for name in BUDGET_ARRAYS:
             getattr(budget, name)[...] = header["budget"][name]
-        for name in (
-            "energy",
-            "size",
-            "slip_work",
-            "plastic_work",
-            "shock_heating",
-            "external_work",
-            "rigid_rotation",
-            "edge_energy",
-            "highest_pressure",
-            "gravity_energy",
-            "potential",
-            "scale",
-        ):
+        for name in (*BUDGET_NUMBERS, "highest_pressure"):
             setattr(budget, name, header["budget"][name])
         stepper.late[...] = header["late"]
         self.checks.first = header["first_step"]

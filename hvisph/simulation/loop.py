@@ -32,12 +32,10 @@ from hvisph.setup.build import Setup
 from hvisph.simulation.checkpoint import CheckpointContent
 from hvisph.simulation.clock import Clock, TimeStep, interpolate_state, release_arrays
 from hvisph.simulation.domain_box import Domain
-from hvisph.simulation.finalize import Outcome, exit_code_of, measure_end
 from hvisph.simulation.late_stages import LateStages
-from hvisph.simulation.listener import Listener, Reporter
-from hvisph.simulation.run_files import RunFiles
+from hvisph.simulation.listener import Listener, Reporter, StopRequests
+from hvisph.simulation.run_files import Outcome, RunFiles, exit_code_of, measure_end
 from hvisph.simulation.settling import own_limit, settle
-from hvisph.simulation.signals import StopRequests
 from hvisph.simulation.writer import SnapshotWriter
 from hvisph.sph.neighbours.connected_components import label_components
 
@@ -78,9 +76,8 @@ class Run:
         threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
         several = f"{world.size} processes, each with " if world.size > 1 else ""
         self.folder.log.write(
-            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {several}{threads}; "
-            f"ready after {seconds:.2f} s"
-            f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
+            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {several}{threads}; ready "
+            f"after {seconds:.2f} s{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
         self.listener.start(self.folder.path, count, self.clock.end)
         warnings = [*warnings_of(self.case), *contact_warnings(self.case), *advice(self.case)]

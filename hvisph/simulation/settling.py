@@ -83,9 +83,7 @@ def settle(case: Case, setup: Setup) -> str:
         stepper.predict(following.length)
         clock.complete(step)
         if not (limit.dt > 0.0 and isfinite(stepper.sums[column.FASTEST])):
-            raise RunError(
-                f"settling failed after {clock.time:.4g} s: the state is not finite; give a smaller time.cfl"
-            )
+            raise RunError(f"settling failed after {clock.time:.4g} s: not finite; give a smaller time.cfl")
         step = following
     left = float(stepper.sums[column.FASTEST])
     particles.tags[...], particles.data[waits] = tags, held

@@ -88,9 +88,7 @@ class SnapshotWriter:
         """Return a snapshot over all processes that is fetched by slabs; `own` is the part of this process."""
         share = self.setup.subdomain
         retired = np.sort(share.gather_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
-        arrays = Derived(
-            (*own.fields, *INDICES), lambda name: getattr(own, name) if name in INDICES else own.fields[name]
-        )
+        arrays = Derived((*own.fields, *INDICES), lambda one: getattr(own, one) if one in INDICES else own.fields[one])
         places = own.id - np.searchsorted(retired, own.id)
         slabs = Slabs(share.world, arrays, places, share.count - len(retired))
         if not share.world.first:

@@ -12,9 +12,9 @@ from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, OutputError
 from hvisph.output import file_names
 from hvisph.output.checkpoint_file import list_checkpoints
 from hvisph.output.run_folder import forget_snapshots
-from hvisph.simulation.finalize import Outcome
 from hvisph.simulation.listener import Listener, Progress
 from hvisph.simulation.run import resume, run
+from hvisph.simulation.run_files import Outcome
 
 from .folder import ENDED, STEPPING, Selection, SweepFolder, TableKeeper
 from .plan import Member, Plan

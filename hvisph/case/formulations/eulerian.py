@@ -55,9 +55,7 @@ class EulerianFormulation(PairOptions):
         "bodies are ideal gases `mass` unless given",
         "volume",
     )
-    correction: Correction = key(
-        "Correction of the kernel and its gradient (Young 2021 eqs. 3-5), in the form `product`", NoCorrection()
-    )
+    correction: Correction = key("Kernel correction (Young 2021 eqs. 3-5), in the form `product`", NoCorrection())
     density_dissipation: DensityDissipation = key("Density dissipation at material interfaces", NoDensityDissipation())
     conserve_angular_momentum: bool = key(
         "Whether the torque of non-central pair forces is compensated in the following step and rigid "

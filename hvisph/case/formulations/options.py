@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import BaseModel, Field
 
 from hvisph.case.model import AnyCase, Problem, StrictModel, key
-from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
+from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, PositiveShare, Quantity, SmoothingRatio
 from hvisph.core.catalogues import REACH
 
 if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue
@@ -27,11 +27,9 @@ class VariableSmoothingLength(StrictModel):
     """h follows density, dh/dt = -(h/d) (drho/dt)/rho, within limits."""
 
     type: Literal["variable"] = "variable"
-    min_over_initial: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = key(
-        "Lower limit of h over its initial value [-], above 0 and at most 1", 0.5
-    )
+    min_over_initial: PositiveShare = key("Lower limit of h over its initial value [-]", 0.5)
     max_over_initial: Annotated[float, Quantity(NUMBER, minimum=1, maximum=10)] = key(
-        "Upper limit of h over its initial value [-], 1 to 10", 2.0
+        "Upper limit of h over its initial value [-]", 2.0
     )
 
 
@@ -42,13 +40,10 @@ class KernelOptions(StrictModel):
     """Options of every kernel-based formulation."""
 
     kernel: Kernel = key(
-        "Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
-        "`gaussian` (cut off there) to 3h",
+        "Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h",
         "cubic_spline",
     )
-    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = key(
-        "Initial smoothing length h over the resolution dx [-], 1 to 2.5", 1.4
-    )
+    h_over_dx: SmoothingRatio = key("Initial smoothing length h over the resolution dx [-]", 1.4)
     smoothing_length: SmoothingLength = key("Whether h stays fixed or follows density", FixedSmoothingLength())
 
     @property
@@ -136,24 +131,24 @@ class MonaghanViscosity(StrictModel):
     """(-alpha c mu + beta mu^2)/rho between approaching particles; SAV1 is 1 and 2, SAV2 is 2.5 and 2.5."""
 
     type: Literal["monaghan"] = "monaghan"
-    alpha: NonNegativeNumber = key("Linear coefficient alpha [-], at least 0", 1.0)
-    beta: NonNegativeNumber = key("Quadratic coefficient beta [-], at least 0", 2.0)
+    alpha: NonNegativeNumber = key("Linear coefficient alpha [-]", 1.0)
+    beta: NonNegativeNumber = key("Quadratic coefficient beta [-]", 2.0)
 
 
 class BalsaraViscosity(StrictModel):
     """BAL: Monaghan's viscosity times |div u|/(|div u| + |curl u|), which reduces it in shear (Balsara 1995)."""
 
     type: Literal["balsara"] = "balsara"
-    alpha: NonNegativeNumber = key("Linear coefficient alpha [-], at least 0", 1.0)
-    beta: NonNegativeNumber = key("Quadratic coefficient beta [-], at least 0", 2.0)
+    alpha: NonNegativeNumber = key("Linear coefficient alpha [-]", 1.0)
+    beta: NonNegativeNumber = key("Quadratic coefficient beta [-]", 2.0)
 
 
 class MorrisMonaghanViscosity(StrictModel):
     """MON: every particle its own alpha, raised by compression and relaxing; beta is twice it (1997)."""
 
     type: Literal["morris_monaghan"] = "morris_monaghan"
-    alpha_min: NonNegativeNumber = key("Value to which alpha relaxes [-], at least 0", 0.1)
-    decay: PositiveNumber = key("C1: alpha relaxes in the time h/(C1 c) [-], above 0", 0.2)
+    alpha_min: NonNegativeNumber = key("What alpha relaxes to [-]", 0.1)
+    decay: PositiveNumber = key("C1: alpha relaxes in the time h/(C1 c) [-]", 0.2)
 
 
 Viscosity = Annotated[
@@ -171,7 +166,7 @@ class GrayArtificialStress(StrictModel):
     """Repulsion in tension against clumping (Gray, Monaghan & Swift 2001)."""
 
     type: Literal["gray"] = "gray"
-    eps: NonNegativeNumber = key("Strength of the repulsion [-], at least 0; 0.15 is Young 2021's", 0.3)
+    eps: NonNegativeNumber = key("Strength of the repulsion [-]; 0.15 is Young 2021's", 0.3)
     n: Annotated[int, Field(strict=True, ge=1, le=16)] = key("Exponent of W/W(dx) [-], a whole number from 1 to 16", 4)
 
 
@@ -189,7 +184,7 @@ class ZisisDensityDissipation(StrictModel):
 
     type: Literal["zisis"] = "zisis"
     alpha: Annotated[float, Quantity(NUMBER, minimum=0, maximum=2)] = key(
-        "Coefficient alpha_rho [-], 0 to 2; 0.3 for touching bodies, 0.8 with a gap", 0.3
+        "Coefficient alpha_rho [-]; 0.3 for touching bodies, 0.8 with a gap", 0.3
     )
 
 
@@ -210,7 +205,7 @@ class NoCorrection(StrictModel):
 class _Limited(StrictModel):
     factor: Annotated[float, Quantity(NUMBER, above=1)] | None = key(
         "C_f: a pair whose corrected gradient is more than C_f times as long as the plain one, or has "
-        "less than 1/C_f of it along the pair, takes the plain one [-], above 1; unless given, 7.5 without "
+        "less than 1/C_f of it along the pair, takes the plain one [-]; unless given, 7.5 without "
         "artificial stress and 90 with it",
         None,
     )
@@ -279,19 +274,16 @@ class FrictionalContact(StrictModel):
     """
 
     type: Literal["frictional"] = "frictional"
-    friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = key(
-        "Coefficient of friction mu [-], 0 to 10", 0.0
-    )
+    friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = key("Coefficient of friction mu [-]", 0.0)
     self_contact: Literal["none", "fragments", "all"] | None = key(
-        "Contact within one body: `none`; `fragments`, between pieces farther apart than the kernel "
-        "support (`riemann`, `eulerian`); `all`, also between surfaces of one connected piece (`riemann`, 20 % more "
-        "time a step; Total Lagrangian bodies). Without it `riemann` and `eulerian` surfaces bond, Total Lagrangian "
-        "ones penetrate. Default: `all` for Total Lagrangian bodies, else `fragments`; `none` for a single connected "
-        "body",
+        "Contact within one body: `none`; `fragments`, between pieces farther apart than the kernel support "
+        "(`riemann`, `eulerian`); `all`, also between surfaces of one connected piece (`riemann`, 20 % more time a "
+        "step; Total Lagrangian bodies). Without it `riemann` and `eulerian` surfaces bond, Total Lagrangian ones "
+        "penetrate. Default: `all` for Total Lagrangian bodies, else `fragments`; `none` for a single connected body",
         None,
     )
     stiffness: PositiveNumber | None = key(
-        "Initial contact stiffness over that of one particle spacing of each material [-], above 0; Total "
+        "Initial contact stiffness over that of one particle spacing of each material [-]; Total "
         "Lagrangian bodies only; 1 unless given, more where the impact velocity requires it",
         None,
     )
@@ -310,9 +302,7 @@ class PenaltyContact(StrictModel):
     """
 
     type: Literal["penalty"] = "penalty"
-    stiffness: PositiveNumber = key(
-        "k, stiffness K over rho0 c0^2/dx^d of each material [-], above 0; a pair takes the softer K", 0.025
-    )
+    stiffness: PositiveNumber = key("k, stiffness K over rho0 c0^2/dx^d [-]; a pair has the lower K", 0.025)
     exponent: Annotated[int, Field(strict=True, ge=2, le=8)] = key("Exponent n of W/W(dx), 2 to 8", 4)
     absolute_stiffness: PositiveNumber | None = key(
         "K [Pa/m^d] of all bodies, above 0, instead of `stiffness`; supports a pressure of about "
@@ -339,12 +329,7 @@ def unavailable(contact: Any, formulation: str) -> Iterator[Problem]:
 
 
 def separate_bodies_problems(case: AnyCase, smoothing_length: str, what: str) -> Iterator[Problem]:
-    """Yield the options that are not available with a contact algorithm or with Total Lagrangian bodies.
-
-    `case`: the rest of the case.
-    `smoothing_length`: the type of the formulation's smoothing length.
-    `what`: what requires a fixed one, with its verb.
-    """
+    """Yield the options that are not available with a contact algorithm or with Total Lagrangian bodies, `what`."""
     if smoothing_length == "variable":
         reason = f"{what} of a fixed smoothing length; leave it out"
         yield "formulation.smoothing_length", reason

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
 from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Problem, key
-from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, parse_quantity
+from hvisph.case.units import LENGTH, NUMBER, TIME, Acceleration, Quantity, SmoothingRatio, parse_quantity
 from hvisph.core.text import Plain, recommend
 
 from .options import NO_CONVERSION, KernelOptions
@@ -45,9 +45,7 @@ class ProjectionFormulation(KernelOptions):
     }
 
     type: Literal["projection"] = "projection"
-    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = key(
-        "Initial smoothing length h over the resolution dx [-], 1 to 2.5", 1.5
-    )
+    h_over_dx: SmoothingRatio = key("Initial smoothing length h over the resolution dx [-]", 1.5)
     pressure_gradient: Literal["conjugate", "original"] = key(
         "Pair pressure: `conjugate` is (P_a + P_b)/(rho_a rho_b); `original` is the paper's eq. 31, "
         "P_a/rho_a^2 + P_b/rho_b^2, which fails where bodies of different densities meet",
@@ -59,10 +57,10 @@ class ProjectionFormulation(KernelOptions):
         0.3,
     )
     pressure_average: Annotated[float, Quantity(TIME, above=0)] = key(
-        "Time over which the pressures of the history are averaged [s], above 0: single values ring", 2e-7
+        "Time over which the pressures of the history are averaged [s]: single values ring", 2e-7
     )
     body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = key(
-        "Acceleration of all particles, one component per dimension [m/s^2]; none unless given", ()
+        "Acceleration, one component per dimension [m/s^2]", ()
     )
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
 
@@ -16,16 +16,19 @@ from hvisph.case.formulations.options import (
     unavailable,
 )
 from hvisph.case.model import AnyCase, Problem, key
-from hvisph.case.units import NUMBER, Quantity
+from hvisph.case.units import SmoothingRatio
 from hvisph.core.text import Plain
 
 from .options import NO_CONVERSION, Kernel, PairOptions
 
 # Defaults of each variant.
 VARIANTS: dict[str, Plain] = {
-    "original": {"tension_stabilization": False, "conserve_angular_momentum": False, "contact": {"type": "bonded"}},
-    "corrected": {"tension_stabilization": True, "conserve_angular_momentum": True, "contact": {"type": "frictional"}},
-    "elastic": {"tension_stabilization": True, "conserve_angular_momentum": False, "contact": {"type": "frictional"}},
+    name: {"tension_stabilization": stable, "conserve_angular_momentum": conserved, "contact": {"type": contact}}
+    for name, stable, conserved, contact in (
+        ("original", False, False, "bonded"),
+        ("corrected", True, True, "frictional"),
+        ("elastic", True, False, "frictional"),
+    )
 }
 
 # Equations of state of what expands without end.
@@ -105,13 +108,10 @@ class RiemannFormulation(PairOptions):
 
     type: Literal["riemann"] = "riemann"
     kernel: Kernel = key(
-        "Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
-        "`gaussian` (cut off there) to 3h",
+        "Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h",
         "quartic_spline",
     )
-    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = key(
-        "Initial smoothing length h over the resolution dx [-], 1 to 2.5", 1.2
-    )
+    h_over_dx: SmoothingRatio = key("Initial smoothing length h over the resolution dx [-]", 1.2)
     reconstruction: Literal["none", "minmod", "van_leer", "van_albada"] = key(
         "Slope limiter of the reconstruction of the Riemann states; `none` is first order, as published", "van_albada"
     )

@@ -28,8 +28,8 @@ class ConversionLimits(StrictModel):
     """Criteria for the permanent conversion of a Total Lagrangian particle to an Eulerian one."""
 
     strain: Annotated[float, Quantity(NUMBER, minimum=0)] | None = key(
-        "Equivalent deviatoric Green-Lagrange strain at which a particle converts [-], at least 0; 0: "
-        "Eulerian from the first step on; none unless given",
+        "Equivalent deviatoric Green-Lagrange strain at which a particle converts [-]; 0: "
+        "Eulerian from the first step on",
         None,
     )
     damage: bool = key("Whether a failed particle (damage 1) converts", False)
@@ -39,12 +39,8 @@ class ConversionLimits(StrictModel):
         "gradient is no longer valid: J outside 0.2 to 5, or strain above `fallback_strain`",
         True,
     )
-    fallback_strain: PositiveNumber | None = key(
-        "Strain limit of the fallback [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given", None
-    )
-    fallback_damage: bool = key(
-        "Whether the fallback also converts the neighbours of failed Eulerian particles; with `damage: true`", True
-    )
+    fallback_strain: PositiveNumber | None = key("Strain limit of the fallback [-]; 1.5, in 3D 1 unless given", None)
+    fallback_damage: bool = key("With `damage: true`: whether neighbours of failed Eulerian particles convert", True)
 
 
 # What a composite pair law knows.
@@ -67,11 +63,9 @@ class TotalLagrangianFormulation(KernelOptions):
         "positions, which dissipates in every pair, or that of Young 2021 eq. 9 in the reference configuration",
         "current",
     )
-    correction: Literal["none", "gradient", "mixed"] = key(
-        "Correction of the reference kernel (Young 2021 eqs. 3-5)", "mixed"
-    )
+    correction: Literal["none", "gradient", "mixed"] = key("Of reference kernels (Young 2021 eqs. 3-5)", "mixed")
     spatial_correction: Correction = key(
-        "Correction of the kernel in the current configuration, for Eulerian particles and those near them",
+        "Correction of kernels in the current configuration",
         NoCorrection(),
     )
     viscosity_in_shear: Literal["reduced", "full"] = key(
@@ -79,9 +73,7 @@ class TotalLagrangianFormulation(KernelOptions):
         "of the strain rate (to 0.88 in a plane shock, 0.1 in shear), or `full`, which raises the flow stress",
         "reduced",
     )
-    hourglass: NonNegativeNumber = key(
-        "Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is off", 10.0
-    )
+    hourglass: NonNegativeNumber = key("Coefficient of hourglass control (Ganzenmueller 2015) [-]; 0 is off", 10.0)
     hourglass_stiffness: Literal["secant", "elastic"] = key(
         "Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, "
         "which hardens a body that flows (coefficients below 1 then)",
@@ -95,7 +87,7 @@ class TotalLagrangianFormulation(KernelOptions):
     )
     reference_update_strain: PositiveNumber | None = key(
         "Equivalent strain since the last update at which the current configuration becomes the reference "
-        "of all Total Lagrangian particles [-], above 0; 0.3 for distortions that a fixed reference does not permit. "
+        "of all Total Lagrangian particles [-]; 0.3 for distortions that a fixed reference does not permit. "
         "Touching surfaces of one body bond. No update unless given",
         None,
     )

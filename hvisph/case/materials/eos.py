@@ -8,39 +8,24 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
 
+from hvisph.case import units
 from hvisph.case.model import DataFile, Problem, StrictModel, key, refuse
-from hvisph.case.units import (
-    NUMBER,
-    Length,
-    NonNegativeNumber,
-    NonNegativePressure,
-    NonNegativeTime,
-    NonNegativeVelocity,
-    Number,
-    PositiveNumber,
-    PositivePressure,
-    PositiveSpecificEnergy,
-    PositiveVelocity,
-    Pressure,
-    Quantity,
-)
 
-PoissonRatio = Annotated[float, Quantity(NUMBER, above=-1, below=0.5)]
-AdiabaticIndex = Annotated[float, Quantity(NUMBER, above=1)]
+PoissonRatio = Annotated[float, units.Quantity(units.NUMBER, above=-1, below=0.5)]
+AdiabaticIndex = Annotated[float, units.Quantity(units.NUMBER, above=1)]
 
 
 class LinearEos(StrictModel):
     """p = K (rho/rho0 - 1), independent of energy.
 
-    In a case with `units: none` a Cauchy number Ca may stand for K: p = (rho - rho0)/Ca, that is
-    K = rho0/Ca and a sound speed of Ca^-1/2 whatever rho0 is. The other definition in Zisis 2013,
-    p = (rho/rho0 - 1)/Ca, is K = 1/Ca.
+    In a case with `units: none` a Cauchy number Ca may stand for K: p = (rho - rho0)/Ca, that is K = rho0/Ca and a
+    sound speed of Ca^-1/2 whatever rho0 is. The other definition in Zisis 2013, p = (rho/rho0 - 1)/Ca, is K = 1/Ca.
     """
 
     type: Literal["linear"] = "linear"
-    bulk_modulus: PositivePressure | None = key("Bulk modulus K [Pa]; unless a Cauchy number is given", None)
-    cauchy_number: PositiveNumber | None = key(
-        "Cauchy number Ca = rho0 v^2/K of the impact velocity v = 1 [-], above 0; only with "
+    bulk_modulus: units.PositivePressure | None = key("Bulk modulus K [Pa]; unless a Cauchy number is given", None)
+    cauchy_number: units.PositiveNumber | None = key(
+        "Cauchy number Ca = rho0 v^2/K of the impact velocity v = 1 [-]; only with "
         "`units: none`, and in place of the modulus",
         None,
     )
@@ -76,7 +61,7 @@ class ElasticEos(StrictModel):
     """p = K (rho/rho0 - 1) with K = E / (3 (1 - 2 nu)); the strength takes its G = E / (2 (1 + nu))."""
 
     type: Literal["elastic"] = "elastic"
-    youngs_modulus: PositivePressure = key("Young's modulus E [Pa]")
+    youngs_modulus: units.PositivePressure = key("Young's modulus E [Pa]")
     poisson_ratio: PoissonRatio = key("Poisson's ratio nu [-], above -1 and below 0.5")
 
     @property
@@ -94,8 +79,8 @@ class StiffenedGasEos(StrictModel):
     """p = c0^2 (rho - rho0) + (gamma - 1) rho e."""
 
     type: Literal["stiffened_gas"] = "stiffened_gas"
-    sound_speed: PositiveVelocity = key("Bulk sound speed c0 at rest [m/s]")
-    gamma: AdiabaticIndex = key("Exponent gamma [-], above 1; gamma - 1 is the Grueneisen coefficient")
+    sound_speed: units.PositiveVelocity = key("Bulk sound speed c0 at rest [m/s]")
+    gamma: AdiabaticIndex = key("Exponent gamma [-]; gamma - 1 is the Grueneisen coefficient")
 
 
 class MieGruneisenEos(StrictModel):
@@ -106,18 +91,18 @@ class MieGruneisenEos(StrictModel):
     """
 
     type: Literal["mie_gruneisen"] = "mie_gruneisen"
-    sound_speed: PositiveVelocity | None = key("Bulk sound speed c0 at rest [m/s]; unless points are given", None)
-    s1: NonNegativeNumber | None = key("Slope s1 of the Us-up line [-], at least 0; unless points are given", None)
-    s2: Number = key("Second coefficient s2 of the Us-up curve [-]", 0.0)
-    s3: Number = key("Third coefficient s3 of the Us-up curve [-]", 0.0)
-    us_up: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = key(
+    sound_speed: units.PositiveVelocity | None = key("Bulk sound speed c0 at rest [m/s]; unless points are given", None)
+    s1: units.NonNegativeNumber | None = key("Slope s1 of the Us-up line [-]; unless points are given", None)
+    s2: units.Number = key("Second coefficient s2 of the Us-up curve [-]", 0.0)
+    s3: units.Number = key("Third coefficient s3 of the Us-up curve [-]", 0.0)
+    us_up: tuple[tuple[units.PositiveVelocity, units.PositiveVelocity], ...] = key(
         "Points [up, Us] of the Hugoniot [m/s], two at least; for `sound_speed` and `s1`", ()
     )
     us_up_order: int = key("Coefficients fitted to the points: s1, with 2 also s2, with 3 also s3", 1, ge=1, le=3)
-    gamma: NonNegativeNumber = key("Grueneisen coefficient Gamma0 at reference density [-], at least 0")
-    a: Number = key("First-order volume correction to Gamma0 [-]", 0.0)
+    gamma: units.NonNegativeNumber = key("Grueneisen coefficient Gamma0 at reference density [-]")
+    a: units.Number = key("First-order volume correction to Gamma0 [-]", 0.0)
     expansion: Literal["vanishing", "linear"] = key(
-        "Pressure below the reference density: vanishing with density, or the published line", "vanishing"
+        "Below the reference density: vanishing with density, or as published", "vanishing"
     )
 
     def _faults(self) -> Iterator[Problem]:
@@ -160,10 +145,10 @@ class UsUpTableEos(StrictModel):
     """Mie-Grueneisen about a shock Hugoniot of straight pieces in Us and up, for changes of phase."""
 
     type: Literal["us_up_table"] = "us_up_table"
-    us_up: tuple[tuple[NonNegativeVelocity, PositiveVelocity], ...] = key(
+    us_up: tuple[tuple[units.NonNegativeVelocity, units.PositiveVelocity], ...] = key(
         "Points [up, Us] of the Hugoniot [m/s], joined by lines; the first is [0, c0]", min_length=2, max_length=64
     )
-    gamma: NonNegativeNumber = key("Grueneisen coefficient Gamma0 at reference density [-], at least 0")
+    gamma: units.NonNegativeNumber = key("Grueneisen coefficient Gamma0 at reference density [-]")
 
     def _faults(self) -> Iterator[Problem]:
         if self.us_up[0][0] != 0.0:
@@ -179,21 +164,21 @@ class TillotsonEos(StrictModel):
     """Solid to vapour: p_c = (a + b/w) rho e + A mu + B mu^2, w = e/(E0 eta^2) + 1, blended into the vapour's."""
 
     type: Literal["tillotson"] = "tillotson"
-    bulk_modulus: PositivePressure = key("A, the bulk modulus at rest [Pa]")
-    b_modulus: NonNegativePressure = key("B, coefficient of mu^2 [Pa], at least 0")
-    a: PositiveNumber = key("a, Grueneisen coefficient of the hot vapour [-]")
-    b: NonNegativeNumber = key("b; a + b is the Grueneisen coefficient at rest [-]")
-    reference_energy: PositiveSpecificEnergy = key("E0 [J/kg]")
-    alpha: NonNegativeNumber = key("Exponent alpha of the expanded vapour [-]")
-    beta: NonNegativeNumber = key("Exponent beta of the expanded vapour [-]")
-    incipient_energy: PositiveSpecificEnergy = key("e_iv, energy of incipient vaporisation [J/kg]")
-    vaporization_energy: PositiveSpecificEnergy = key("e_cv, energy of complete vaporisation [J/kg]")
+    bulk_modulus: units.PositivePressure = key("A, the bulk modulus at rest [Pa]")
+    b_modulus: units.NonNegativePressure = key("B, coefficient of mu^2 [Pa]")
+    a: units.PositiveNumber = key("a, Grueneisen coefficient of the hot vapour [-]")
+    b: units.NonNegativeNumber = key("b; a + b is the Grueneisen coefficient at rest [-]")
+    reference_energy: units.PositiveSpecificEnergy = key("E0 [J/kg]")
+    alpha: units.NonNegativeNumber = key("Exponent alpha of the expanded vapour [-]")
+    beta: units.NonNegativeNumber = key("Exponent beta of the expanded vapour [-]")
+    incipient_energy: units.PositiveSpecificEnergy = key("e_iv, energy of incipient vaporisation [J/kg]")
+    vaporization_energy: units.PositiveSpecificEnergy = key("e_cv, energy of complete vaporisation [J/kg]")
     expansion: Literal["faded", "linear", "full"] = key(
         "Pressure in cold expansion: `faded` A mu eta^2 (3 - 2 eta), `linear` A mu, `full` A mu + B mu^2 "
         "as published, whose pressure rises again and does not conserve energy",
         "faded",
     )
-    low_density: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = key(
+    low_density: Annotated[float, units.Quantity(units.NUMBER, minimum=0, below=1)] = key(
         "rho/rho0 below which cold material has no pressure; 0.9 in many codes, off unless given", 0.0
     )
 
@@ -206,46 +191,46 @@ class PolynomialEos(StrictModel):
     """p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e; in expansion f (T1 mu + T2 mu^2 + B0 rho0 e)."""
 
     type: Literal["polynomial"] = "polynomial"
-    a1: PositivePressure = key("A1, the bulk modulus at rest [Pa]; K1 in ceramics")
-    a2: Pressure = key("A2 [Pa]", 0.0)
-    a3: Pressure = key("A3 [Pa]", 0.0)
-    b0: NonNegativeNumber = key("B0, Grueneisen coefficient at rest [-]", 0.0)
-    b1: Number = key("B1 [-]", 0.0)
-    t1: PositivePressure | None = key("T1 [Pa]; A1 unless given", None)
-    t2: Pressure = key("T2 [Pa]", 0.0)
+    a1: units.PositivePressure = key("A1, the bulk modulus at rest [Pa]; K1 in ceramics")
+    a2: units.Pressure = key("A2 [Pa]", 0.0)
+    a3: units.Pressure = key("A3 [Pa]", 0.0)
+    b0: units.NonNegativeNumber = key("B0, Grueneisen coefficient at rest [-]", 0.0)
+    b1: units.Number = key("B1 [-]", 0.0)
+    t1: units.PositivePressure | None = key("T1 [Pa]; A1 unless given", None)
+    t2: units.Pressure = key("T2 [Pa]", 0.0)
 
 
 class MurnaghanEos(StrictModel):
     """p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c), e_c the energy of cold compression; f of it in expansion."""
 
     type: Literal["murnaghan"] = "murnaghan"
-    bulk_modulus: PositivePressure = key("Bulk modulus K at rest [Pa]")
-    exponent: AdiabaticIndex = key("n = dK/dp [-], above 1; 4 for many rocks, 7 for water")
-    gamma: NonNegativeNumber = key("Grueneisen coefficient, with Gamma rho constant [-]; 0: energy plays no part", 0.0)
+    bulk_modulus: units.PositivePressure = key("Bulk modulus K at rest [Pa]")
+    exponent: AdiabaticIndex = key("n = dK/dp [-]; 4 for many rocks, 7 for water")
+    gamma: units.NonNegativeNumber = key("Grueneisen coefficient, Gamma rho constant [-]; 0: no effect of energy", 0.0)
 
 
 class Detonation(StrictModel):
     """Detonation front from given points at the detonation velocity."""
 
-    points: tuple[tuple[Length, ...], ...] = key("Where it starts, a list of points [m]", min_length=1, max_length=1000)
-    speed: PositiveVelocity | None = key(
+    points: tuple[tuple[units.Length, ...], ...] = key("Points of ignition [m]", min_length=1, max_length=1000)
+    speed: units.PositiveVelocity | None = key(
         "Detonation speed D [m/s]; unless given that of Chapman and Jouguet, which a, b, r1, "
         "r2, omega and detonation_energy come to",
         None,
     )
-    time: NonNegativeTime = key("When it starts [s], at least 0", 0.0)
+    time: units.NonNegativeTime = key("When it starts [s]", 0.0)
 
 
 class JwlEos(StrictModel):
     """Detonation products: p = A (1 - w/(R1 V)) exp(-R1 V) + B (1 - w/(R2 V)) exp(-R2 V) + w rho e, V = rho0/rho."""
 
     type: Literal["jwl"] = "jwl"
-    a: PositivePressure = key("A [Pa]")
-    b: PositivePressure = key("B [Pa]")
-    r1: PositiveNumber = key("R1 [-]")
-    r2: PositiveNumber = key("R2 [-]")
-    omega: PositiveNumber = key("w, the Grueneisen coefficient of the products [-]")
-    detonation_energy: PositivePressure = key("Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
+    a: units.PositivePressure = key("A [Pa]")
+    b: units.PositivePressure = key("B [Pa]")
+    r1: units.PositiveNumber = key("R1 [-]")
+    r2: units.PositiveNumber = key("R2 [-]")
+    omega: units.PositiveNumber = key("w, the Grueneisen coefficient of the products [-]")
+    detonation_energy: units.PositivePressure = key("Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
     detonation: Detonation | None = key("Front of the detonation; unless given, all has burnt at the start", None)
 
 
@@ -269,7 +254,7 @@ class IdealGasEos(StrictModel):
     """p = (gamma - 1) rho e; the body's `internal_energy` sets its initial pressure."""
 
     type: Literal["ideal_gas"] = "ideal_gas"
-    gamma: AdiabaticIndex = key("Ratio of specific heats gamma [-], above 1")
+    gamma: AdiabaticIndex = key("Ratio of specific heats gamma [-]")
 
 
 _Solid = LinearEos | ElasticEos | StiffenedGasEos | MieGruneisenEos | UsUpTableEos

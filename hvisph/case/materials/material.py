@@ -8,19 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo
 
+from hvisph.case import units
 from hvisph.case.model import Problem, Shorthand, StrictModel, key
-from hvisph.case.units import (
-    NUMBER,
-    NonNegativeNumber,
-    NonNegativePressure,
-    PositiveDensity,
-    PositiveHeatCapacity,
-    PositiveNumber,
-    PositivePressure,
-    PositiveSpecificEnergy,
-    PositiveTemperature,
-    Quantity,
-)
 from hvisph.core.errors import CaseError
 
 from .damage import Damage, JohnsonCookDamage, NoDamage, PositiveToughness
@@ -36,11 +25,9 @@ from .strength import (
 
 
 class _Temperature(StrictModel):
-    heat_capacity: PositiveHeatCapacity | None = key(
-        "Specific heat capacity c_v [J/(kg K)]; that of the strength model unless given", None
-    )
-    room_temperature: PositiveTemperature | None = key(
-        "Temperature at rest [K]; that of the strength model unless given, else 300 K", None
+    heat_capacity: units.PositiveHeatCapacity | None = key("c_v [J/(kg K)]; that of the strength unless given", None)
+    room_temperature: units.PositiveTemperature | None = key(
+        "Temperature at rest [K]; that of the strength, or 300 K", None
     )
 
 
@@ -48,15 +35,13 @@ class IsentropeTemperature(_Temperature):
     """T = T_s(rho) + (e - e_s(rho))/c_v about the isentrope through the state at rest: compression is no heat."""
 
     type: Literal["isentrope"] = "isentrope"
-    heat_capacities: tuple[tuple[PositiveTemperature, PositiveHeatCapacity], ...] = key(
+    heat_capacities: tuple[tuple[units.PositiveTemperature, units.PositiveHeatCapacity], ...] = key(
         "Points [T, c_p] of the heat capacity without pressure, joined by lines and held beyond their "
         "ends, in place of a constant",
         (),
     )
-    heat_of_melting: PositiveSpecificEnergy | None = key(
-        "Heat of melting [J/kg], beside `heat_capacities`; left out unless given", None
-    )
-    melting_point: PositiveTemperature | None = key("Where it is taken up, without pressure [K]", None)
+    heat_of_melting: units.PositiveSpecificEnergy | None = key("Heat of melting [J/kg], with `heat_capacities`", None)
+    melting_point: units.PositiveTemperature | None = key("Where it is taken up, without pressure [K]", None)
 
     def _faults(self) -> Iterator[Problem]:
         if self.heat_capacities and self.heat_capacity is not None:
@@ -93,7 +78,7 @@ class ConstantMelting(StrictModel):
     """The melting point of the strength model, at any pressure; the type where `entropies` are given alone."""
 
     type: Literal["constant"] = "constant"
-    entropies: tuple[PositiveHeatCapacity, ...] | None = key(
+    entropies: tuple[units.PositiveHeatCapacity, ...] | None = key(
         "Entropies [S_rest, S_im, S_cm, S_iv, S_cv] at rest, and at 1 bar of incipient and complete "
         "melting and vaporisation [J/(kg K)]; for the measures `melt` and `vapour`",
         None,
@@ -111,18 +96,18 @@ class LindemannMelting(ConstantMelting):
     """T_m = T_m0 exp(2 a (1 - 1/eta)) eta^(2 (Gamma0 - a - 1/3)), eta = rho/rho0."""
 
     type: Literal["lindemann"] = "lindemann"  # type: ignore[assignment]
-    temperature: PositiveTemperature = key("T_m0, without pressure [K]")
-    gamma: NonNegativeNumber = key("Gamma0, Grueneisen coefficient at rest [-]")
-    a: NonNegativeNumber = key("a [-]")
+    temperature: units.PositiveTemperature = key("T_m0, without pressure [K]")
+    gamma: units.NonNegativeNumber = key("Gamma0, Grueneisen coefficient at rest [-]")
+    a: units.NonNegativeNumber = key("a [-]")
 
 
 class SimonMelting(ConstantMelting):
     """T_m = T_m0 (1 + p/a)^(1/c)."""
 
     type: Literal["simon"] = "simon"  # type: ignore[assignment]
-    temperature: PositiveTemperature = key("T_m0, without pressure [K]")
-    a: PositivePressure = key("a [Pa]")
-    c: PositiveNumber = key("c [-]")
+    temperature: units.PositiveTemperature = key("T_m0, without pressure [K]")
+    a: units.PositivePressure = key("a [Pa]")
+    c: units.PositiveNumber = key("c [-]")
 
 
 Melting = Annotated[LindemannMelting | SimonMelting | ConstantMelting, Field(discriminator="type")]
@@ -141,19 +126,19 @@ OptionalMelting = Annotated[
 class Porosity(StrictModel):
     """P-alpha pores in the solid that `density`, `eos` and `strength` describe: p = p_s(alpha rho, e)/alpha."""
 
-    distension: Annotated[float, Quantity(NUMBER, above=1)] = key(
-        "alpha0 = density of the solid over that of the porous body at rest [-], above 1"
+    distension: Annotated[float, units.Quantity(units.NUMBER, above=1)] = key(
+        "alpha0, density of the solid over that with pores [-]"
     )
-    elastic_pressure: NonNegativePressure | None = key(
-        "p_e, where pores begin to crush [Pa], at least 0; needed unless `crush` is given", None
+    elastic_pressure: units.NonNegativePressure | None = key(
+        "p_e, onset of crushing [Pa]; required without `crush`", None
     )
-    solid_pressure: PositivePressure | None = key(
-        "p_s, where pores are closed [Pa], above p_e; needed unless `crush` is given", None
-    )
-    crush: tuple[tuple[NonNegativePressure, Annotated[float, Quantity(NUMBER, minimum=1)]], ...] = key(
-        "Points [p, alpha] of the crush curve in place of the parabola, falling from alpha0 to 1, joined by lines",
-        (),
-        max_length=16,
+    solid_pressure: units.PositivePressure | None = key("p_s, end of crushing [Pa]; required without `crush`", None)
+    crush: tuple[tuple[units.NonNegativePressure, Annotated[float, units.Quantity(units.NUMBER, minimum=1)]], ...] = (
+        key(
+            "Points [p, alpha] of the crush curve in place of the parabola, falling from alpha0 to 1, joined by lines",
+            (),
+            max_length=16,
+        )
     )
 
     def _faults(self) -> Iterator[Problem]:
@@ -184,16 +169,14 @@ class Material(StrictModel):
 
     name: str = key("Name in messages and output; that of the library, if it comes from there", "", max_length=64)
     source: str = key("Where the numbers come from", "")
-    density: PositiveDensity = key("Reference density rho0 [kg/m^3]")
+    density: units.PositiveDensity = key("Reference density rho0 [kg/m^3]")
     eos: Eos = key("Equation of state: pressure from density and energy")
     strength: Strength = key("Strength: limits and history of the deviatoric stress", NoStrength())
     damage: Damage = key("Damage and spall", NoDamage())
-    fracture_toughness: PositiveToughness | None = key(
-        "K_IC of the material [Pa m^0.5], used by `damage: {toughness: material}`", None
-    )
+    fracture_toughness: PositiveToughness | None = key("K_IC [Pa m^0.5], for `damage: {toughness: material}`", None)
     temperature: Temperature = key("How the temperature follows from density and energy", IsentropeTemperature())
     melting: OptionalMelting = key("Melting point under pressure; that of the strength model unless given", None)
-    porosity: Porosity | None = key("Pores; none unless given", None)
+    porosity: Porosity | None = key("Pores", None)
 
     def _faults(self) -> Iterator[Problem]:
         kind, damage = self.strength.type, self.damage

@@ -4,14 +4,12 @@ import os
 import platform
 import sys
 from collections.abc import Iterator
-from typing import Annotated
 
 import typer
 
 import hvisph
-from hvisph.cli.guard import FAILED
-from hvisph.cli.options import JsonOption, option
-from hvisph.cli.text.formatting import duration, echo_json, say, size, table
+from hvisph.cli.formatting import duration, echo_json, say, size, table
+from hvisph.cli.options import FAILED, JsonOption, option
 from hvisph.core.text import Plain
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
@@ -30,9 +28,9 @@ DIRECTIONS: dict[str, Plain] = {"axisymmetric": {}, "three_d": {"axes": {"one": 
 
 
 def doctor(
-    compile_loops: Annotated[
-        bool, option("--compile", "Compile contact SPH and standard SPH for all materials of the library: minutes.")
-    ] = False,
+    compile_loops: bool = option(
+        "--compile", "Compile contact SPH and standard SPH for all materials of the library: minutes.", False
+    ),
     as_json: JsonOption = False,
 ) -> None:
     """Show versions, cores, memory and cache, and test a compiled loop."""
@@ -78,7 +76,7 @@ def common_cases() -> Iterator[tuple[str, Plain]]:
 
 
 def _compile_common(tell: bool) -> None:
-    """Take one step of each of the common cases."""
+    """Compute one step of each of the common cases."""
     from tempfile import TemporaryDirectory
 
     from hvisph.casefile.loader import load_case

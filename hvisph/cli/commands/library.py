@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
+from hvisph.cli.formatting import echo_json, paragraph, quantity, say, table
 from hvisph.cli.options import JsonOption, argument, option
-from hvisph.cli.text.formatting import echo_json, paragraph, quantity, say, table
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.output.atomic_write import write_errors
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 def cases(
-    name: Annotated[str | None, argument("NAME", "Case to print; all cases are listed unless given.")] = None,
-    copy: Annotated[Path | None, option("--copy DIR", "Copy the case, or all, into a folder.")] = None,
+    name: str | None = argument("NAME", "Case to print; all cases are listed unless given.", None),
+    copy: Path | None = option("--copy DIR", "Copy the case, or all, into a folder.", None),
     as_json: JsonOption = False,
 ) -> None:
     """List the bundled cases, print one, or copy them."""
@@ -67,14 +67,10 @@ def _copy(files: dict[str, Path], folder: Path) -> None:
 
 
 def materials(
-    name: Annotated[str | None, argument("NAME", "Material to print; all materials are listed unless given.")] = None,
-    plot: Annotated[
-        Path | None, option("--plot FILE", "Draw Hugoniot, release and strength of NAME into FILE.")
-    ] = None,
-    compare: Annotated[
-        list[str] | None, option("--compare OTHER", "Compare with another material. Repeatable.")
-    ] = None,
-    own: Annotated[list[Path] | None, option("--file FILE", "File or folder of your own materials.")] = None,
+    name: str | None = argument("NAME", "Material to print; all materials are listed unless given.", None),
+    plot: Path | None = option("--plot FILE", "Draw Hugoniot, release and strength of NAME into FILE.", None),
+    compare: list[str] | None = option("--compare OTHER", "Compare with another material. Repeatable.", None),
+    own: list[Path] | None = option("--file FILE", "File or folder of your own materials.", None),
     as_json: JsonOption = False,
 ) -> None:
     """List the material library, or print one material with its numbers, sources and derived values."""
@@ -194,10 +190,8 @@ NAMES = ("case", "summary", "sweep")
 
 
 def schema(
-    name: Annotated[
-        str | None, argument("[case|summary|sweep]", "Schema to print or write; case unless given.")
-    ] = None,
-    write: Annotated[Path | None, option("--write DIR", "Write the schema, or all, into a folder.")] = None,
+    name: str | None = argument("[case|summary|sweep]", "Schema to print or write; case unless given.", None),
+    write: Path | None = option("--write DIR", "Write the schema, or all, into a folder.", None),
 ) -> None:
     """Print a JSON schema, or write them into a folder."""
     from hvisph.casefile.paths import data_folder
@@ -218,13 +212,11 @@ def schema(
 
 def help(
     context: typer.Context,
-    words: Annotated[
-        list[str] | None,
-        argument(
-            "[WORD]...",
-            "Place in the case file, such as time.cfl; or a value, measure, material, case, page, command, words.",
-        ),
-    ] = None,
+    words: list[str] | None = argument(
+        "[WORD]...",
+        "Place in the case file, such as time.cfl; or a value, measure, material, case, page, command, words.",
+        None,
+    ),
 ) -> None:
     """Describe a key of the case file, or find a word in keys, values, measures, materials, cases, pages, commands."""
     word = " ".join(words or ())

@@ -1,22 +1,40 @@
-"""`hvisph measure`: measures of a run or a snapshot from its files."""
+"""`hvisph measure` and `compare`: measures of a run or a snapshot; tables and pictures of several runs."""
 
 from __future__ import annotations
 
+import sys
 import textwrap
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from hvisph.cli.guard import case_of_run, parse_option
-from hvisph.cli.options import JsonOption, argument, option
-from hvisph.cli.text.formatting import SCREEN, echo_json, quantity, say, show, table, times
-from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
-from hvisph.core.errors import CaseError
+import typer
+
+from hvisph.cli.formatting import SCREEN, echo_json, quantity, say, show, table, times
+from hvisph.cli.options import (
+    FAILED,
+    JsonOption,
+    QuietOption,
+    ResolutionOption,
+    SetOption,
+    ThreadsOption,
+    argument,
+    case_of_run,
+    noted_interrupts,
+    option,
+    parse_option,
+    refuse_format,
+)
+from hvisph.cli.results_table import bodies_table, comparison_tables, gauge_table, results_table, sections_table
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.text import Plain, sanitize
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
     from hvisph.measures.measure import Measures
+    from hvisph.postprocessing.comparison import Entry
+    from hvisph.postprocessing.exact_solution import Overlay
 
 HEADING = 14  # of a column's name, which is broken where it is longer
 
@@ -25,35 +43,23 @@ FAR = 0.1
 
 
 def measure(
-    source: Annotated[
-        str, argument("SOURCE", "Folder of a run, or a snapshot; of another code VTU, VTP, VTK or LAMMPS dump.")
-    ],
-    at: Annotated[
-        str | None, option("--at TIME|all", "Snapshot nearest to a time (4us), or all; the last unless given.")
-    ] = None,
-    fragments: Annotated[
-        bool, option("--fragments", "List the fragments of every body: groups linked at 2 dx.")
-    ] = False,
-    smallest: Annotated[
-        int | None,
-        option(
-            "--smallest N",
-            "With --fragments: smallest number of particles to list, 5 unless given; smaller ones are summed.",
-            min=1,
-        ),
-    ] = None,
-    csv: Annotated[Path | None, option("--csv FILE", "Write a row per snapshot or fragment; SI units.")] = None,
-    plot: Annotated[Path | None, option("--plot FILE", "Draw all measures over time; FILE.png or .pdf.")] = None,
-    witness: Annotated[Path | None, option("--witness FILE", "Draw the debris at a witness plane; FILE.png.")] = None,
-    plane: Annotated[
-        str | None, option("--plane X", "Witness plane along the shot line, 100mm; the case's unless given.")
-    ] = None,
-    units: Annotated[
-        str, option("--units L,M,T", "For files of other codes: units of length, mass and time, such as mm,g,us.")
-    ] = "",
-    field: Annotated[
-        list[str] | None, option("--field QUANTITY=NAME", "Another code's name of a quantity: density=rho0.")
-    ] = None,
+    source: str = argument("SOURCE", "Folder of a run, or a snapshot; of another code VTU, VTP, VTK or LAMMPS dump."),
+    at: str | None = option("--at TIME|all", "Snapshot nearest to a time (4us), or all; the last unless given.", None),
+    fragments: bool = option("--fragments", "List the fragments of every body: groups linked at 2 dx.", False),
+    smallest: int | None = option(
+        "--smallest N",
+        "With --fragments: smallest number of particles to list, 5 unless given; smaller ones are summed.",
+        None,
+        min=1,
+    ),
+    csv: Path | None = option("--csv FILE", "Write a row per snapshot or fragment; SI units.", None),
+    plot: Path | None = option("--plot FILE", "Draw all measures over time; FILE.png or .pdf.", None),
+    witness: Path | None = option("--witness FILE", "Draw the debris at a witness plane; FILE.png.", None),
+    plane: str | None = option("--plane X", "Witness plane along the shot line, 100mm; the case's unless given.", None),
+    units: str = option(
+        "--units L,M,T", "For files of other codes: units of length, mass and time, such as mm,g,us.", ""
+    ),
+    field: list[str] | None = option("--field QUANTITY=NAME", "Another code's name of a quantity: density=rho0.", None),
     as_json: JsonOption = False,
 ) -> None:
     """Measure a run: crater, penetration, pressures, plug, fragments; at one time or over time."""
@@ -126,7 +132,7 @@ def _units(text: str) -> tuple[float, float, float] | None:
 
 
 def _fragments(measured: Measures, fewest: int) -> str:
-    from hvisph.cli.text.results_table import fragments_series, fragments_text
+    from hvisph.cli.results_table import fragments_series, fragments_text
 
     if measured.series:
         return fragments_series(measured.series, fewest)
@@ -186,7 +192,7 @@ def _series(series: Sequence[Measures], unitless: bool) -> str:
 
 
 def _lines(columns: list[list[str]]) -> list[list[str]]:
-    """Return the lines of columns of which all but the first end together; that one begins with the first line."""
+    """Return the rows of columns that are aligned at their ends; the first column has its head in the first row."""
     first, *others = columns
     height = max(map(len, others))
     padded = [[first[0], *[""] * (height - len(first)), *first[1:]]]
@@ -197,3 +203,121 @@ def _lines(columns: list[list[str]]) -> list[list[str]]:
 def _unit(values: list[str]) -> str:
     last = next(value for value in values if value != "-").split(" ")[-1]
     return "" if last[-1].isdigit() else last
+
+
+def compare(
+    sources: list[str] = argument(
+        "SOURCE...", "Folders of runs, snapshots, case files, names of bundled cases, folders of any of these."
+    ),
+    runs: Path = option("--runs DIR", "Folder for cases that have not been run.", Path("runs")),
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+    threads: ThreadsOption = None,
+    field: str | None = option("--field NAME", "Field that colours the picture; pressure unless given.", None),
+    picture: Path | None = option("--picture FILE", "Draw the final states into one picture: png, pdf, svg.", None),
+    gauges: Path | None = option(
+        "--gauges FILE",
+        "Draw all gauges into one picture, in 1D with the exact solution and a table of differences.",
+        None,
+    ),
+    every: bool = option("--all", "Show all measures, not only the main ones.", False),
+    force: bool = option("--force", "Run all cases again.", False),
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare runs: measures, differences from published values, conservation, cost.
+
+    Cases that have not been run are run first. Exit codes: 0 done, 2 invalid input, 3 a run failed.
+    """
+    if field is not None and picture is None:
+        raise CaseError("needs --picture FILE, which it colours", where="--field")
+    from hvisph.postprocessing.comparison import entries
+
+    chosen = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
+    if picture is not None and any(entry.case is not None for entry in chosen):
+        _refuse_picture(picture, field)
+    if gauges is not None:
+        refuse_format(gauges, "--gauges")
+    _complete(chosen, threads, force, quiet or as_json)
+    from hvisph.measures.compare import row
+
+    rows = [row(entry.name, entry.folder) for entry in chosen]
+    if picture is not None:
+        from hvisph.postprocessing.run_data import draw_last_states
+
+        draw_last_states({entry.name: entry.folder for entry in chosen}, picture, field or "pressure")
+    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in chosen}, gauges)
+    if as_json:
+        plain: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
+        if overlaid is not None:
+            plain["gauges"] = {
+                name: {column: asdict(one) for column, one in columns.items()}
+                for name, columns in overlaid.differences.items()
+            }
+        echo_json(plain)
+    elif not quiet:
+        unitless = any(_unitless(entry) for entry in chosen)
+        show(comparison_tables(rows, unitless, every))
+        if overlaid is not None:
+            say(gauge_table(overlaid))
+        for drawn in (picture, gauges):
+            if drawn is not None:
+                say(f"\n{drawn}")
+    failed = [r.name for r in rows if r.status == "failed"]
+    if failed:
+        say(f"error: failed: {', '.join(failed)}", err=True, red=True)
+        raise typer.Exit(FAILED)
+
+
+def _refuse_picture(picture: Path, field: str | None) -> None:
+    """Refuse an invalid picture before anything runs."""
+    from hvisph.core.fields import CATALOGUE
+
+    refuse_format(picture, "--picture")
+    if field not in (None, "body", *CATALOGUE):
+        raise CaseError(
+            f"there is no field '{field}'{suggest_nearest(str(field), ['body', *CATALOGUE])}", where="--field"
+        )
+
+
+def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
+    from hvisph.postprocessing.exact_solution import overlay
+    from hvisph.visualization.curves import curves_picture
+
+    made = overlay(folders)
+    curves_picture(made.panels, picture, title="Gauges", unitless=made.unitless)
+    return made
+
+
+def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:
+    """Run the cases without results; an interrupt ends the command."""
+    from hvisph.postprocessing.comparison import is_run
+
+    todo = [entry for entry in chosen if entry.case is not None and (force or not is_run(entry))]
+    if not todo:
+        return
+    from hvisph.cli.options import locate_errors
+    from hvisph.cli.run_report import listener_for
+    from hvisph.postprocessing.comparison import complete
+
+    for number, entry in enumerate(todo, 1):
+        if not silent:
+            say(f"[{number}/{len(todo)}] {entry.name}")
+        assert entry.case is not None
+        listener = listener_for(entry.case, silent)
+        listener.opening()
+        try:
+            with locate_errors(str(entry.file)), noted_interrupts():
+                outcome = complete(entry, threads=threads, force=force, listener=listener)
+        finally:
+            listener.close()
+        if outcome is not None and outcome.summary["status"] == "interrupted":
+            say(f"interrupted; the same command goes on with {entry.name}", err=True)
+            raise typer.Exit(outcome.exit_code)
+        if not silent:
+            sys.stdout.flush()
+
+
+def _unitless(entry: Entry) -> bool:
+    case = entry.case or case_of_run(entry.folder)
+    return case is not None and case.units == "none"

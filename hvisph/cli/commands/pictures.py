@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hvisph.cli.guard import parse_option
-from hvisph.cli.options import QuietOption, argument, option
-from hvisph.cli.text.formatting import say
+from hvisph.cli.formatting import say
+from hvisph.cli.options import QuietOption, argument, option, parse_option
 from hvisph.core.errors import CaseError, suggest_nearest
 
 if TYPE_CHECKING:
@@ -29,8 +28,8 @@ ZoomOption = Annotated[str | None, option("--zoom Z", "Magnification, or left,ri
 
 
 def plot(
-    runs: Annotated[list[str], argument("RUN...", "Folders of runs, or snapshots.")],
-    at: Annotated[str | None, option("--at TIMES", "Times, such as 2us,4us; the last unless given.")] = None,
+    runs: list[str] = argument("RUN...", "Folders of runs, or snapshots."),
+    at: str | None = option("--at TIMES", "Times, such as 2us,4us; the last unless given.", None),
     field: FieldOption = "speed",
     ends: RangeOption = None,
     log: LogOption = False,
@@ -38,7 +37,7 @@ def plot(
     mirror: MirrorOption = True,
     zoom: ZoomOption = None,
     bodies: BodiesOption = None,
-    out: Annotated[Path | None, option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.")] = None,
+    out: Path | None = option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.", None),
     quiet: QuietOption = False,
 ) -> None:
     """Draw all particles at one or several times, of one or several runs, in one picture."""
@@ -56,8 +55,8 @@ def plot(
 
 
 def animate(
-    run: Annotated[str, argument("RUN", "Folder of a run.")],
-    out: Annotated[Path, option("--out, -o FILE", "gif, mp4, or html for a player.")],
+    run: str = argument("RUN", "Folder of a run."),
+    out: Path = option("--out, -o FILE", "gif, mp4, or html for a player."),
     field: FieldOption = "speed",
     ends: RangeOption = None,
     log: LogOption = False,
@@ -65,7 +64,7 @@ def animate(
     mirror: MirrorOption = True,
     zoom: ZoomOption = None,
     bodies: BodiesOption = None,
-    seconds: Annotated[float, option("--seconds", "Duration of the animation [s].", min=0.1)] = 6.0,
+    seconds: float = option("--seconds", "Duration of the animation [s].", 6.0, min=0.1),
     quiet: QuietOption = False,
 ) -> None:
     """Draw all snapshots of a run as an animation."""
@@ -121,9 +120,9 @@ def _numbers(text: str, where: str) -> tuple[float, ...]:
 
 
 def gauges(
-    run: Annotated[str, argument("RUN", "Folder of a run.")],
-    out: Annotated[Path | None, option("--out FILE", "Picture to write; RUN/gauges.png unless given.")] = None,
-    exact: Annotated[bool, option("--exact", "Draw the exact solution as well (1D).")] = False,
+    run: str = argument("RUN", "Folder of a run."),
+    out: Path | None = option("--out FILE", "Picture to write; RUN/gauges.png unless given.", None),
+    exact: bool = option("--exact", "Draw the exact solution as well (1D).", False),
 ) -> None:
     """Draw the gauges of a run: one panel per field, one line per gauge."""
     from hvisph.casefile.loader import load_case
@@ -139,9 +138,9 @@ def gauges(
 
 
 def report(
-    runs: Annotated[list[str], argument("RUN...", "Folders of runs, or of one sweep.")],
-    out: Annotated[Path | None, option("--out, -o FILE", "Page to write; report.html in the run's folder.")] = None,
-    each: Annotated[bool, option("--each", "For a sweep, also write a page for every run.")] = False,
+    runs: list[str] = argument("RUN...", "Folders of runs, or of one sweep."),
+    out: Path | None = option("--out, -o FILE", "Page to write; report.html in the run's folder.", None),
+    each: bool = option("--each", "For a sweep, also write a page for every run.", False),
     quiet: QuietOption = False,
 ) -> None:
     """Write one self-contained page: verdict, player, measures, warnings, set-up."""

@@ -8,9 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hvisph.cli.guard import load, locate_errors
-from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, argument, option
-from hvisph.cli.text.formatting import echo_json, quantity, say, table
+from hvisph.cli.formatting import echo_json, quantity, say, table
+from hvisph.cli.options import (
+    CaseArgument,
+    JsonOption,
+    ResolutionOption,
+    SetOption,
+    argument,
+    load,
+    locate_errors,
+    option,
+)
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
 
@@ -49,7 +57,7 @@ def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
 
 def exact(
     case: CaseArgument,
-    out: Annotated[Path | None, option("--out DIR", "Folder to write; exact/NAME unless given.")] = None,
+    out: Path | None = option("--out DIR", "Folder to write; exact/NAME unless given.", None),
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     as_json: JsonOption = False,
@@ -83,13 +91,13 @@ _PATHS = "shear, uniaxial_strain, uniaxial_stress, cycle or rotation"
 
 
 def point(
-    subject: Annotated[str, argument("CASE_OR_MATERIAL", "A material's name, or a case.")],
+    subject: str = argument("CASE_OR_MATERIAL", "A material's name, or a case."),
     path: Annotated[str, typer.Option(help=f"Path of strain: {_PATHS}.")] = "uniaxial_stress",
-    rate: Annotated[float, option("--rate", "Strain rate [1/s].")] = 1e3,
-    strain: Annotated[float, option("--strain", "Final strain, negative in compression.")] = 0.2,
-    steps: Annotated[int, option("--steps", "Number of steps.")] = 400,
-    body: Annotated[str | None, option("--body", "Body of the case; the first unless given.")] = None,
-    plot: Annotated[Path | None, option("--plot FILE", "Draw stress and state into FILE.")] = None,
+    rate: float = option("--rate", "Strain rate [1/s].", 1e3),
+    strain: float = option("--strain", "Final strain, negative in compression.", 0.2),
+    steps: int = option("--steps", "Number of steps.", 400),
+    body: str | None = option("--body", "Body of the case; the first unless given.", None),
+    plot: Path | None = option("--plot FILE", "Draw stress and state into FILE.", None),
     as_json: JsonOption = False,
 ) -> None:
     """Integrate the stress update of a material point along a strain path."""

@@ -4,11 +4,9 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from hvisph.cli.guard import load, locate_errors, noted_interrupts, run_folder
 from hvisph.cli.options import (
     AllOption,
     CaseArgument,
@@ -20,10 +18,13 @@ from hvisph.cli.options import (
     SetOption,
     ThreadsOption,
     argument,
+    load,
+    locate_errors,
+    noted_interrupts,
     option,
+    run_folder,
 )
-from hvisph.cli.text.results_table import results_table
-from hvisph.cli.text.run_report import conclude, interrupt_notice, listener_for
+from hvisph.cli.results_table import results_table
 from hvisph.core.errors import CaseError
 from hvisph.parallel import is_first
 
@@ -34,7 +35,7 @@ def run(
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     threads: ThreadsOption = None,
-    force: Annotated[bool, option("--force", "Replace an earlier run in the folder.")] = False,
+    force: bool = option("--force", "Replace an earlier run in the folder.", False),
     report: ReportOption = False,
     everything: AllOption = False,
     quiet: QuietOption = False,
@@ -44,6 +45,8 @@ def run(
 
     Exit codes: 0 done, 1 an expectation was missed, 2 invalid input, 3 failed.
     """
+    from hvisph.cli.run_report import conclude, interrupt_notice, listener_for
+
     loaded = load(case, settings, resolution)
     listener = listener_for(loaded, quiet or as_json)
     listener.opening()
@@ -59,11 +62,11 @@ def run(
 
 
 def resume(
-    folder: Annotated[Path, argument("RUN", "Folder of the run.")],
-    end: Annotated[str | None, option("--end TIME", "New end time: 10us; the case's unless given.")] = None,
-    max_steps: Annotated[
-        int | None, option("--max-steps N", "Number of steps after which to stop; 0 for no limit.", min=0)
-    ] = None,
+    folder: Path = argument("RUN", "Folder of the run."),
+    end: str | None = option("--end TIME", "New end time: 10us; the case's unless given.", None),
+    max_steps: int | None = option(
+        "--max-steps N", "Number of steps after which to stop; 0 for no limit.", None, min=0
+    ),
     threads: ThreadsOption = None,
     report: ReportOption = False,
     everything: AllOption = False,
@@ -71,6 +74,7 @@ def resume(
     as_json: JsonOption = False,
 ) -> None:
     """Continue a run from its newest checkpoint."""
+    from hvisph.cli.run_report import conclude, interrupt_notice, listener_for
     from hvisph.simulation.run import has_ended, resume_case, resume_run
 
     case = resume_case(folder, end, max_steps)
@@ -95,16 +99,16 @@ WIDTH = 55
 
 
 def watch(
-    folder: Annotated[Path, argument("RUN", "Folder of a run, under way or ended.")],
-    every: Annotated[float, option("--every S", "Seconds between updates.", min=0.2)] = 2.0,
-    once: Annotated[bool, option("--once", "Print the present state and exit.")] = False,
-    picture: Annotated[Path | None, option("--picture FILE", "Draw the newest state at every update.")] = None,
+    folder: Path = argument("RUN", "Folder of a run, under way or ended."),
+    every: float = option("--every S", "Seconds between updates.", 2.0, min=0.2),
+    once: bool = option("--once", "Print the present state and exit.", False),
+    picture: Path | None = option("--picture FILE", "Draw the newest state at every update.", None),
 ) -> None:
     """Show progress, histories and measures of a run until it ends."""
     if not folder.is_dir():
         raise CaseError(f"there is no run at {folder}")
     if picture is not None:
-        from hvisph.cli.guard import refuse_format
+        from hvisph.cli.options import refuse_format
 
         refuse_format(picture, "--picture")
     drawn, said = -1, ""

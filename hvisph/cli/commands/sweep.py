@@ -8,9 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hvisph.cli.guard import FAILED, INTERRUPTED, ends_like_ctrl_c
-from hvisph.cli.options import CaseArgument, How, ResolutionOption, Running, SetOption, argument, option, shared
-from hvisph.cli.text.formatting import echo_json, say, table
+from hvisph.cli.formatting import echo_json, say, table
+from hvisph.cli.options import (
+    FAILED,
+    INTERRUPTED,
+    CaseArgument,
+    How,
+    ResolutionOption,
+    Running,
+    SetOption,
+    argument,
+    ends_like_ctrl_c,
+    option,
+    shared,
+)
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences
 
@@ -24,11 +35,11 @@ FitOption = Annotated[str | None, option("--fit DIR", "Folder of the material's 
 @shared
 def sweep(
     how: How,
-    source: Annotated[str, argument("SWEEP", "File of a sweep, or the folder of one to continue.")],
-    only: Annotated[str | None, option("--only WHAT", "failed, interrupted, or numbers: 3..7.")] = None,
-    dry: Annotated[bool, option("--dry-run", "List the cases and run nothing.")] = False,
-    table: Annotated[bool, option("--table", "Show the state of the sweep and run nothing.")] = False,
-    work: Annotated[bool, option("--worker", "Work on the sweep as one more worker, as in a job array.")] = False,
+    source: str = argument("SWEEP", "File of a sweep, or the folder of one to continue."),
+    only: str | None = option("--only WHAT", "failed, interrupted, or numbers: 3..7.", None),
+    dry: bool = option("--dry-run", "List the cases and run nothing.", False),
+    table: bool = option("--table", "Show the state of the sweep and run nothing.", False),
+    work: bool = option("--worker", "Work on the sweep as one more worker, as in a job array.", False),
     wanted: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
 ) -> None:
     """Run a parameter study and tabulate its measures; the command continues an interrupted study.
@@ -57,10 +68,7 @@ def sweep(
 
 
 @shared
-def fit(
-    how: How,
-    source: Annotated[str, argument("FIT", "File of a fit, or the folder of one that was begun, to go on with.")],
-) -> None:
+def fit(how: How, source: str = argument("FIT", "File of a fit, or the folder of one to continue.")) -> None:
     """Fit parameters of a material to measured shots and write the material; the command continues an interrupted fit.
 
     Exit codes: 0 fitted, 1 a parameter is not determined or the fit not converged, 2 bad input, 3 a shot failed,
@@ -81,7 +89,7 @@ def fit(
 def converge(
     how: How,
     case: CaseArgument,
-    resolutions: Annotated[str, option("--resolutions LIST", "Two or more spacings, better three: 0.4mm,0.2mm,0.1mm.")],
+    resolutions: str = option("--resolutions LIST", "Two or more spacings, better three: 0.4mm,0.2mm,0.1mm."),
     fit: FitOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -97,19 +105,13 @@ def converge(
 def ballistic_limit(
     how: How,
     case: CaseArgument,
-    vary: Annotated[str, option("--vary PATH", "The setting, such as bodies.projectile.velocity.0.")],
-    bracket: Annotated[str, option("--bracket A,B", "Values without and with the event: 200,900m/s.")],
-    tolerance: Annotated[
-        str | None, option("--tolerance WIDTH", "Final width of the bracket; 1/16 of the first.")
-    ] = None,
-    measure: Annotated[str, option("--event MEASURE", "The event: this measure above --threshold.")] = "perforated",
-    threshold: Annotated[float, option("--threshold", "Threshold of the measure [SI].")] = 0.5,
-    longest: Annotated[
-        str | None, option("--longest TIME", "Up to when an undecided shot goes on; 4 x its end.")
-    ] = None,
-    resolutions: Annotated[
-        str | None, option("--resolutions LIST", "A limit for each: its uncertainty by spacing.")
-    ] = None,
+    vary: str = option("--vary PATH", "The setting, such as bodies.projectile.velocity.0."),
+    bracket: str = option("--bracket A,B", "Values without and with the event: 200,900m/s."),
+    tolerance: str | None = option("--tolerance WIDTH", "Final width of the bracket; 1/16 of the first.", None),
+    measure: str = option("--event MEASURE", "The event: this measure above --threshold.", "perforated"),
+    threshold: float = option("--threshold", "Threshold of the measure [SI].", 0.5),
+    longest: str | None = option("--longest TIME", "Up to when an undecided shot goes on; 4 x its end.", None),
+    resolutions: str | None = option("--resolutions LIST", "A limit for each: its uncertainty by spacing.", None),
     fit: FitOption = None,
     resolution: ResolutionOption = None,
     settings: SetOption = None,
@@ -197,7 +199,7 @@ def _list(source: str, as_json: bool) -> None:
 
 def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -> None:
     """Compute the remaining cases, report the end of each, and leave the command on an interrupt."""
-    from hvisph.cli.text.sweep_log import SweepLog
+    from hvisph.cli.sweep_log import SweepLog
     from hvisph.sweeps.driver import driver
 
     under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
@@ -212,7 +214,7 @@ def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -
 
 
 def _show(folder: SweepFolder, how: How) -> None:
-    """Print state and results of a sweep, and leave the command with its exit code."""
+    """Print state and results of a sweep, and exit with its code."""
     from hvisph.sweeps.driver import driver
     from hvisph.sweeps.folder import Selection, rows
 
@@ -222,7 +224,7 @@ def _show(folder: SweepFolder, how: How) -> None:
     if how.as_json:
         echo_json({"rows": shown, "results": results, "folder": str(folder.path)})
     elif not how.quiet:
-        from hvisph.cli.text.sweep_log import summary
+        from hvisph.cli.sweep_log import summary
 
         say(summary(stands.sweep, shown, results, folder.path))
     if how.plot is not None:

@@ -5,13 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from hvisph.cli.guard import FAILED, parse_option
-from hvisph.cli.options import JsonOption, QuietOption, Running, SetOption, ThreadsOption, argument, option, shared
-from hvisph.cli.text.formatting import echo_json, say, table
+from hvisph.cli.formatting import echo_json, say, table
+from hvisph.cli.options import (
+    FAILED,
+    JsonOption,
+    QuietOption,
+    Running,
+    SetOption,
+    ThreadsOption,
+    argument,
+    option,
+    parse_option,
+    shared,
+)
 from hvisph.core.errors import CaseError, suggest_nearest
 
 from .sweep import go
@@ -28,27 +38,21 @@ READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read bet
 
 
 def verify(
-    names: Annotated[list[str] | None, argument("[NAME]...", "Problems to run; they are listed unless given.")] = None,
-    every: Annotated[bool, option("--all", "Run all problems.")] = False,
-    formulations: Annotated[
-        list[str] | None, option("--formulation TYPE", "Only this formulation, or `default`. Repeatable.")
-    ] = None,
-    quick: Annotated[bool, option("--quick", "Coarse forms, seconds each.")] = False,
-    only: Annotated[str, option("--only TEXT", "Only trials whose name contains TEXT: '12 km/s'.")] = "",
-    resolution: Annotated[
-        str | None, option("--resolution LENGTH", "Particle spacing in place of the problem's.")
-    ] = None,
-    seeds: Annotated[
-        int | None, option("--seeds N", "Number of random initial states, where there are any.", min=1)
-    ] = None,
+    names: list[str] | None = argument("[NAME]...", "Problems to run; they are listed unless given.", None),
+    every: bool = option("--all", "Run all problems.", False),
+    formulations: list[str] | None = option(
+        "--formulation TYPE", "Only this formulation, or `default`. Repeatable.", None
+    ),
+    quick: bool = option("--quick", "Coarse forms, seconds each.", False),
+    only: str = option("--only TEXT", "Only trials whose name contains TEXT: '12 km/s'.", ""),
+    resolution: str | None = option("--resolution LENGTH", "Particle spacing in place of the problem's.", None),
+    seeds: int | None = option("--seeds N", "Number of random initial states, where there are any.", None, min=1),
     settings: SetOption = None,
     threads: ThreadsOption = None,
-    keep: Annotated[
-        Path | None, option("--keep DIR", "Keep the runs in this folder; they are deleted unless given.")
-    ] = None,
-    pictures: Annotated[
-        Path | None, option("--pictures DIR", "Write pictures of computed and exact solutions into this folder.")
-    ] = None,
+    keep: Path | None = option("--keep DIR", "Keep the runs in this folder; they are deleted unless given.", None),
+    pictures: Path | None = option(
+        "--pictures DIR", "Write pictures of computed and exact solutions into this folder.", None
+    ),
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -103,11 +107,7 @@ def _require_known(name: str, known: list[str], what: str, where: str) -> None:
     from hvisph.verification.runner import FOLDER
 
     if name not in known:
-        more = (
-            ""
-            if what != "problem" or FOLDER.is_dir()
-            else "; a source checkout has more problems than this installation"
-        )
+        more = "" if what != "problem" or FOLDER.is_dir() else "; a source checkout has more problems"
         raise CaseError(f"there is no {what} '{name[:200]}'{suggest_nearest(name[:200], known)}{more}", where=where)
 
 
@@ -156,21 +156,19 @@ def _text(verdict: Verdict) -> str:
 @shared
 def validate(
     how: Running,
-    names: Annotated[list[str] | None, argument("[NAME]...", "Sets to compute; they are listed unless given.")] = None,
-    every: Annotated[bool, option("--all", "Compute all sets.")] = False,
-    second: Annotated[
-        bool, option("--second-resolution", "Second, coarser resolution, for the discretization error.")
-    ] = False,
-    coarse: Annotated[bool, option("--coarse", "Coarse form, seconds per shot, as a test.")] = False,
-    across: Annotated[
-        float | None, option("--particles-across N", "Number of particles across; the set's unless given.", min=2)
-    ] = None,
-    only: Annotated[str | None, option("--only WHAT", "failed, interrupted, or numbers of shots: 3..7.")] = None,
-    table: Annotated[bool, option("--table", "Show the results and run nothing.")] = False,
-    out: Annotated[Path | None, option("--out DIR", "Folder of all runs; validation unless given.")] = None,
-    page: Annotated[
-        Path | None, option("--page FILE", "Write a page, with results and pictures in a folder of the same name.")
-    ] = None,
+    names: list[str] | None = argument("[NAME]...", "Sets to compute; they are listed unless given.", None),
+    every: bool = option("--all", "Compute all sets.", False),
+    second: bool = option("--second-resolution", "Second, coarser resolution, for the discretization error.", False),
+    coarse: bool = option("--coarse", "Coarse form, seconds per shot, as a test.", False),
+    across: float | None = option(
+        "--particles-across N", "Number of particles across; the set's unless given.", None, min=2
+    ),
+    only: str | None = option("--only WHAT", "failed, interrupted, or numbers of shots: 3..7.", None),
+    table: bool = option("--table", "Show the results and run nothing.", False),
+    out: Path | None = option("--out DIR", "Folder of all runs; validation unless given.", None),
+    page: Path | None = option(
+        "--page FILE", "Write a page, with results and pictures in a folder of the same name.", None
+    ),
 ) -> None:
     """Compute sets of experiments and print measured and computed values; the command continues an interrupted set.
 

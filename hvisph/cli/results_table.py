@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from hvisph.cli.text.formatting import duration, paragraph, table, tables, times
+from hvisph.cli.formatting import duration, paragraph, table, tables, times
 from hvisph.core.measure_catalogue import NumberFormat, axis_unit, format_of, main_measures
 from hvisph.core.text import PlainMapping
 
@@ -34,14 +34,7 @@ def results_table(
     further: Mapping[str, float | None] | None = None,
     variants: bool = False,
 ) -> str:
-    """Return the measures of a summary as aligned text.
-
-    `measures`: as in ``summary.json``.
-    `expected`: its list of expectations.
-    `unitless`: True for a case without units.
-    `further`: other figures by name, such as drifts.
-    `variants`: whether to show all variants of a measure.
-    """
+    """Return measures and expectations of a summary as aligned text, with `further` figures such as drifts."""
     from hvisph.measures.tables import rows
 
     results = {name: _result(plain) for name, plain in measures.items()}
@@ -59,12 +52,7 @@ def results_table(
 
 
 def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool = False) -> str:
-    """Return the measures of layers, projectile and cloud as aligned text: a column a layer; empty without any.
-
-    `plain`: a summary, or the plain form of measures.
-    `unitless`: True for a case without units.
-    `variants`: whether to show all variants of a measure.
-    """
+    """Return the measures of layers, projectile and cloud of a summary as aligned text, a column for each layer."""
     from hvisph.measures.tables import rows
 
     blocks = []
@@ -119,11 +107,7 @@ MASSES = {"kg": ("g", 1e3), "kg/m": ("kg/m", 1.0), "kg/m^2": ("kg/m^2", 1.0)}
 
 
 def fragments_text(moment: Measures, fewest: int) -> str:
-    """Return the fragments of the bodies at one moment.
-
-    `moment`: the moment, with its fragments.
-    `fewest`: particles of a fragment that is listed; smaller ones are summed up in one line.
-    """
+    """Return the fragments of the bodies at one moment; those of less than `fewest` particles are summed up."""
     return "\n\n".join(_body(part, moment, fewest) for part in moment.fragments)
 
 
@@ -232,11 +216,7 @@ MISSED = " *"  # behind a value that is further from the published one than its 
 
 
 def comparison_tables(rows: Sequence[ComparedRow], unitless: bool = False, every: bool = False) -> str:
-    """Return the tables of measures and of costs, with notes on omitted measures, brackets and marks.
-
-    `unitless`: True for cases without units.
-    `every`: show all measures, in as many tables as that takes; without, those that matter most.
-    """
+    """Return the tables of measures, the main ones or `every` one, and of costs, with notes on brackets and marks."""
     parts = [_measures_table(rows, unitless, every)]
     if any(row.conservation or row.cost for row in rows):
         parts += ["", _cost_table(rows)]

@@ -22,7 +22,7 @@ def say(text: object = "", *, err: bool = False, red: bool = False, nl: bool = T
 
 
 def show(text: str, *, err: bool = False, nl: bool = True) -> None:
-    """Print text of our own making as it is, colours included."""
+    """Print text with colours, without sanitizing it."""
     try:
         typer.echo(text, err=err, nl=nl)
     except OSError as error:
@@ -167,7 +167,7 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
 
 
 def _wrap(row: Sequence[str], columns: int, available: int, cut: bool) -> list[list[str]]:
-    """Return a row as several, whose last cells hold the words of its last one; a shorter row as it is."""
+    """Return a row with its last cell wrapped or cut off; a row with fewer cells unchanged."""
     if len(row) < columns or len(row[-1]) <= available:
         return [list(row)]
     if cut:

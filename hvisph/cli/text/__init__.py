@@ -1,1 +1,0 @@
-"""Text output of the command line: tables, progress, numbers with units."""
