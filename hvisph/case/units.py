@@ -222,17 +222,9 @@ class Quantity:
 
 def kind_of(value: object) -> str:
     """Return the kind of a value of a case file in words."""
-    names: dict[type, str] = {
-        dict: "a mapping",
-        list: "a list",
-        tuple: "a list",
-        str: "text",
-        bool: "true/false",
-        int: "a number",
-        float: "a number",
-        type(None): "nothing (null)",
-    }
-    return names.get(type(value), type(value).__name__)
+    words = {"a mapping": dict, "a list": list | tuple, "text": str, "true/false": bool, "a number": int | float}
+    named = next((word for word, kind in words.items() if isinstance(value, kind)), type(value).__name__)
+    return "nothing (null)" if value is None else named
 
 
 Length = Annotated[float, Quantity(LENGTH)]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import typer
 
-from hvisph.core.text import sanitize
+from hvisph.core.text import Plain, sanitize
 
 # Errors of writing after the reader of a pipe has ended, or the terminal was closed.
 _NOBODY = {errno.EPIPE, errno.EIO}
@@ -151,15 +151,9 @@ def _align(rows: Sequence[Sequence[str]], indent: int) -> str:
 
 def paragraph(text: str, indent: int = 0, hanging: int | None = None) -> str:
     """Return `text` in lines that fit a screen, those after the first indented by `hanging`."""
-    rest = " " * (indent if hanging is None else hanging)
-    return textwrap.fill(
-        sanitize(text),
-        SCREEN,
-        initial_indent=" " * indent,
-        subsequent_indent=rest,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    first, rest = " " * indent, " " * (indent if hanging is None else hanging)
+    whole: Plain = {"break_long_words": False, "break_on_hyphens": False}
+    return textwrap.fill(sanitize(text), SCREEN, initial_indent=first, subsequent_indent=rest, **whole)
 
 
 def _widths(rows: Sequence[Sequence[str]]) -> list[int]:

@@ -14,7 +14,7 @@ from hvisph.cli.formatting import say
 from hvisph.core.errors import suggest_nearest
 
 from .commands import check, doctor, library, measure, pictures, references, run, sweep, verify
-from .options import guard_errors
+from .guard import guard_errors
 
 
 class Group(TyperGroup):

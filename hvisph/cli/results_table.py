@@ -122,21 +122,12 @@ def fragments_series(series: Sequence[Measures], fewest: int) -> str:
     moments = times([moment.time for moment in series], "" if plain else "s")
     blocks = []
     for name in dict.fromkeys(part.body for moment in series for part in moment.fragments):
-        lines = [
-            [
-                time,
-                str(len(part)),
-                str(part.number(fewest)),
-                _percent(part.share([0])),
-                _figure(part.fragments[0].velocity[0]),
-                _figure(part.fragments[0].speed),
-                _percent(part.share(part.counts < fewest)),
-                _percent(part.share(part.counts == 1)),
-            ]
-            for time, moment in zip(moments, series, strict=True)
-            for part in moment.fragments
-            if part.body == name
-        ]
+        lines = []
+        for time, moment in zip(moments, series, strict=True):
+            for part in [one for one in moment.fragments if one.body == name]:
+                largest, shares = part.fragments[0], (part.share(part.counts < fewest), part.share(part.counts == 1))
+                figures = [_percent(part.share([0])), _figure(largest.velocity[0]), _figure(largest.speed)]
+                lines.append([time, str(len(part)), str(part.number(fewest)), *figures, *map(_percent, shares)])
         blocks.append(f"{name}\n{table([*head, *lines])}")
     return "\n\n".join(blocks)
 
@@ -272,17 +263,10 @@ def _cost_table(rows: Sequence[ComparedRow]) -> str:
     for row in rows:
         pace = row.cost.get("microseconds_per_particle_step")
         wall = row.cost.get("wall_seconds")
-        lines.append(
-            [
-                row.name,
-                row.status,
-                *(_drift(row.conservation.get(name)) for name in drifts),
-                str(row.cost.get("particles", "-")),
-                str(row.cost.get("steps", "-")),
-                "-" if pace is None else f"{pace:.3f}",
-                "-" if wall is None else duration(wall),
-            ]
-        )
+        done = [_drift(row.conservation.get(name)) for name in drifts]
+        counts = [str(row.cost.get(name, "-")) for name in ("particles", "steps")]
+        costs = ["-" if pace is None else f"{pace:.3f}", "-" if wall is None else duration(wall)]
+        lines.append([row.name, row.status, *done, *counts, *costs])
     return table(lines)
 
 

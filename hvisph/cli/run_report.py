@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvisph.cli.formatting import deaf, duration, echo_json, quantity, say, show
-from hvisph.cli.options import FAILED, raise_noted
+from hvisph.cli.guard import FAILED, raise_noted
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import Plain, sanitize

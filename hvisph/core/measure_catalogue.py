@@ -106,15 +106,8 @@ SECTIONS = _read_catalogue()
 CATALOGUE = SECTIONS["run"]
 
 # The main measures, and the number of measures in a table of several runs.
-MAIN = (
-    "perforated",
-    "crater_diameter",
-    "penetration",
-    "residual_velocity",
-    "final_length",
-    "foot_diameter",
-    "centre_pressure_peak",
-)
+_OF_TARGET = ("perforated", "crater_diameter", "penetration", "residual_velocity")
+MAIN = (*_OF_TARGET, "final_length", "foot_diameter", "centre_pressure_peak")
 MOST_COLUMNS = 5
 
 # Measures that end a run, by the kind of its case; those of a layer are of the last one that was struck.

@@ -10,17 +10,8 @@ import numpy as np
 from .catalogues import Kinematics, unstrained_kinematics
 from .fields import CATALOGUE
 
-BASE_FIELDS = (
-    "position",
-    "velocity",
-    "mass",
-    "density",
-    "internal_energy",
-    "smoothing_length",
-    "deviator",
-    "plastic_strain",
-    "damage",
-)
+_OF_MOTION = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length")
+BASE_FIELDS = (*_OF_MOTION, "deviator", "plastic_strain", "damage")
 
 # Columns of `tags`.
 ID, BODY, MATERIAL, FLAGS = 0, 1, 2, 3

@@ -133,14 +133,9 @@ class Subdomain(Collectives):
         if not self._asks or not steps:
             return ""
         halo, world = self.halos[0], self.world
-        own = [
-            self._stepper.particles.count,
-            halo.received / max(halo.evaluations, 1),
-            world.messages / steps,
-            world.sent / steps,
-            world.waited / max(wall.perf_counter() - self._started, 1e-9),
-            peak_memory() / 1e6,
-        ]
+        exchanged = [halo.received / max(halo.evaluations, 1), world.messages / steps, world.sent / steps]
+        waited = world.waited / max(wall.perf_counter() - self._started, 1e-9)
+        own = [self._stepper.particles.count, *exchanged, waited, peak_memory() / 1e6]
         table = world.gather_all(np.array(own, float))
         count, others, messages, rows, waited, _ = table.mean(axis=0)
         return (

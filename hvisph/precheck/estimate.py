@@ -224,24 +224,14 @@ def _body_estimate(body: PlacedBody, case: Case) -> BodyEstimate:
         width = 2.0 * outer if inner < 0.5 * body.filling.finest else outer - inner
     volume = float(body.volumes.sum())
     mass, across = _density(body.name, body.model) * volume, round(width / body.filling.finest)
-    exactness = volume / body.requested_volume
     low, high = float((ends - 0.5 * body.spacing).min()), float((ends + 0.5 * body.spacing).max())
     if body.surface is not None and all(plane.axis != "x" for plane in case.symmetry):
         low, high = (float(corner[0]) for corner in body.surface.bounds())
     along = (low, high)
     if body.model.position is None:  # in a row round bodies stand a little off
         along = _at_zero(low, high, PLACED * body.filling.finest)
-    return BodyEstimate(
-        body.name,
-        len(body.positions),
-        across,
-        mass,
-        body.requested_volume,
-        exactness,
-        body.filling.note,
-        along,
-        bool(body.carried),
-    )
+    count, carried, whole = len(body.positions), bool(body.carried), body.requested_volume
+    return BodyEstimate(body.name, count, across, mass, whole, volume / whole, body.filling.note, along, carried)
 
 
 def _at_zero(low: float, high: float, off: float) -> tuple[float, float]:

@@ -260,17 +260,6 @@ def _vapours() -> dict[str, tuple[float, float]]:
     return {one.name: (one.density, one.eos.vaporization_energy) for one in known if one.eos.type == "tillotson"}
 
 
-MATERIAL_CONDITIONS: dict[str, Condition] = {
-    "brittle": _brittle,
-    "spalling": _spalling,
-    "liquid": _liquid,
-    "held_by_hoops": _held_by_hoops,
-    "moduli_apart": _moduli_apart,
-    "too_wide": _too_wide,
-    "too_narrow": _too_narrow,
-    "weak_cohesion": _weak_cohesion,
-    "slow_crater": _slow_crater,
-    "molten": _molten,
-    "no_vapour": lambda facts: _vaporised(facts, followed=False),
-    "vapour_beyond_reach": lambda facts: list(_vaporised(facts, followed=True))[:1],
-}
+_IN_ORDER = (_brittle, _spalling, _liquid, _held_by_hoops, _moduli_apart)
+_LATER = (_too_wide, _too_narrow, _weak_cohesion, _slow_crater, _molten)
+MATERIAL_CONDITIONS: dict[str, Condition] = {one.__name__[1:]: one for one in (*_IN_ORDER, *_LATER)}

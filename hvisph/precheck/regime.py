@@ -98,15 +98,8 @@ ENOUGH = 0.75  # least particles across over those of the validation runs for wh
 
 
 ALUMINIUM, METALS = (2600.0, 2900.0), (2600.0, 20_000.0)  # densities [kg/m^3]
-DUCTILE = (
-    "von_mises",
-    "linear_hardening",
-    "johnson_cook",
-    "steinberg_guinan",
-    "steinberg_lund",
-    "zerilli_armstrong",
-    "cowper_symonds",
-)
+_SIMPLE = ("von_mises", "linear_hardening", "johnson_cook", "cowper_symonds")
+DUCTILE = (*_SIMPLE, "steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
 STIFF = 5e9  # shear modulus above which a ductile solid is a metal and no plastic [Pa]
 
 

@@ -93,18 +93,9 @@ def boundaries_of(
             for edge in reached:
                 some, areas, lag = _face(formulation, particles, rows, spacing, (edge.axis, edge.sign))
                 impedances = np.outer(particles["density"][some], (c_l, c_t))
-                faces.append(
-                    Face(
-                        particles.id[some].copy(),
-                        areas,
-                        edge.sign * np.eye(dim)[edge.axis],
-                        np.zeros(1),
-                        np.zeros(1),
-                        impedances,
-                        particles["velocity"][some].copy(),
-                        lag,
-                    )
-                )
+                normal, none = edge.sign * np.eye(dim)[edge.axis], np.zeros(1)
+                numbers, velocity = particles.id[some].copy(), particles["velocity"][some].copy()
+                faces.append(Face(numbers, areas, normal, none, none, impedances, velocity, lag))
     for index, load in enumerate(case.loads):
         axis, sign = "xyz".index(load.normal[1]), 1.0 if load.normal[0] == "+" else -1.0
         times, pressures = (np.array(one) for one in zip(*load.pressure, strict=True))
@@ -161,18 +152,9 @@ def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarr
     weights, signs, normals = (
         np.concatenate([getattr(one, name) for _, _, one in layers]) for name in ("weight", "signs", "normals")
     )
-    x = particles["position"]
-    return AmbientLayer(
-        particles.id[rows].copy(),
-        x[rows].copy(),
-        particles.id[beside].copy(),
-        x[beside].copy(),
-        np.concatenate(starts),
-        np.concatenate(terms),
-        weights,
-        signs,
-        normals,
-    )
+    x, numbers = particles["position"], particles.id
+    own, followed = (numbers[rows].copy(), x[rows].copy()), (numbers[beside].copy(), x[beside].copy())
+    return AmbientLayer(*own, *followed, np.concatenate(starts), np.concatenate(terms), weights, signs, normals)
 
 
 def _wave_speeds(material: Material, thins: bool) -> tuple[float, float]:

@@ -74,18 +74,9 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
 def set_up(case: Case, start: InitialState) -> Setup:
     """Return the objects of a run from its initial state, all of it or a part."""
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
-    stepper = formulation.stepper(
-        particles,
-        formulation,
-        start.materials,
-        scheme.stage,
-        scheme.previous,
-        start.longest,
-        start.planes,
-        **scheme.stepper_options(),
-        **gravity_option(case),
-        **_late_option(case, start.materials),
-    )
+    options = scheme.stepper_options() | gravity_option(case) | _late_option(case, start.materials)
+    stages = scheme.stage, scheme.previous, start.longest, start.planes
+    stepper = formulation.stepper(particles, formulation, start.materials, *stages, **options)
     if isinstance(stepper, Stepper):
         stepper.h_limits *= start.spreads
     if start.sequence is not None:

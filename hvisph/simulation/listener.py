@@ -77,19 +77,9 @@ class Reporter:
             return
         pace = (clock.steps - self._last_steps) / since
         self._last, self._last_steps = now, clock.steps
-        self._listener.progress(
-            Progress(
-                clock.time,
-                clock.end,
-                clock.steps,
-                time_step.length,
-                time_step.criterion,
-                self._setup.bodies[body],
-                now - self._began,
-                pace,
-                drift,
-            )
-        )
+        gone, limit, where = now - self._began, time_step.criterion, self._setup.bodies[body]
+        progress = Progress(clock.time, clock.end, clock.steps, time_step.length, limit, where, gone, pace, drift)
+        self._listener.progress(progress)
 
 
 HANGUP = getattr(signal, "SIGHUP", None)  # a dropped ssh session; Windows has none

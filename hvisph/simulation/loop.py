@@ -125,16 +125,9 @@ class Run:
         self.budget = Budget(self.setup)
         self.checks = SanityChecks(self.setup, self.case.limits, self.budget.scale - self.budget.energy)
         self.start = self.writer.start(self.case.begins)
-        self.checkpoint_content = CheckpointContent(
-            self.case,
-            self.setup,
-            self.clock,
-            self.budget,
-            self.checks,
-            self.files.state,
-            self.writer.series,
-            self.writer.peaks,
-        )
+        state, series, peaks = self.files.state, self.writer.series, self.writer.peaks
+        parts = self.case, self.setup, self.clock, self.budget, self.checks, state, series, peaks
+        self.checkpoint_content = CheckpointContent(*parts)
         if self.checkpoint is not None:
             self.time_step = self.checkpoint_content.restore(self.checkpoint)
             self.late.resume()

@@ -124,18 +124,12 @@ class SnapshotWriter:
         shown = list(diagnose(particles, stepper.table, stepper.models))
         more = ["entropy"] * ("entropies" in self.metadata)
         names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
-        return Snapshot(
-            time,
-            step,
-            particles.dim,
-            Derived(names_, field),
-            particles.body[order].astype(np.int64),
-            particles.material[order].astype(np.int64),
-            particles.id[order].astype(np.int64),
-            self.setup.bodies,
-            self.setup.materials,
-            dict(self.metadata) | self._moved_planes(time),
+        body, material, number = (
+            one[order].astype(np.int64) for one in (particles.body, particles.material, particles.id)
         )
+        metadata, fields = dict(self.metadata) | self._moved_planes(time), Derived(names_, field)
+        bodies, materials = self.setup.bodies, self.setup.materials
+        return Snapshot(time, step, particles.dim, fields, body, material, number, bodies, materials, metadata)
 
     def _moved_planes(self, time: float) -> Plain:
         """Return where the planes of symmetry that move were at the start and are at a time [s]."""
@@ -181,14 +175,10 @@ class SnapshotWriter:
         return moment
 
     def _reference(self, start: Snapshot) -> Plain:
-        surfaces = {
-            name: {
-                "axis": int(np.abs(normal).argmax()),
-                "sign": float(normal.sum()),
-                "impedance": _impedance(start, number),
-            }
-            for name, (number, normal) in self.setup.gauges.surfaces.items()
-        }
+        surfaces = {}
+        for name, (number, normal) in self.setup.gauges.surfaces.items():
+            axis, sign = int(np.abs(normal).argmax()), float(normal.sum())
+            surfaces[name] = {"axis": axis, "sign": sign, "impedance": _impedance(start, number)}
         return reference(start) | ({"surfaces": surfaces} if surfaces else {})
 
     def forget_after(self, number: int) -> None:

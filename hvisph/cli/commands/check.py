@@ -9,16 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hvisph.cli.formatting import duration, echo_json, paragraph, quantity, round_two_figures, say, size, table
-from hvisph.cli.options import (
-    CaseArgument,
-    JsonOption,
-    PictureOption,
-    ResolutionOption,
-    SetOption,
-    ThreadsOption,
-    load,
-    locate_errors,
-)
+from hvisph.cli.guard import load, locate_errors
+from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError, computable
 from hvisph.core.measure_catalogue import format_time

@@ -9,7 +9,8 @@ import typer
 
 import hvisph
 from hvisph.cli.formatting import duration, echo_json, say, size, table
-from hvisph.cli.options import FAILED, JsonOption, option
+from hvisph.cli.guard import FAILED
+from hvisph.cli.options import JsonOption, option
 from hvisph.core.text import Plain
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")

@@ -12,20 +12,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from hvisph.cli.formatting import SCREEN, echo_json, quantity, say, show, table, times
-from hvisph.cli.options import (
-    FAILED,
-    JsonOption,
-    QuietOption,
-    ResolutionOption,
-    SetOption,
-    ThreadsOption,
-    argument,
-    case_of_run,
-    noted_interrupts,
-    option,
-    parse_option,
-    refuse_format,
-)
+from hvisph.cli.guard import FAILED, case_of_run, locate_errors, noted_interrupts, parse_option, refuse_format
+from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption, argument, option
 from hvisph.cli.results_table import bodies_table, comparison_tables, gauge_table, results_table, sections_table
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.text import Plain, sanitize
@@ -296,7 +284,6 @@ def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent:
     todo = [entry for entry in chosen if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
-    from hvisph.cli.options import locate_errors
     from hvisph.cli.run_report import listener_for
     from hvisph.postprocessing.comparison import complete
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hvisph.cli.formatting import say
-from hvisph.cli.options import QuietOption, argument, option, parse_option
+from hvisph.cli.guard import parse_option
+from hvisph.cli.options import QuietOption, argument, option
 from hvisph.core.errors import CaseError, suggest_nearest
 
 if TYPE_CHECKING:

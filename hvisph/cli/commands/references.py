@@ -9,16 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hvisph.cli.formatting import echo_json, quantity, say, table
-from hvisph.cli.options import (
-    CaseArgument,
-    JsonOption,
-    ResolutionOption,
-    SetOption,
-    argument,
-    load,
-    locate_errors,
-    option,
-)
+from hvisph.cli.guard import load, locate_errors
+from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, argument, option
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
 

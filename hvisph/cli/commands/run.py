@@ -7,6 +7,7 @@ from pathlib import Path
 
 import typer
 
+from hvisph.cli.guard import load, locate_errors, noted_interrupts, refuse_format, run_folder
 from hvisph.cli.options import (
     AllOption,
     CaseArgument,
@@ -18,11 +19,7 @@ from hvisph.cli.options import (
     SetOption,
     ThreadsOption,
     argument,
-    load,
-    locate_errors,
-    noted_interrupts,
     option,
-    run_folder,
 )
 from hvisph.cli.results_table import results_table
 from hvisph.core.errors import CaseError
@@ -108,8 +105,6 @@ def watch(
     if not folder.is_dir():
         raise CaseError(f"there is no run at {folder}")
     if picture is not None:
-        from hvisph.cli.options import refuse_format
-
         refuse_format(picture, "--picture")
     drawn, said = -1, ""
     while True:

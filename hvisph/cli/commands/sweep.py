@@ -9,19 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hvisph.cli.formatting import echo_json, say, table
-from hvisph.cli.options import (
-    FAILED,
-    INTERRUPTED,
-    CaseArgument,
-    How,
-    ResolutionOption,
-    Running,
-    SetOption,
-    argument,
-    ends_like_ctrl_c,
-    option,
-    shared,
-)
+from hvisph.cli.guard import FAILED, INTERRUPTED, ends_like_ctrl_c
+from hvisph.cli.options import CaseArgument, How, ResolutionOption, Running, SetOption, argument, option, shared
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences
 

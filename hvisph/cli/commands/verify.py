@@ -10,18 +10,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from hvisph.cli.formatting import echo_json, say, table
-from hvisph.cli.options import (
-    FAILED,
-    JsonOption,
-    QuietOption,
-    Running,
-    SetOption,
-    ThreadsOption,
-    argument,
-    option,
-    parse_option,
-    shared,
-)
+from hvisph.cli.guard import FAILED, parse_option
+from hvisph.cli.options import JsonOption, QuietOption, Running, SetOption, ThreadsOption, argument, option, shared
 from hvisph.core.errors import CaseError, suggest_nearest
 
 from .sweep import go

@@ -1,0 +1,200 @@
+"""Cases of commands, and errors and interrupts as one message and an exit code.
+
+An interrupt that falls into a callback from compiled code, as while loops are being compiled, is
+reported there and forgotten. So it is also noted, and raised again at the next progress of the run.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import wraps
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from hvisph.cli.formatting import say
+from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, suggest_nearest
+from hvisph.parallel import is_first
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+FAILED = 3
+DEBUG = "HVISPH_DEBUG"
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
+
+
+def guard_errors(command: Callable[..., None]) -> Callable[..., None]:
+    """Return `command` with its errors turned into a message on standard error and an exit code.
+
+    Errors of hvisph have a message and an exit code: 2 for bad input, 3 for a failed run.
+    Anything else is a bug: it is named as one with code 3, and its traceback shown if the variable
+    ``HVISPH_DEBUG`` is set.
+    """
+
+    @wraps(command)
+    def call(*arguments: Any, **options: Any) -> None:
+        for stream in (sys.stdout, sys.stderr):
+            if hasattr(stream, "reconfigure"):  # a terminal without a character gets a question mark
+                stream.reconfigure(errors="replace")
+        try:
+            command(*arguments, **options)
+            sys.stdout.flush()
+        except (typer.Exit, typer.Abort, typer.BadParameter):
+            raise
+        except KeyboardInterrupt:
+            _end("interrupted", INTERRUPTED)
+        except BrokenPipeError:
+            # the reader has gone, as in `hvisph cases | head`: nothing more to say, not even at exit
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit(0) from None
+        except HvisphError as error:
+            _end(f"error: {error}" if is_first() else "", error.exit_code)
+        except MemoryError:
+            _end("error: out of memory; use a coarser resolution or a larger machine", FAILED)
+        except Exception as error:
+            if os.environ.get(DEBUG):
+                raise
+            if getattr(error, "shared", False) and not is_first():  # of several processes one speaks
+                raise typer.Exit(FAILED) from None
+            first = (str(error).strip().splitlines() or [""])[0]
+            what = f"{type(error).__name__}: {first[:300]}".rstrip(": ")
+            _end(
+                f"error: unexpected {what}\nThis is a bug in hvisph. Please report it with the command "
+                f"and the case; {DEBUG}=1 shows where it happened.",
+                FAILED,
+            )
+
+    return call
+
+
+def _end(message: str, code: int) -> None:
+    if message:  # of several processes one speaks
+        say(message, err=True, red=code == FAILED)
+    raise typer.Exit(code) from None
+
+
+_noted = threading.Event()
+ENDING = (signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))  # Windows has no SIGHUP
+
+
+@contextmanager
+def noted_interrupts() -> Iterator[None]:
+    """Record every interrupt in this block, in addition to raising `KeyboardInterrupt`."""
+    _noted.clear()
+    ours = (
+        threading.current_thread() is threading.main_thread()
+        # a parent that had it ignored, as `nohup` does, meant it
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )
+    if ours:
+        signal.signal(signal.SIGINT, _note)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def raise_noted() -> None:
+    """Raise `KeyboardInterrupt` if one was noted and has not ended the block."""
+    if _noted.is_set():
+        _noted.clear()
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def ends_like_ctrl_c() -> Iterator[None]:
+    """Treat SIGTERM, and SIGHUP of a closed terminal, as Ctrl-C in this block, so that workers are stopped first.
+
+    Signals that the parent had ignored stay ignored.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    before = {number: signal.getsignal(number) for number in ENDING} if ours else {}
+    for number, handler in before.items():
+        if handler is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if handler is signal.SIG_DFL:
+                signal.signal(number, handler)
+
+
+def _note(number: int, frame: FrameType | None) -> None:
+    _noted.set()
+    raise KeyboardInterrupt
+
+
+def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> Case:
+    """Return the validated case that the arguments of a command mean."""
+    from hvisph.casefile.loader import load_case
+
+    return load_case(case, settings or (), resolution)
+
+
+def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> float:
+    """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.units`, such as ``TIME``.
+
+    Raises `CaseError` when it is no such quantity; `remedy` is added to the message.
+    """
+    from hvisph.case import units
+
+    try:
+        return units.parse_quantity(text.strip(), getattr(units, dimension))
+    except ValueError as error:
+        raise CaseError(f"{error}{remedy}", where=option) from None
+
+
+def refuse_format(picture: Path, option: str) -> None:
+    """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
+    if picture.suffix.lower() not in PICTURES:
+        fault = f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}"
+        raise CaseError(fault, where=option)
+
+
+def case_of_run(folder: Path) -> Case | None:
+    """Return the effective case of a run's folder; None where there is none that this version can read."""
+    from hvisph.casefile.loader import load_case
+
+    with suppress(CaseError):
+        return load_case(folder / "case.yaml") if (folder / "case.yaml").is_file() else None
+    return None
+
+
+@contextmanager
+def locate_errors(case: str) -> Iterator[None]:
+    """Add file and line to a `CaseError` that names a field of the case, raised in this block.
+
+    Errors that appear when particles are made, such as overlapping bodies, name the field alone.
+    """
+    try:
+        yield
+    except CaseError as error:
+        keys = tuple(int(key) if key.isdecimal() else key for key in error.where.split("."))
+        if error.file or error.where.startswith("-") or not error.where:
+            raise
+        from hvisph.casefile.document import read_yaml
+        from hvisph.casefile.errors import locate_error
+        from hvisph.casefile.loader import find_case
+
+        raise locate_error(keys, error.message, read_yaml(find_case(case)).places) from None
+
+
+def run_folder(case: str) -> Path:
+    """Return the default folder of a run: under ``runs``, by its file's or its bundled name.
+
+    Raises `CaseError` where that makes no name for a folder.
+    """
+    from hvisph.casefile.paths import bundled_cases, run_name
+
+    bundled = case in bundled_cases() and not Path(case).is_file()
+    return Path("runs") / (case if bundled else run_name(case))
