@@ -24,7 +24,7 @@ from .style import store
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
 SIZED = ("s", "m")  # whose unit follows the shown values
 # Of what runs along an axis.
-AXES = {"x": "m", "time": "s"}
+AXES = {"x": "m", "r": "m", "time": "s"}
 STYLES = ("-", "--", ":")  # of the curves beyond the colours
 COLOURS = ("#1b4f72", "#b9770e", "#1e8449", "#922b21", "#6c3483", "#117a65", "#515a5a")
 EXACT = "#111111"
@@ -57,7 +57,7 @@ def curves_picture(
     `panels`: curves by the name of their column, such as ``velocity_x``.
     `path`: file to write; its ending tells the format.
     `title`: above the picture.
-    `across`: ``time`` or ``x``: what runs along the axis.
+    `across`: ``time``, ``x`` or ``r``: what runs along the axis.
     `unitless`: whether the case is non-dimensional.
     `units`: SI units of panels that are not named after a field.
     `legends`: one below the picture, for panels of the same curves, or one beside each panel.

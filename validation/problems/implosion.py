@@ -80,7 +80,7 @@ def collapse(name: str, shell: Shell, dx: float) -> Trial:
         return {"plastic_strain": [Curve("computed", r[order], last.fields["plastic_strain"][order]),
                                    Curve("exact", shell.radius(r0[order], shell.stop), exact, exact=True)]}  # fmt: skip
 
-    return Trial(name, [Start(case, hollow, inwards)], figures, curves)
+    return Trial(name, [Start(case, hollow, inwards)], figures, curves, across="r")
 
 
 def rings(inner: float, outer: float, dx: float) -> tuple[np.ndarray, np.ndarray]:
