@@ -52,7 +52,7 @@ def text() -> str:
     lines = []
     for name, command in commands.items():
         arguments = [p.metavar or (p.name or "").upper() for p in command.params if p.param_type_name == "argument"]
-        usage = f"**`{' '.join(['hvisph', name, *arguments])}`**"
+        usage = f"**`{' '.join(['hvisph', name, *arguments]).replace('|', '/')}`**"
         shared = [row.split("`")[1].split()[0] for row in rows[name] if row in common]
         options = ", ".join(f"`{option}`" for option in shared if option.startswith("-"))
         about = " ".join((command.help or "").split()).replace("|", "/")

@@ -99,7 +99,7 @@ def ballistic_limit(
     tolerance: str | None = option("--tolerance WIDTH", "Final width of the bracket; 1/16 of the first.", None),
     measure: str = option("--event MEASURE", "The event: this measure above --threshold.", "perforated"),
     threshold: float = option("--threshold", "Threshold of the measure [SI].", 0.5),
-    longest: str | None = option("--longest TIME", "Up to when an undecided shot goes on; 4 x its end.", None),
+    longest: str | None = option("--longest TIME", "Time to which an undecided shot continues; 4 x its end.", None),
     resolutions: str | None = option("--resolutions LIST", "A limit for each: its uncertainty by spacing.", None),
     fit: FitOption = None,
     resolution: ResolutionOption = None,
