@@ -119,6 +119,14 @@ def test_pages_use_the_terms_of_the_glossary(page):
 
 
 @pytest.mark.parametrize("page", PROSE, ids=lambda page: page.name)
+def test_rows_of_a_table_have_as_many_cells(page):
+    """A bar within a cell, in code too, begins another one."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for table in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE):
+        assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1, table.splitlines()[0]
+
+
+@pytest.mark.parametrize("page", PROSE, ids=lambda page: page.name)
 def test_lines_of_prose_are_short(page):
     """100 characters at most, apart from tables, pictures, formulas, code and links that cannot be broken."""
     text = re.sub(r"```.*?```|\$\$.*?\$\$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)

@@ -327,6 +327,8 @@ def value_text(spot: Spot) -> str:
         return "block, `type`: " + " \\| ".join(f"`{name}`" for name in spot.models)
     if spot.models:
         return " or ".join([*(_FORMS[form] for form in spot.short), "block"])
+    if spot.row:
+        return f"[{'; '.join(value_text(spot_of(item)) for item in spot.row)}]"
     if spot.item is not None:
         kind = "named entries, each: " if spot.named else "list of: "
         return kind + value_text(spot_of(spot.item))

@@ -31,6 +31,7 @@ class Spot:
     tagged: bool = False  # whether `type` chooses among `models`
     short: tuple[str, ...] = ()  # kinds of JSON values that may stand there as a shorthand
     named: bool = False  # whether the items have names (a mapping) rather than places (a list)
+    row: tuple[object, ...] = ()  # annotations of the items of a list whose places differ, such as time and velocity
 
 
 def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
@@ -44,6 +45,7 @@ def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
     options = get_args(annotation) if _is_union(annotation) else (annotation,)
     models: dict[str, type[BaseModel]] = {}
     item, integer, named = None, False, False
+    row: tuple[object, ...] = ()
     short = next((m.forms for m in metadata if isinstance(m, Shorthand)), ())
     choices: list[str] = []
     quantity = next((m for m in metadata if isinstance(m, Quantity)), None)
@@ -52,20 +54,22 @@ def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
             inner = spot_of(option)
             models |= inner.models
             item, quantity, tagged = item or inner.item, quantity or inner.quantity, tagged or inner.tagged
+            row = row or inner.row
             choices += inner.choices
             integer = integer or inner.integer
         elif isinstance(option, type) and issubclass(option, BaseModel):
             field = option.model_fields.get("type")
             models[str(get_args(field.annotation)[0]) if field else ""] = option
         elif get_origin(option) is tuple:
-            item = get_args(option)[0]
+            places = get_args(option)
+            item, row = places[0], places if Ellipsis not in places and len(set(places)) > 1 else row
         elif get_origin(option) is dict:
             item, named = get_args(option)[1], True
         elif str(get_origin(option)) == "typing.Literal":
             choices += map(str, get_args(option))
         elif option is int:
             integer = True
-    return Spot(models, item, quantity, tuple(choices), integer, info, tagged, short, named)
+    return Spot(models, item, quantity, tuple(choices), integer, info, tagged, short, named, row)
 
 
 def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None) -> Spot | None:
