@@ -191,30 +191,17 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     rates (R_...), slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of
     `hvisph.materials` and `pack`.
 
-    Parameters
-    ----------
-    chunk, count
-        See `compiler.parallel_for.chunk_loop`.
-    state, tags
-        The particles.
-    place, rates
-        Row of each particle's rates, and the rates.
-    materials
-        Table and models of the packed materials.
-    coefficients
-        Numbers that `pack` and the switches read.
-    gravity
-        Numbers of the field of gravity, see `integrators.gravity`; GRAVITY is its kind.
-    times_ahead
-        Length of the step [s], how far the next stage is ahead of its end [s], whether to complete the step.
-    h_limits
-        Least and largest smoothing length of each material [m], (materials, 2).
-    rows
-        The packed rows of the evaluation, which those of the next stage replace.
-    limits
-        Three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage.
-    sums, rounders
-        `Sums.loops`: arrays that receive sums over the completed state, and what rounds these.
+    `chunk`, `count`: see `compiler.parallel_for.chunk_loop`
+    `state`, `tags`: the particles
+    `place`, `rates`: row of each particle's rates, and the rates
+    `materials`: table and models of the packed materials
+    `coefficients`: numbers that `pack` and the switches read
+    `gravity`: numbers of the field of gravity, see `integrators.gravity`; GRAVITY is its kind
+    `times_ahead`: length of the step [s], how far the next stage is ahead of its end [s], whether to complete the step
+    `h_limits`: least and largest smoothing length of each material [m], (materials, 2)
+    `rows`: the packed rows of the evaluation, which those of the next stage replace
+    `limits`: three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage
+    `sums`, `rounders`: `Sums.loops`: arrays that receive sums over the completed state, and what rounds these
     """
     lengths, signals, pressures = limits
     wholes, extremes = sums

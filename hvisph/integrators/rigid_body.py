@@ -109,12 +109,8 @@ def turn_about(q: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
 def flow(q: np.ndarray, spin: np.ndarray, inertia: np.ndarray, time: float) -> np.ndarray:
     """Return the quaternion after a free rotation over `time` [s].
 
-    Parameters
-    ----------
-    q
-        Unit quaternion (4,), principal axes to space.
-    spin, inertia
-        Angular momentum in space (3,) [kg m^2/s], and principal moments (3,) [kg m^2].
+    `q`: unit quaternion (4,), principal axes to space
+    `spin`, `inertia`: angular momentum in space (3,) [kg m^2/s], and principal moments (3,) [kg m^2]
     """
     own = spin @ rotation(q)
     for k, share in SPLITTING:

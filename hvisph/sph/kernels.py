@@ -256,20 +256,12 @@ def weigh(state, point, reach, rows, weights):
 
     Bound names: DIM, columns of the state (S_...) and `shape` of the kernel.
 
-    Parameters
-    ----------
-    state
-        Particles (n, width).
-    point
-        The place (dim,) [m].
-    reach
-        Support radius of the kernel over h.
-    rows, weights
-        Receive the particles and their weights V W, up to a common factor; as long as all particles need.
+    `state`: particles (n, width)
+    `point`: the place (dim,) [m]
+    `reach`: support radius of the kernel over h
+    `rows`, `weights`: receive the particles and their weights V W, up to a common factor; as long as all particles need
 
-    Returns
-    -------
-    The number of particles found.
+    Returns the number of particles found.
     """
     n = 0
     for s in range(state.shape[0]):

@@ -127,16 +127,11 @@ def show(rows, i, stress, f, j, inverse, corrections):
 def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
     """Deform LANES particles of one material, all Total Lagrangian or all Eulerian: a template.
 
-    Parameters
-    ----------
-    rows, particles, corrections, results, rates
-        See `deform`; those of these particles, particles without their tags.
-    alike
-        Their material, and whether they are Total Lagrangian.
-    sums
-        What `collect` wrote of them.
-    materials, ahead
-        See `deform`.
+    `rows`, `particles`, `corrections`, `results`, `rates`: see `deform`; those of these particles, particles without
+      their tags
+    `alike`: their material, and whether they are Total Lagrangian
+    `sums`: what `collect` wrote of them
+    `materials`, `ahead`: see `deform`
     """
     m, tied = alike
     state, volume, loads, swellings, before = particles
@@ -206,38 +201,24 @@ def deform(
     columns of
     the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
 
-    Parameters
-    ----------
-    chunk, count
-        See `compiler.parallel_for.chunk_loop`.
-    rows
-        Packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total
-        Lagrangian particles density and sound speed, are written.
-    motions
-        What `move` made of them.
-    active
-        (n,) uint8: not 0 where F is needed, 2 where Total Lagrangian and Eulerian particles meet.
-    eulerian
-        (n,) uint8: 0 of Total Lagrangian particles.
-    particles
-        State, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
-        volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
-        deformation gradients of the reference itself (n, dim^2), and behind them of rings its hoop stretch.
-    lists
-        Of the reference neighbours: starts, near, codes, kernels.
-    corrections
-        Theirs, a row a particle: A, B, F0.
-    materials
-        Table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material.
-    ahead
-        How far the stage is ahead of the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at rest
-        bears nearly one, so its spacings may shrink to that share before they set the step.
-    results
-        Arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
-        Lagrangian particles pressure [Pa] and signal speed [m/s].
-    rates
-        (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that
-        meet no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power.
+    `chunk`, `count`: see `compiler.parallel_for.chunk_loop`
+    `rows`: packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total Lagrangian
+      particles density and sound speed, are written
+    `motions`: what `move` made of them
+    `active`: (n,) uint8: not 0 where F is needed, 2 where Total Lagrangian and Eulerian particles meet
+    `eulerian`: (n,) uint8: 0 of Total Lagrangian particles
+    `particles`: state, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
+      volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
+      deformation gradients of the reference itself (n, dim^2), and behind them of rings its hoop stretch
+    `lists`: of the reference neighbours: starts, near, codes, kernels
+    `corrections`: theirs, a row a particle: A, B, F0
+    `materials`: table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material
+    `ahead`: how far the stage is ahead of the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at
+      rest bears nearly one, so its spacings may shrink to that share before they set the step
+    `results`: arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
+      Lagrangian particles pressure [Pa] and signal speed [m/s]
+    `rates`: (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that meet
+      no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power
     """
     state, tags, volume, loads, swellings, before = particles
     a, b, start = corrections

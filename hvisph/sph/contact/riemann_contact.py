@@ -59,16 +59,10 @@ def shear_compliance(zt, zn):
 def compressive_contact(t, us, d, t_a, step, za, zb, other, gate):
     """Return normal traction, contact velocity, and half the difference of both sides' contact velocities.
 
-    Parameters
-    ----------
-    t, us
-        Traction [Pa], and contact velocity relative to the own one [m/s], of a bonded pair.
-    d, t_a, step
-        Jump of velocity [m/s]; own traction and jump of traction [Pa].
-    za, zb
-        Impedances.
-    other, gate
-        1 for a pair of different bodies, else 0; gate of the contact.
+    `t`, `us`: traction [Pa], and contact velocity relative to the own one [m/s], of a bonded pair
+    `d`, `t_a`, `step`: jump of velocity [m/s]; own traction and jump of traction [Pa]
+    `za`, `zb`: impedances
+    `other`, `gate`: 1 for a pair of different bodies, else 0; gate of the contact
     """
     t += other * (gate * min(t, 0.0) - t)
     own, its = (t - t_a) / za, d - (t - t_a - step) / (zb + TINY)

@@ -50,10 +50,7 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
     Each is w(0), and the depth over h at `DEPTHS` even steps of sqrt(-2 ln(|O| h/w(0))) from 0 to `FAINTEST`, straight
     between those of the layers of a lattice: there, not over the integral, the two sums are to be the same.
 
-    Parameters
-    ----------
-    kernel, h_over_dx
-        Kernel, and smoothing length over spacing.
+    `kernel`, `h_over_dx`: kernel, and smoothing length over spacing
     """
     dx, tables = 1.0 / h_over_dx, []
     for dim in (1, 2, 3):

@@ -230,19 +230,13 @@ def find_undisturbed(
     Within two cells around, all rows are zero in some slots (stresses) and agree in others (velocity, body). Every pair
     law then sums zeros, in one cell around as well, so that leaving the cell out changes no result.
 
-    Parameters
-    ----------
-    grid
-        Its `undisturbed` is written; `sort` has been called.
-    order, known
-        Numbers (n,) of the rows before sorting; from `known` on they belong to other processes, whose further
-        neighbours are not here.
-    rows
-        Sorted rows (n, width).
-    zero, equal
-        Slots (k,) uint64 of the rows.
-    rigid
-        Slot that is below zero in rows of rigid bodies, which have no rates among themselves; 0 where there are none.
+    `grid`: its `undisturbed` is written; `sort` has been called
+    `order`, `known`: numbers (n,) of the rows before sorting; from `known` on they belong to other processes, whose
+      further neighbours are not here
+    `rows`: sorted rows (n, width)
+    `zero`, `equal`: slots (k,) uint64 of the rows
+    `rigid`: slot that is below zero in rows of rigid bodies, which have no rates among themselves; 0 where there are
+      none
     """
     uniform, surrounded, negative, enclosed = _rest_loops(dim)
     count = len(grid.uniform)
@@ -262,21 +256,15 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 
     Sums over neighbours in this order depend neither on the order of `rows` nor on the shape of the torus.
 
-    Parameters
-    ----------
-    grid
-        Its `starts` receive the first sorted index of each cell.
-    rows, numbers, h_slot
-        Packed rows (n, width), position first, their permanent numbers (n,) uint64, each once, and the slot of the
-        smoothing length.
-    cells, order, place
-        Work arrays (n,) uint32; `order[k]` becomes the index in `rows` of sorted row k, `place` its inverse.
-    out, columns
-        Sorted rows (n or more, width), and their positions and smoothing lengths by column,
-        (dim + 1, n + 8).
-    units, vectors
-        For sorted rows of float32: what the slots of `rows` are multiplied by, and the slots of the velocity and of
-        what rounding takes of position and velocity.
+    `grid`: its `starts` receive the first sorted index of each cell
+    `rows`, `numbers`, `h_slot`: packed rows (n, width), position first, their permanent numbers (n,) uint64, each once,
+      and the slot of the smoothing length
+    `cells`, `order`, `place`: work arrays (n,) uint32; `order[k]` becomes the index in `rows` of sorted row k, `place`
+      its inverse
+    `out`, `columns`: sorted rows (n or more, width), and their positions and smoothing lengths by column, (dim + 1, n +
+      8)
+    `units`, `vectors`: for sorted rows of float32: what the slots of `rows` are multiplied by, and the slots of the
+      velocity and of what rounding takes of position and velocity
     """
     find, count_and_place, order_and_gather = _loops(dim, *vectors)
     find(len(cells), rows, 1.0 / grid.edge, *grid.sizes, cells)

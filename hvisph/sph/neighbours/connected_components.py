@@ -33,14 +33,9 @@ def label_components(
     Other parts of at least `SMALLEST` particles receive the next free numbers, ordered by their lowest particle
     numbers.
 
-    Parameters
-    ----------
-    position, lengths
-        Positions (n, dim) and smoothing lengths (n,) [m].
-    reach
-        Reach of the kernel in smoothing lengths.
-    bodies, pieces, numbers
-        Body, present component and permanent number of each particle (n,).
+    `position`, `lengths`: positions (n, dim) and smoothing lengths (n,) [m]
+    `reach`: reach of the kernel in smoothing lengths
+    `bodies`, `pieces`, `numbers`: body, present component and permanent number of each particle (n,)
     """
     free, numbered, fresh = int(pieces.max(initial=0)) + 1, pieces, []
     for body in np.unique(bodies):

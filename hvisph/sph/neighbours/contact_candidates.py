@@ -120,14 +120,9 @@ class Selection:
 
         That hangs on nothing but the cells of the plane or of space: none is chosen because cells wrap round.
 
-        Parameters
-        ----------
-        rows
-            Packed rows (n or more, width), position first.
-        eulerian
-            (n,) uint8, 1 for Eulerian particles.
-        bodies
-            Body of each particle (n,) uint32.
+        `rows`: packed rows (n or more, width), position first
+        `eulerian`: (n,) uint8, 1 for Eulerian particles
+        `bodies`: body of each particle (n,) uint32
         """
         count, edge, sizes = len(bodies), self.grid.edge, self.grid.sizes
         if len(self._cells) < count:

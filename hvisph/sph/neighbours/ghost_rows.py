@@ -113,14 +113,9 @@ def turn_back(
 
     Particle and image are one to all others, so that nothing else changes.
 
-    Parameters
-    ----------
-    particles, rows, layout
-        The state, and packed rows of it in the same order.
-    rates, place
-        Rows of rates, and the row of each particle.
-    planes
-        Planes of symmetry.
+    `particles`, `rows`, `layout`: the state, and packed rows of it in the same order
+    `rates`, `place`: rows of rates, and the row of each particle
+    `planes`: planes of symmetry
     """
     dim = particles.dim
     for plane in planes:

@@ -124,33 +124,20 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     each group its end and the number of its candidates, their numbers, and for each particle a bit a candidate. A
     group has no candidates if it is undisturbed, or if no particle is the caller's own.
 
-    Parameters
-    ----------
-    chunk, n_rows
-        See `compiler.parallel_for.chunk_loop`.
-    rows, columns
-        Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
-        smoothing lengths by column, (dim + 1, n_rows + 8).
-    order
-        Number before sorting of each row.
-    owned
-        Number of rows that are the caller's own, numbered before all others [uint64]: the law is summed for them alone.
-        Others are images at symmetry planes.
-    grid
-        First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64], and which are undisturbed.
-    reach
-        Support radius of the kernel over h.
-    constants
-        Coefficients of the law.
-    capacity
-        Number of candidates of a cell that fit [uint64].
-    lists
-        (n_rows or more, width) uint32: space for the lists of a chunk in its rows. It may be that of `out` when lists
-        are taken.
-    out
-        Result rows; the law writes row i alone.
-    overflow
-        (chunks,) receives the size that a chunk would have needed, 0 where it sufficed.
+    `chunk`, `n_rows`: see `compiler.parallel_for.chunk_loop`
+    `rows`, `columns`: sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
+      smoothing lengths by column, (dim + 1, n_rows + 8)
+    `order`: number before sorting of each row
+    `owned`: number of rows that are the caller's own, numbered before all others [uint64]: the law is summed for them
+      alone. Others are images at symmetry planes
+    `grid`: first sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64], and which are undisturbed
+    `reach`: support radius of the kernel over h
+    `constants`: coefficients of the law
+    `capacity`: number of candidates of a cell that fit [uint64]
+    `lists`: (n_rows or more, width) uint32: space for the lists of a chunk in its rows. It may be that of `out` when
+      lists are taken
+    `out`: result rows; the law writes row i alone
+    `overflow`: (chunks,) receives the size that a chunk would have needed, 0 where it sufficed
     """
     mode, half_reach = flush_tiny(), 0.5 * RIM * reach
     zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)

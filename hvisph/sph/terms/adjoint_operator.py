@@ -52,12 +52,9 @@ from .limiters import TINY
 def closed_moment(moment, contact_moment, fills, lacking):
     """Return B with the part of bodies in contact along their normal.
 
-    Parameters
-    ----------
-    moment, contact_moment
-        B of the own body and of the others, symmetric.
-    fills, lacking
-        Sums of V |dW/dr| e over the other bodies, and the same of the own body with the opposite sign [1/m].
+    `moment`, `contact_moment`: B of the own body and of the others, symmetric
+    `fills`, `lacking`: sums of V |dW/dr| e over the other bodies, and the same of the own body with the opposite sign
+      [1/m]
     """
     size = np.sqrt(dot(fills, fills)) + TINY
     n = multiply(1.0 / size, fills)
@@ -87,16 +84,10 @@ def adjoint_tractions(s, its_stress, operator, its_operator, e):
 def extrapolated_stress(stress, change, time, zn, zt, volume, mass):
     """Return the stress [Pa] of the stage.
 
-    Parameters
-    ----------
-    stress
-        That of the rates of the evaluation before [Pa].
-    change
-        Change of the velocity gradient since that evaluation [1/s].
-    time
-        Twice the time of the stage [s], negative during plastic flow.
-    zn, zt, volume, mass
-        Impedances [kg/(m^2 s)]; volume and mass.
+    `stress`: that of the rates of the evaluation before [Pa]
+    `change`: change of the velocity gradient since that evaluation [1/s]
+    `time`: twice the time of the stage [s], negative during plastic flow
+    `zn`, `zt`, `volume`, `mass`: impedances [kg/(m^2 s)]; volume and mass
     """
     compliance = abs(time) * volume / mass
     longitudinal, shear = zn * zn * compliance, zt * zt * compliance

@@ -31,14 +31,9 @@ def spin_tractions(spin_a, spin_b, lever):
 def torque_residual(pair_torque, moment, contact_moment, spin):
     """Return the rate of the torque that remains to be returned.
 
-    Parameters
-    ----------
-    pair_torque
-        Half of the sum of r e x F of the pairs, negative: an axial vector.
-    moment, contact_moment
-        B, and the part of it that pairs with other bodies have.
-    spin
-        w.
+    `pair_torque`: half of the sum of r e x F of the pairs, negative: an axial vector
+    `moment`, `contact_moment`: B, and the part of it that pairs with other bodies have
+    `spin`: w
     """
     returned = dot_rows(inertia(subtract(moment, contact_moment)), spin)
     return subtract(pair_torque, returned) if correctable(matrix(moment)) else multiply(-2.0, spin)

@@ -48,12 +48,8 @@ EDGES = 4.0  # inverse of the fullness of an edge
 def mirror_weight(ring, inverse_ring):
     """Return w, and 1 for a particle or 0 for an image over the axis.
 
-    Parameters
-    ----------
-    ring
-        Radius of the neighbour, below zero of an image over the axis [m].
-    inverse_ring
-        1 over the own radius [1/m].
+    `ring`: radius of the neighbour, below zero of an image over the axis [m]
+    `inverse_ring`: 1 over the own radius [1/m]
     """
     return 0.5 + (0.5 * inverse_ring) * ring, max(np.copysign(1.0, ring), 0.0)
 
@@ -71,14 +67,9 @@ def axisymmetric_jump(du, own, its, real):
 def axisymmetric_pair(force, dissipating, du, own, its, weight, real):
     """Return force and difference of velocities of a pair, and over the axis what its dissipation closes by, doubled.
 
-    Parameters
-    ----------
-    force, dissipating, du
-        Force of the plane, the part of it that dissipates, and difference of velocities.
-    own, its
-        Radial velocities.
-    weight, real
-        See `ring_weight`.
+    `force`, `dissipating`, `du`: force of the plane, the part of it that dissipates, and difference of velocities
+    `own`, `its`: radial velocities
+    `weight`, `real`: see `ring_weight`
     """
     apart = multiply(weight, axisymmetric_jump(du, own, its, real))
     mirrored = (1.0 - real) * (1.0 - weight)
@@ -97,16 +88,11 @@ def axis_dashpot(e, apart, zt_a, zt_b, weight, real):
 def axisymmetric_traction(t, area, e, u, jump, left, zt_a, zt_b, other, weight, real):
     """Return the traction of a pair in the half-plane, the power of an image over the axis, and that of its dashpot.
 
-    Parameters
-    ----------
-    t, area
-        Traction of the plane [Pa]; interaction area of the pair over the own volume.
-    e, u, jump, left
-        Line of centres; own velocity, its jump, and the normal jump that reconstruction leaves [m/s].
-    zt_a, zt_b, other
-        Shear impedances; 1 for a pair of different bodies, else 0.
-    weight, real
-        See `mirror_weight`.
+    `t`, `area`: traction of the plane [Pa]; interaction area of the pair over the own volume
+    `e`, `u`, `jump`, `left`: line of centres; own velocity, its jump, and the normal jump that reconstruction leaves
+      [m/s]
+    `zt_a`, `zt_b`, `other`: shear impedances; 1 for a pair of different bodies, else 0
+    `weight`, `real`: see `mirror_weight`
     """
     image_power = area * weight * (1.0 - real) * (0.5 * radial_part(t)) * (2.0 * radial_part(u) + radial_part(jump))
     dashpot = (1.0 - other) * axis_dashpot(e, left, zt_a, zt_b, weight, real)
@@ -124,9 +110,6 @@ def axis_regularization(radial_rate, hoop_rate, ring, h):
 def hoop_share(fullness):
     """Return the share of hoop strain rate and hoop force that acts; 0 for an isolated particle.
 
-    Parameters
-    ----------
-    fullness
-        kappa: 1 within a body, 1/2 at a face, 1/4 at an edge.
+    `fullness`: kappa: 1 within a body, 1/2 at a face, 1/4 at an edge
     """
     return min(max(EDGES * fullness, 0.0), 1.0)

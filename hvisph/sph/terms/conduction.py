@@ -19,13 +19,8 @@ CONDUCTIVITY = 0.25
 def conducted_power(weight, densities, stiffening, energy_jump):
     """Return the power that a pair conducts to the own side.
 
-    Parameters
-    ----------
-    weight
-        Weight of the pair, V_b |dW/dr|, 0 between bodies.
-    densities, energy_jump
-        Sum of both densities; energy of the neighbour less the own one [J/kg].
-    stiffening
-        Increase of the wave speed in the front [m/s] (`sph.terms.riemann_solver`).
+    `weight`: weight of the pair, V_b |dW/dr|, 0 between bodies
+    `densities`, `energy_jump`: sum of both densities; energy of the neighbour less the own one [J/kg]
+    `stiffening`: increase of the wave speed in the front [m/s] (`sph.terms.riemann_solver`)
     """
     return weight * (CONDUCTIVITY * densities) * stiffening * energy_jump

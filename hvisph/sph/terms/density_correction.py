@@ -27,14 +27,9 @@ EXCHANGE_CUTOFF_MAX = 0.5
 def exchange_correction(us, du, t, inverse, densities, limit):
     """Return the part of the exchange velocity [m/s] that density does not take.
 
-    Parameters
-    ----------
-    us, du, t
-        Contact velocity and velocity of the neighbour, relative to the own one [m/s]; normal traction [Pa].
-    inverse, densities
-        1 over the sum of both impedances, and the sum of both densities.
-    limit
-        Largest share.
+    `us`, `du`, `t`: contact velocity and velocity of the neighbour, relative to the own one [m/s]; normal traction [Pa]
+    `inverse`, `densities`: 1 over the sum of both impedances, and the sum of both densities
+    `limit`: largest share
     """
     compression = (1.0 / FRONT) * densities * inverse * inverse * min(t, 0.0)
     return min(compression * compression, limit) * (us - 0.5 * du)

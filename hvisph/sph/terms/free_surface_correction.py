@@ -40,16 +40,10 @@ def correctable(moment):
 def free_surface_correction(l, rate, moment, calm, bear):
     """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
 
-    Parameters
-    ----------
-    l, rate
-        Sums of the velocity gradient, row by row, and of the rate of volume [1/s].
-    moment
-        B, row by row.
-    calm
-        1 where nothing closes, 0 in a shock front, max(0, 1 - 20 mu/c_l).
-    bear
-        Largest tension that the particle bears [Pa].
+    `l`, `rate`: sums of the velocity gradient, row by row, and of the rate of volume [1/s]
+    `moment`: B, row by row
+    `calm`: 1 where nothing closes, 0 in a shock front, max(0, 1 - 20 mu/c_l)
+    `bear`: largest tension that the particle bears [Pa]
     """
     if not (bear > 0.0 and correctable(moment)):
         return l, rate

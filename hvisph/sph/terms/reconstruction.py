@@ -28,14 +28,9 @@ SQUARE_MIN, RATIO_MAX = 1e-36, 1e4
 def limiter_floor(approach, dt_n, za, zb, densities, order):
     """Return the least share of the limiter.
 
-    Parameters
-    ----------
-    approach, dt_n
-        Closing speed [m/s] and jump of normal traction [Pa].
-    za, zb, densities
-        Impedances and the sum of both densities.
-    order
-        Order of the lattice, the lesser of both.
+    `approach`, `dt_n`: closing speed [m/s] and jump of normal traction [Pa]
+    `za`, `zb`, `densities`: impedances and the sum of both densities
+    `order`: order of the lattice, the lesser of both
     """
     inverse = 1.0 / (za + zb)
     jump = max(approach, 2.0 * inverse * abs(dt_n))
@@ -47,16 +42,10 @@ def limiter_floor(approach, dt_n, za, zb, densities, order):
 def limited_shares(u, of_u, t, of_t, limiter, floor):
     """Return the shares of half their difference by which both states move, of velocities and of tractions.
 
-    Parameters
-    ----------
-    u, t
-        Square of the difference d.
-    of_u, of_t
-        Products of d with the slopes of both sides.
-    limiter
-        A function of `sph.terms.limiters`.
-    floor
-        Least share, see `limiter_floor`.
+    `u`, `t`: square of the difference d
+    `of_u`, `of_t`: products of d with the slopes of both sides
+    `limiter`: A function of `sph.terms.limiters`
+    `floor`: least share, see `limiter_floor`
     """
     n1, d1 = limiter(u, 2.0 * of_u[0] - u)
     n2, d2 = limiter(u, 2.0 * of_u[1] - u)

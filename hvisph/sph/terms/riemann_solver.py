@@ -55,15 +55,10 @@ def shock_stiffening(jump):
 def riemann_normal(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     """Return contact velocity relative to the own one, and traction, of the normal Riemann problem.
 
-    Parameters
-    ----------
-    inverse, za, zb
-        1 over the sum of both impedances; impedances [kg/(m^2 s)].
-    du, t_a, dt
-        Jump of velocity to the neighbour [m/s]; own traction and jump of traction [Pa].
-    shares_u, shares_t, half
-        Shares of half of the jumps by which reconstruction moves both states (`sph.terms.reconstruction`);
-        1/2, or 0 of pairs without reconstruction.
+    `inverse`, `za`, `zb`: 1 over the sum of both impedances; impedances [kg/(m^2 s)]
+    `du`, `t_a`, `dt`: jump of velocity to the neighbour [m/s]; own traction and jump of traction [Pa]
+    `shares_u`, `shares_t`, `half`: shares of half of the jumps by which reconstruction moves both states
+      (`sph.terms.reconstruction`); 1/2, or 0 of pairs without reconstruction
     """
     half_u, half_t = half * du, half * dt
     left_u, left_t = du - (shares_u[0] + shares_u[1]) * half_u, dt - (shares_t[0] + shares_t[1]) * half_t

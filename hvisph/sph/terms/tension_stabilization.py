@@ -21,16 +21,10 @@ TENSION_GAIN = 12.0
 def tension_relief(t_n, volumes, dx, inverse_r, order):
     """Return the normal traction [Pa] with its tension relieved.
 
-    Parameters
-    ----------
-    t_n
-        Normal traction [Pa].
-    volumes
-        Product of both volumes [m^(2 dim)].
-    dx, inverse_r
-        Distance vector [m], for its dimensions, and 1 over its length.
-    order
-        Order of the lattice, the lesser of both.
+    `t_n`: normal traction [Pa]
+    `volumes`: product of both volumes [m^(2 dim)]
+    `dx`, `inverse_r`: distance vector [m], for its dimensions, and 1 over its length
+    `order`: order of the lattice, the lesser of both
     """
     relief = min(TENSION_GAIN * max(volumes * power_of_dimension(inverse_r * inverse_r, dx) - 1.0, 0.0), 1.0)
     return t_n - max(t_n, 0.0) * (order * relief)
