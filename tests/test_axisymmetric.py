@@ -147,7 +147,7 @@ def test_a_graded_plate_of_rings_answers_as_one_of_even_spacing(tmp_path):
 def test_only_what_flat_faces_bound_is_graded():
     grading = {"fine": [None, 4e-3], "coarsest": 1e-3}
     ball = {"material": METAL, "shape": {"type": "sphere", "diameter": 8e-3}, "grading": grading}
-    with pytest.raises(CaseError, match="of rings a cylinder, a tube and a ring of a box are graded"):
+    with pytest.raises(CaseError, match="in axisymmetric cases a cylinder, a tube and a ring of a box are graded"):
         shot(bodies={"ball": ball})
 
 

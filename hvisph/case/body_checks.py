@@ -248,7 +248,10 @@ def _spacing(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
         return
     if case.drawing_dimensions != case.dim:
         if not _is_washer(body.shape):
-            fault = f"a {body.shape.type} has even spacing; of rings a cylinder, a tube and a ring of a box are graded"
+            fault = (
+                f"a {body.shape.type} has even spacing; in axisymmetric cases a cylinder, a tube and a ring of a box "
+                "are graded"
+            )
             yield f"{path}.grading", fault
     elif not isinstance(body.shape, BoxShape | IntervalShape):
         yield f"{path}.grading", f"a {body.shape.type} has even spacing; only a box or an interval is graded"

@@ -278,8 +278,8 @@ def _body_defaults(shape: object, kinematics: Kinematics) -> Plain:
 def about_axis(data: Plain) -> Plain:
     """Convert the plain form of an axisymmetric case from 3D to the half-plane (x, r).
 
-    Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis
-    say nothing about a solid of revolution.
+    Formulations have the `DEFAULTS` of axisymmetric cases. A third component that is zero and planes of symmetry
+    through the axis are removed.
     """
     filled = dict(data)
     if isinstance(filled.get("bodies"), dict):

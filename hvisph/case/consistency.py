@@ -226,7 +226,7 @@ def _axisymmetric_body(name: str, body: Body) -> Iterator[Problem]:
         yield f"bodies.{name}.shape.type", "particles from a file have no axisymmetric form"
     for number, field in enumerate(body.initial_velocity):
         if field.type not in FIELDS:
-            yield f"bodies.{name}.initial_velocity.{number}", "no ring turns about another axis than x"
+            yield f"bodies.{name}.initial_velocity.{number}", "axisymmetric particles rotate about x alone"
 
 
 def axisymmetric_warnings(case: AnyCase) -> Iterator[str]:
@@ -236,7 +236,7 @@ def axisymmetric_warnings(case: AnyCase) -> Iterator[str]:
     formulation = case.formulation
     if hasattr(formulation, "artificial_stress") and formulation.artificial_stress.type != "none":
         yield recommend(
-            "formulation.artificial_stress: pushes rings apart in the plane, which no hoop balances: bodies in tension "
+            "formulation.artificial_stress: acts in the plane alone, and no hoop force balances it: bodies in tension "
             "run away; leave it out",
             "formulation.artificial_stress={type: none}",
         )

@@ -242,7 +242,7 @@ def default_courant(data: Plain) -> float | None:
         return None
     if time.get("cfl") is not None or time.get("step") is not None:
         return None
-    if data.get("kinematics") == "axisymmetric":  # rings ring beyond 0.35: energies below zero in a ball and a bar
+    if data.get("kinematics") == "axisymmetric":  # oscillations beyond 0.35: negative energies in a ball and a bar
         return None
     viscosity = formulation.get("viscosity")
     if isinstance(viscosity, dict):

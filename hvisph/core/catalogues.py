@@ -11,7 +11,7 @@ class Kinematics:
     dim: int  # number of dimensions that are computed
     words: str  # what people call it
     thins: bool = False  # whether matter is free to thin and to thicken across the plane, so that no stress acts there
-    # whether the plane is the half-plane (x, r) of solids of revolution about x, and a particle a whole ring
+    # whether the plane is the half-plane (x, r) of solids of revolution about x, and a particle a torus
     axisymmetric: bool = False
     fields: tuple[str, ...] = ()  # state fields that it needs beside those of every run
 
@@ -88,7 +88,7 @@ ARRANGEMENTS: dict[str, Arrangement] = {
 }
 
 
-# Those for rings about an axis: their first row stands half a spacing from it.
+# Those of axisymmetric cases: their first row stands half a spacing from it.
 SECTION_ARRANGEMENTS = ("square", "relaxed")
 
 

@@ -1,7 +1,7 @@
 """Bodies cut at planes of symmetry and at open edges, their faces, and half-plane sections of solids of revolution.
 
-A particle at (x, r) of a section is a whole ring of the volume 2 pi r A, where A is its share of the section. Rows are
-at r = dx/2, 3 dx/2, ... from the axis, and the rings' volumes add up to that of the solid.
+A particle at (x, r) of a section is a torus of the volume 2 pi r A, where A is its share of the section. Rows are
+at r = dx/2, 3 dx/2, ... from the axis, and their volumes add up to that of the solid.
 
 A plane of symmetry through a body must be one of its particles, too. Particles on the far side are left out; a row in
 the plane itself is split: half its mass stays, a quarter of a spacing from the plane, and the other half is in its
@@ -165,19 +165,19 @@ def fill_section(
     even: tuple[int, ...] = (),
     grading: Grading | None = None,
 ) -> Filling:
-    """Fill the half-plane section of a solid of revolution about x with rings.
+    """Fill the half-plane section of a solid of revolution about x with axisymmetric particles.
 
     `solid`: a shape in 3D.
     `arrangement`, `dx`, `exact`, `even`: as for `hvisph.geometry.filling.fill`, in 2D.
     `grading`: how the spacing grows in a section that flat faces bound; None for an even spacing.
 
-    Returns positions (x, r) (n, 2) [m] and volumes of whole rings [m^3]. Raises `CaseError` when the solid changes
+    Returns positions (x, r) (n, 2) [m] and volumes of the tori [m^3]. Raises `CaseError` when the solid changes
     round the axis or cannot be filled.
     """
     section = Section(solid)
     if arrangement not in (None, *SECTION_ARRANGEMENTS):
         raise CaseError(
-            f"arrangement '{arrangement}' has no meaning for rings about an axis; allowed: "
+            f"arrangement '{arrangement}' has no meaning in axisymmetric cases; allowed: "
             f"{', '.join(SECTION_ARRANGEMENTS)}",
             where="arrangement",
         )

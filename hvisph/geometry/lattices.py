@@ -249,8 +249,8 @@ STEEPEST = 1.1  # thickness of a layer over that of the layer before it
 class Grading:
     """How the spacing grows."""
 
-    # full width of the fine part along each axis, about the box's middle or of rings about the axis, None where the
-    # axis is not graded [m]
+    # full width of the fine part along each axis [m], about the box's middle or the axis of revolution; None along an
+    # axis that is not graded
     fine: tuple[float | None, ...]
     coarsest: float  # largest spacing [m]
     ratio: float = STEEPEST  # thickness of a layer over that of the layer before it, above 1 and at most 1.1

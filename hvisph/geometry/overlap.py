@@ -1,9 +1,9 @@
 """Overlap of bodies: depth of surface points of one body inside another.
 
-Touching bodies may keep their particles at any distance: a lattice ends in steps at a curved or turned face, and rings
-may stand on it. So shapes are asked where there are shapes. From particles near the other body points go down
-the distance to its surface, as far as their own surface lets them: the deepest says how far the bodies stand in
-each other, be it by faces, an edge, a tip, or a plate thinner than a spacing.
+The distance of particles does not tell whether bodies touch: a lattice ends in steps at a curved or turned face. Where
+bodies have shapes, their signed distances are used. Points start at particles near the other body and descend the
+distance to its surface within their own body. The deepest one gives the overlap, at faces, an edge, a tip, or in a
+plate thinner than a spacing.
 
 Where the particles of one come from a file there is no surface. There it is the volume that both fill: the sum of V W
 over the particles of both is 1 inside matter, less at a face, and more where there is matter twice.

@@ -154,7 +154,8 @@ def isolated_density(mass, ring, h, thickness):
 def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     """Strain a particle over `dt` at the velocity gradient `l` in the plane and its rate of volume `swelling` there.
 
-    A ring's circumference grows at the rate `hoop`; its smoothing length follows its area. Density stays above `least`.
+    The circumference of an axisymmetric particle grows at the rate `hoop`; its smoothing length follows its section
+    area. Density stays above `least`.
     Returns the state, pressure, bulk sound speed, full velocity gradient, and growth of the thickness.
     """
     full, thicker, rho = full_gradient(l), 1.0, now.rho
@@ -167,7 +168,7 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
         rho *= growth_factor(-dt * (swelling + hoop))
     else:
         rho *= growth_factor(-dt * swelling)
-    if ISOLATED_DENSITY:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
+    if ISOLATED_DENSITY:  # an isolated particle keeps its density, also as it approaches the axis
         rho = max(rho, min(least, now.rho) if AXISYMMETRIC else least)
     h = min(max(now.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     axes = now.axes
@@ -206,9 +207,9 @@ def ring_radius(x, h):
 def hoop_signal(h, ring):
     """Return the factor of the signal speed of axisymmetric particles from hoop oscillation near the axis.
 
-    Elastic rods of rings stay still up to steps c dt/r of 0.86, 0.70 and 0.63 where h/r is 2.4, 4.8 and 9.6 (c that of
-    longitudinal waves), whatever the spacings are: 1/(1.75 (1 - 0.8 r/h)). At the Courant number of rings, 0.3, this
-    keeps a sixth below that.
+    Axisymmetric elastic rods at rest are stable up to steps c dt/r of 0.86, 0.70 and 0.63 where h/r is 2.4, 4.8 and
+    9.6 (c of longitudinal waves), for any spacing: 1/(1.75 (1 - 0.8 r/h)). At the Courant number of axisymmetric
+    cases, 0.3, the step is a sixth below that.
     """
     return STEEPNESS * (h / ring - NEAR)
 

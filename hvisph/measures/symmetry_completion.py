@@ -166,7 +166,7 @@ def _half(coordinate: np.ndarray, spacing: float) -> bool:
 def _crosses(velocity: np.ndarray, touching: np.ndarray, axis: int) -> bool:
     """Whether the projectile moves along the axis, so that its plane is a wall.
 
-    An imploding ring moves along the axis, too, but not beside the plane.
+    An imploding axisymmetric particle moves along the axis, too, but not beside the plane.
     """
     mean = np.abs(velocity.mean(axis=0))
     beside = abs(float(velocity[touching, axis].mean())) if touching.any() else 0.0

@@ -60,7 +60,7 @@ class BodyEstimate:
 
     name: str  # name in the case
     particles: int  # number of particles
-    # particles across the shot line, of what reaches the axis of rings on both sides of it; in 1D along the body
+    # particles across the shot line, on both sides of an axis of revolution; in 1D along the body
     across: int
     mass: float  # mass [kg], per metre of depth in 2D and per square metre in 1D
     volume: float = 0.0  # volume of the shape, of its part that symmetry planes keep [m^dim]
@@ -218,7 +218,7 @@ def _signal_speed(case: Case) -> float:
 def _body_estimate(body: PlacedBody, case: Case) -> BodyEstimate:
     size, dim, ends = body.filling.size, len(body.filling.size), body.positions[:, 0]
     width = size[min(1, dim - 1)]
-    if case.drawing_dimensions != case.dim:  # of rings the section on one side of the axis was filled
+    if case.drawing_dimensions != case.dim:  # axisymmetric: the section on one side of the axis was filled
         outer = float((body.positions[:, 1] + 0.5 * body.spacing).max())
         inner = float((body.positions[:, 1] - 0.5 * body.spacing).min())
         width = 2.0 * outer if inner < 0.5 * body.filling.finest else outer - inner

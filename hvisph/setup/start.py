@@ -215,7 +215,7 @@ Fields = dict[str, np.ndarray]
 
 
 def _revolve(fields: Fields, body: np.ndarray, planes: Sequence[SymmetryPlane]) -> tuple[Fields, np.ndarray]:
-    """Return the particles that rings become about x, those kept by planes of symmetry through it, and their bodies."""
+    """Return the particles of a revolved axisymmetric run on the kept side of symmetry planes, and their bodies."""
     radius, part = abs(fields["position"][:, 1]), 2 ** len({plane.axis for plane in planes})
     around = 2.0 * np.pi * radius / fields["spacing"]
     counts = part * np.maximum(np.rint(around / part), 2 if part == 1 else 1).astype(np.int64)

@@ -96,7 +96,7 @@ class Domain:
         for k in range(particles.dim):
             places[:, k] = APART * support * (rest % side)
             rest //= side
-        if particles.kinematics.axisymmetric:  # a ring has a radius
+        if particles.kinematics.axisymmetric:  # the second coordinate is a radius
             places[:, 1] += OUTSIDE * support
         places[:, axis] = edge + sign * (OUTSIDE * support + places[:, axis])
         return places

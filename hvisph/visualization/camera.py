@@ -82,7 +82,7 @@ def revolve(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple
     """Revolve axisymmetric particles (x, r) into particles of the solid, with the index of each origin.
 
     `position`: shape (n, 2): x and radius [m].
-    `spacing`: distance of neighbours on a ring [m].
+    `spacing`: distance of neighbours around the axis [m].
     `angle`: of the turn [degrees]; less than 360 shows the inside.
     """
     radius = np.abs(position[:, 1])

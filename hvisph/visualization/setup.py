@@ -224,7 +224,7 @@ def _view(axes: Axes, setup: Setup) -> None:
     positions = np.concatenate([places for places, _ in bodies]) * setup.factor
     owner = np.repeat(np.arange(len(bodies)), [len(places) for places, _ in bodies])
     spacing = np.concatenate([own for _, own in bodies]) * setup.factor
-    # of too many any, larger by as much: every second or third of a ring would be a stripe
+    # of too many any, larger by as much: every second or third around the axis would be a stripe
     chosen = np.sort(np.random.default_rng(0).permutation(len(positions))[:MOST_SHOWN])
     spacing = spacing * np.sqrt(len(positions) / len(chosen))
     x, y, z = positions[chosen].T

@@ -122,7 +122,7 @@ NO_CONVERSION = {
 
 
 class NoViscosity(StrictModel):
-    """No artificial viscosity: shocks ring."""
+    """No artificial viscosity: shocks oscillate."""
 
     type: Literal["none"] = "none"
 

@@ -268,7 +268,7 @@ def accumulate(near, n, rows, i, constants, out):
         gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
         taken = hoop_share(radial_part(fullness)) * inverse_ring
         hoop = ((1.0 - radial_part(fullness)) * radial_part(t) - rows[i, HOOP]) * rho * taken
-        if HYBRID:  # a Total Lagrangian ring has this from its own pass
+        if HYBRID:  # Total Lagrangian particles have this from their own pass
             hoop = hoop * (1.0 - rows[i, KIND])
         force, work = add_radial(force, hoop), work + hoop * radial_part(u)
         around = radial_part(u) * taken

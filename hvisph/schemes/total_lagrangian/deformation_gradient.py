@@ -61,7 +61,7 @@ CHUNK = 256
 def equivalent_strain(f, hoop):
     """Return the equivalent of the deviatoric Green-Lagrange strain, sqrt(2/3 E':E'), of a deformation gradient.
 
-    `hoop` is the stretch out of the plane, 1 of all but rings.
+    `hoop` is the stretch out of the plane, 1 unless particles are axisymmetric.
     """
     full = full_gradient(multiply(0.5, subtract(product(transpose(f), f), identity(f))))
     e = symmetric_part(replace_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
@@ -209,7 +209,7 @@ def deform(
     `eulerian`: (n,) uint8: 0 of Total Lagrangian particles
     `particles`: state, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
       volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
-      deformation gradients of the reference itself (n, dim^2), and behind them of rings its hoop stretch
+      deformation gradients of the reference itself (n, dim^2), and behind them, if axisymmetric, its hoop stretch
     `lists`: of the reference neighbours: starts, near, codes, kernels
     `corrections`: theirs, a row a particle: A, B, F0
     `materials`: table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material
@@ -218,7 +218,7 @@ def deform(
     `results`: arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
       Lagrangian particles pressure [Pa] and signal speed [m/s]
     `rates`: (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that meet
-      no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power
+      no Eulerian ones the power of their own stress; if axisymmetric, the hoop force and its power
     """
     state, tags, volume, loads, swellings, before = particles
     a, b, start = corrections

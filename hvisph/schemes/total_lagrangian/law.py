@@ -77,7 +77,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
     and beta of the
     viscosity, the hourglass coefficient and 1/h [1/m]. `rates` receives acceleration, power and largest |mu|.
     Without Eulerian neighbours (COUPLED 0) the particle's own stress comes in as a whole, and its power is known
-    from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and of rings.
+    from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and in axisymmetric cases.
     """
     starts, near, codes, kernels = lists
     first_sums, zeroth_sums = sums

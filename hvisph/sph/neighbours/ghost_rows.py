@@ -132,7 +132,7 @@ def turn_back(
         particles["velocity"][passed, plane.axis] += 2.0 * plane.velocity
         rows[passed] = mirror(rows[passed], plane, layout)
         ring = layout.slots().get("RING")
-        if ring is not None:  # they are rings again, no images
+        if ring is not None:  # these are particles again, no images
             rows[passed, ring] = np.abs(rows[passed, ring])
         vector, gradient = (field_signs(rank, plane.axis, dim) for rank in ("vector", "gradient"))
         of_rates = np.concatenate([vector, np.ones(2), gradient])
