@@ -163,8 +163,8 @@ class Grading(StrictModel):
     """Spacing that is fine at the struck face and grows with the distance from it."""
 
     fine: tuple[units.PositiveLength | None, ...] = key(
-        "Full width of the fine part along each axis [m], null along an axis that is not graded; of rings "
-        "along x, and as a diameter about the axis",
+        "Full width of the fine part along each axis [m], null along an axis that is not graded; in axisymmetric "
+        "cases along x, and as a diameter about the axis",
         min_length=1,
         max_length=3,
     )

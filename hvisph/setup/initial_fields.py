@@ -47,7 +47,8 @@ def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
 def _cells(body: PlacedBody, drawn: int, dx: float) -> np.ndarray:
     """Return the volumes of particles for flaws (n,) [m^3]: of axisymmetric ones the cube of the side of their section.
 
-    A ring is 2 pi r/dx cells alike; with all of their flaws it would be as weak as the weakest of them.
+    An axisymmetric particle stands for 2 pi r/dx equal cells. With all of their flaws it would be as weak as the
+    weakest of them.
     """
     axisymmetric = drawn != body.positions.shape[1]
     return body.breadth**3 if axisymmetric else body.volumes * dx ** (3 - drawn)

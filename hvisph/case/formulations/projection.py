@@ -57,7 +57,7 @@ class ProjectionFormulation(KernelOptions):
         0.3,
     )
     pressure_average: Annotated[float, Quantity(TIME, above=0)] = key(
-        "Time over which the pressures of the history are averaged [s]: single values ring", 2e-7
+        "Time over which the pressures of the history are averaged [s]: single values oscillate", 2e-7
     )
     body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = key(
         "Acceleration, one component per dimension [m/s^2]", ()
