@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from hvisph.core.catalogues import arrangements_of
 from hvisph.core.errors import CaseError
-from hvisph.geometry.filling import FUNCTIONS, allowed_arrangements, estimated_count, fill
+from hvisph.geometry.filling import FUNCTIONS, estimated_count, fill
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Sphere
 
 MM = 1e-3
@@ -30,7 +31,7 @@ SHAPES = [
     Cylinder(1.0, 0.8, "y"),
     Cylinder(1.0, 0.8, "z"),
 ]
-PAIRS = [(shape, name) for shape in SHAPES for name in allowed_arrangements(shape)]
+PAIRS = [(shape, name) for shape in SHAPES for name in arrangements_of(shape.dim, shape.kind)]
 
 
 @pytest.mark.parametrize(("shape", "arrangement", "dx", "count"), PUBLISHED)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from hvisph.core.catalogues import arrangements_of
 from hvisph.core.errors import CaseError
 from hvisph.geometry.cutting_planes import Mirror, cut, fill_section
-from hvisph.geometry.filling import allowed_arrangements, fill, refuse_sparse
+from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.lattices import Grading, fill_graded
 from hvisph.geometry.shapes import (
     Annulus,
@@ -35,7 +36,7 @@ from hvisph.geometry.shapes import (
     Union,
 )
 from hvisph.geometry.shapes.mesh import load_mesh
-from hvisph.geometry.shapes.shape import integrated_volume
+from hvisph.geometry.shapes.shape import integrate
 
 ELL = Polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)])
 # An ogive's volume by the formula of the arc: pi (rho^2 - c^2) L - pi L^3/3 + ... integrated by hand for R = 1, L = 3.
@@ -104,7 +105,7 @@ def test_integrated_volumes_are_those_of_formulas():
     for shape, volume in EXACT:
         if shape.dim > 1:
             # thin shapes have fewer cells across
-            assert integrated_volume(shape) == pytest.approx(volume, rel=3e-4), shape
+            assert integrate(shape) == pytest.approx(volume, rel=3e-4), shape
 
 
 def test_a_honeycomb_is_as_far_as_its_nearest_cell():
@@ -183,7 +184,7 @@ def test_masses_of_200_random_shapes_are_exact_with_and_without_planes():
     for _ in range(200):
         shape, volume = random_shape(random)
         dx = random.uniform(0.5, 1.1)
-        names = [n for n in allowed_arrangements(shape) if n != "relaxed"]
+        names = [n for n in arrangements_of(shape.dim, shape.kind) if n != "relaxed"]
         filling = fill(shape, names[random.integers(len(names))], dx)
         assert filling.volumes.sum() == pytest.approx(volume, rel=2e-4), (shape, filling.note)
         assert 0.84 < filling.spacing / dx < 1.16

@@ -53,3 +53,9 @@ def format_differences(values: Sequence[object]) -> list[str]:
     keys = dict.fromkeys(key for value in mappings for key in value)
     unlike = [key for key in keys if any(value.get(key) != mappings[0].get(key) for value in mappings[1:])]
     return [format_value({key: value[key] for key in unlike if key in value}) for value in mappings]
+
+
+def last_name(path: str) -> str:
+    """Return the last name of a dotted path, a number with the key that it belongs to."""
+    *_, above, last = ("", *path.split("."))
+    return f"{above}.{last}" if last.isdigit() else last

@@ -1,5 +1,6 @@
 """Budgets of energy and momentum, the columns of the history, and histories of particles."""
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -137,13 +138,11 @@ class Budget:
                 free = ((particles.tags[:, FLAGS] & CLAMPED) == 0) | is_rigid_particle(particles.tags)
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
-        if self.boundaries is not None:  # what else gives momentum is known
-            self._push(sums)
+        self._push(sums)  # what else gives momentum is known
 
     def _push(self, sums: np.ndarray) -> None:
         """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they gave."""
-        assert self.boundaries is not None
-        if self.boundaries.speeds:
+        if self.boundaries is not None and self.boundaries.speeds:
             taken = np.array(self.support_momentum(sums))
             for axis, speed in self.boundaries.speeds:
                 self.external_work -= speed * float(taken[axis] - self.taken[axis])
@@ -287,31 +286,34 @@ class Observer:
             "momentum_x", "momentum_y", "momentum_z", "energy_drift")  # fmt: skip
 
     def __init__(self, setup: Setup, spacing: float):
-        self._setup, particles = setup, setup.particles
-        self._watched = setup.observed or observed_particles(particles, setup.planes, spacing)
+        self._setup, stepper = setup, setup.stepper
+        self._watched = setup.observed or observed_particles(setup.particles, setup.planes, spacing)
         self._at_centre = len(self._watched[CENTRE_COLUMN])
         self._numbers = np.concatenate([self._watched[CENTRE_COLUMN], self._watched[AXIS_COLUMN]])
-        formulation = setup.stepper.formulation
-        self.corrected, self._slips = formulation.corrects_kernels, formulation.has_friction
-        counted = (FALLBACKS_COLUMN,) if self.corrected else ()
-        counted = (*counted, SLIP_COLUMN) if self._slips else counted
-        self._works = setup.stepper.has_energy
-        counted = (*counted, *WORK_COLUMNS) if self._works else counted
-        counted = (*counted, GRAVITY_COLUMN) if getattr(setup.stepper, "gravity", None) else counted
-        counted = (*counted, EXTERNAL_COLUMN) if setup.driven else counted
-        counted = (*counted, *SUPPORT_COLUMNS) if setup.supported else counted
-        self._rigid = bool(_rigid_bodies(setup))
-        counted = (*counted, ROTATION_COLUMN) if self._rigid else counted
-        self._edged = has_edges(getattr(setup.stepper, "boundaries", None))
-        counted = (*counted, *EDGE_COLUMNS[: 1 + particles.dim]) if self._edged else counted
-        self._repels = formulation.stores_contact_energy
-        counted = (*counted, CONTACT_COLUMN) if self._repels else counted
-        self._fractures = "band_width" in particles.offsets
-        counted = (*counted, FRACTURE_COLUMN) if self._fractures else counted
-        self._late = len(setup.stepper.late) > 1
-        counted = (*counted, LATE_COLUMN) if self._late else counted
-        counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
-        self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
+        dim, formulation, boundaries = setup.particles.dim, stepper.formulation, getattr(stepper, "boundaries", None)
+        # columns that not every run has: whether this one has them, and their values by the budget and the sums
+        optional: tuple[tuple[tuple[str, ...], object, Callable[[Budget, np.ndarray], Sequence[float]]], ...] = (
+            ((FALLBACKS_COLUMN,), formulation.corrects_kernels, lambda *_: [int(self._total(fallbacks(stepper)))]),
+            ((SLIP_COLUMN,), formulation.has_friction, lambda budget, _: [budget.slip_work]),
+            (WORK_COLUMNS, stepper.has_energy, lambda budget, _: [budget.plastic_work, budget.shock_heating]),
+            ((GRAVITY_COLUMN,), getattr(stepper, "gravity", None), lambda budget, _: [budget.gravity_energy]),
+            ((EXTERNAL_COLUMN,), setup.driven, lambda budget, _: [budget.external_work]),
+            (SUPPORT_COLUMNS, setup.supported, lambda budget, sums: budget.support_momentum(sums)),
+            ((ROTATION_COLUMN,), _rigid_bodies(setup), lambda budget, _: [budget.rigid_rotation]),
+            (EDGE_COLUMNS[: 1 + dim], has_edges(boundaries),
+             lambda budget, _: [budget.edge_energy, *budget.edge_momentum[:dim].tolist()]),
+            ((CONTACT_COLUMN,), formulation.stores_contact_energy, lambda *_: [float(stepper.contact_energy)]),
+            ((FRACTURE_COLUMN,), "band_width" in setup.particles.offsets, lambda *_: [work_of_fracture(setup)]),
+            ((LATE_COLUMN,), len(stepper.late) > 1, lambda *_: [float(stepper.late[0])]),
+            ((HIGHEST_COLUMN,), True, lambda budget, _: [budget.highest()]),
+        )  # fmt: skip
+        self._optional = [(names, values) for names, there, values in optional if there]
+        names = (name for names, _ in self._optional for name in names)
+        self._angular = ANGULAR_COLUMNS[_turns(setup.particles)]
+        self.columns = (*self.BASE, *self._watched, *names, *self._angular, *setup.gauges.columns)
+
+    def _total(self, number: int) -> int:
+        return int(self._setup.subdomain.total(np.array([number]))[0])
 
     def due(self, step: int) -> bool:
         """Whether a gauge asks for a record after `step` steps, whatever the history's own cadence."""
@@ -322,37 +324,18 @@ class Observer:
         sums, share, centre = self._setup.stepper.sums, self._setup.subdomain, self._at_centre
         pressures = share.gather_values(self._numbers, self._setup.stepper.pressures)
         drift = budget.energy_drift(sums)
+        turns = angular_momentum(self._setup) if step % ANGULAR_EVERY == 0 else [NAN] * len(self._angular)
         return [
             step, time, dt, criterion, particle, *sums[: column.MOMENTUM + 3].tolist(),
             NAN if drift is None else drift,
             float(pressures[:centre].sum()) / centre, float(pressures[centre:].min()),
-            *((int(share.total(np.array([fallbacks(self._setup.stepper)]))[0]),) if self.corrected else ()),
-            *((budget.slip_work,) if self._slips else ()),
-            *((budget.plastic_work, budget.shock_heating) if self._works else ()),
-            *((budget.gravity_energy,) if budget.gravity else ()),
-            *((budget.external_work,) if self._setup.driven else ()),
-            *(budget.support_momentum(sums) if self._setup.supported else ()),
-            *((budget.rigid_rotation,) if self._rigid else ()),
-            *((budget.edge_energy, *budget.edge_momentum[: self._setup.particles.dim].tolist()) if self._edged else ()),
-            *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
-            *((work_of_fracture(self._setup),) if self._fractures else ()),
-            *((float(self._setup.stepper.late[0]),) if self._late else ()),
-            budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
+            *(value for _, values in self._optional for value in values(budget, sums)),
+            *map(float, turns), *self._setup.gauges.record(step, share),
         ]  # fmt: skip
-
-    def _angular(self, step: int) -> list[float]:
-        particles = self._setup.particles
-        if step % ANGULAR_EVERY:
-            return [NAN] * len(ANGULAR_COLUMNS[_turns(particles)])
-        return [float(one) for one in angular_momentum(self._setup)]
 
 
 def observed_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
-    """Return the numbers of the projectile's particles whose pressures the history holds, by column.
-
-    `particles`, `planes`: all particles at the start, and the planes of symmetry.
-    `spacing`: dx [m].
-    """
+    """Return the numbers of the projectile's particles whose pressures the history holds, by column."""
     projectile = np.flatnonzero(particles.body == 0)
     position, numbers = particles["position"][projectile], particles.id[projectile]
     axis = _mirror_axis(position, planes)
@@ -377,14 +360,11 @@ class MigratingRows:
 
     def __init__(self, setup: Setup, rows: np.ndarray):
         self.rows = rows
-        setup.subdomain.follow(lambda: self.rows, self._replace)
+        setup.subdomain.follow(lambda: self.rows, lambda rows: setattr(self, "rows", rows.copy()))
 
     def permute(self, order: np.ndarray) -> None:
         """Reorder the rows with the particles."""
         self.rows[:] = self.rows.take(order, axis=0)
-
-    def _replace(self, rows: np.ndarray) -> None:
-        self.rows = rows.copy()
 
 
 class Peaks(MigratingRows):

@@ -101,9 +101,7 @@ class SanityChecks:
                 raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
         if not sums[column.FASTEST] <= self.speed_limit:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
-            text = (
-                f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of {self.speed_limit:.4g} m/s"
-            )
+            text = f"a particle moves at {sums[column.FASTEST]:.4g} m/s, above the limit of {self.speed_limit:.4g} m/s"
             raise self._failure("runaway", self._setup.subdomain.worst(speed), time, step, text)
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
@@ -117,7 +115,8 @@ class SanityChecks:
         most = self._limits.energy_drift
         if most is not None and drift is not None and not abs(drift) <= most:
             stepper = self._setup.stepper
-            hottest = self._setup.subdomain.worst(np.abs(stepper.rates[stepper.place, self._power]))
+            power = stepper.rates[stepper.place, self._setup.particles.dim]  # after the acceleration
+            hottest = self._setup.subdomain.worst(np.abs(power))
             text = f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than {100.0 * most:g} %; "
             raise self._failure("energy_drift", hottest, time, step, f"{text}energy changes fastest in")
 
@@ -146,10 +145,6 @@ class SanityChecks:
         if not (self._setup.stepper.has_energy and self._energy > 0.0):
             return 0.0
         return (self._floor - float(self._setup.stepper.sums[column.INTERNAL])) / self._energy
-
-    @property
-    def _power(self) -> int:
-        return self._setup.particles.dim  # its column in the rates, after the acceleration
 
     def _check_density(self, time: float, step: int) -> None:
         particles, limits = self._setup.particles, self._setup.density_limits

@@ -36,7 +36,6 @@ BELOW_ZERO = 1e-9  # share of the mean energy of the start below which a negativ
 def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
     """Return shares of the mass [-] by name; None where they are unknown.
 
-    `now`, `start`: the state, and that at the start.
     `materials`: of every body, in their order.
     """
     mass = now.fields["mass"]
@@ -58,16 +57,12 @@ def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dic
             borne = [None if one is None else one[own] for one in (now.fields.get("pressure"), damage)]
             beyond += float(mass[own][outside_range(material, density[own], energy[own], hot, *borne)].sum())
         parts["beyond_range"] = beyond / whole
-        floor = min(0.0, float(start.fields["internal_energy"].min())) - BELOW_ZERO * _mean_energy(start)
+        squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
+        energies = start.fields["mass"] * (0.5 * squared + np.abs(start.fields["internal_energy"]))
+        mean = float(energies.sum() / start.fields["mass"].sum())
+        floor = min(0.0, float(start.fields["internal_energy"].min())) - BELOW_ZERO * mean
         parts["negative_energy"] = float(mass[energy < floor].sum()) / whole
     return parts
-
-
-def _mean_energy(start: Snapshot) -> float:
-    """Return the energy at the start over the mass [J/kg]."""
-    mass = start.fields["mass"]
-    squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
-    return float((mass * (0.5 * squared + np.abs(start.fields["internal_energy"]))).sum() / mass.sum())
 
 
 def _melted_mass(now: Snapshot, materials: Sequence[Material], mass: np.ndarray) -> float | None:
@@ -137,9 +132,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
         },
         "remarks": [*_remarks(case, whole, start, now, snapshots), *(() if restores else apart)],
         "correlations": [asdict(one) for one in correlations_of(case)[0]],
-        "energies": {
-            name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
-        },
+        "energies": {k: None if one is None else one * measured.whole.factor for k, one in (energies or {}).items()},
         **({} if crack_area is None else {"crack_area": crack_area * measured.whole.factor}),
         "shares": fractions,
         "pressures": pressures,

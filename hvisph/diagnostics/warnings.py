@@ -41,7 +41,6 @@ class _Seen:
 def validity_notes(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[Holds]) -> dict[str, list[str]]:
     """Return warnings on each body from all moments of a run, at most one of each kind.
 
-    `moments`: in order of time.
     `bodies`, `holds`: names of the bodies, and where their materials hold.
     """
     seen, plain = [_Seen() for _ in bodies], False
@@ -185,10 +184,19 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
 
 
 def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing: float) -> Iterator[str]:
-    links, pieces = _links(before, spacing), connected_groups(position, spacing, LINK)
+    from scipy.spatial import cKDTree
+
+    links = cKDTree(before.reshape(len(before), -1)).query_pairs(LINK * spacing, output_type="ndarray")
+    pieces = connected_groups(position, spacing, LINK)
     sizes = np.bincount(pieces)
+
+    def is_cut(piece: np.ndarray) -> bool:
+        """Return whether a fragment was separated by plastic flow, not by numerical fracture in tension."""
+        broken = links[piece[links[:, 0]] != piece[links[:, 1]]]
+        return len(broken) > 0 and float(np.median(strain[broken])) >= CUT
+
     large = np.flatnonzero(sizes >= PIECE * sizes[0])
-    sound = [piece for piece in large if piece == 0 or _is_cut(pieces == piece, links, strain)]
+    sound = [piece for piece in large if piece == 0 or is_cut(pieces == piece)]
     share = 1.0 - float(sizes[sound].sum()) / len(position)
     if share > TORN and share > float((connected_groups(before, spacing, LINK) != 0).mean()) + TORN:
         yield (
@@ -212,19 +220,6 @@ def torn_without_damage(
     apart = pairs[pieces[pairs[:, 0]] != pieces[pairs[:, 1]]]
     torn = int((damage[apart] <= SOFT).all(axis=1).sum())
     return (torn / len(apart) if len(apart) else 0.0), torn
-
-
-def _links(position: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the pairs (n, 2) of connected particles at `position`."""
-    from scipy.spatial import cKDTree
-
-    return cKDTree(position.reshape(len(position), -1)).query_pairs(LINK * spacing, output_type="ndarray")
-
-
-def _is_cut(piece: np.ndarray, links: np.ndarray, strain: np.ndarray) -> bool:
-    """Return whether a fragment was separated by plastic flow, not by numerical fracture in tension."""
-    broken = links[piece[links[:, 0]] != piece[links[:, 1]]]
-    return len(broken) > 0 and float(np.median(strain[broken])) >= CUT
 
 
 def _at_start(start: Snapshot) -> float:

@@ -134,24 +134,22 @@ def impedance_match(projectile: Material, target: Material, velocity: float) -> 
 SHOCKED = 1e6  # strain rate in a shock [1/s]
 _FIRST, _GROWTH, _STEP = 2e-5, 1.1, 1.5e-3  # of the compression eta from point to point
 _MOST = 0.9  # compression
+Stress = Callable[[float, float], float]  # [Pa], of density [kg/m^3] and energy [J/kg]
 
 
 def last_waves(material: Material, velocities: Sequence[float], strength: bool = True) -> list[float]:
     """Return the speed of the last wave [m/s] behind which matter moves with each of the particle velocities [m/s].
 
-    `material`: the material, without pores.
     `velocities`: particle velocities [m/s], above zero.
-    `strength`: whether its strength counts.
 
     Returns speeds in the laboratory; not a number beyond where the material's models end.
     """
-    ups, speeds = _integrate_wave(
-        _stress(material, strength and material.shear_modulus > 0.0), material, max(velocities)
-    )
+    stress = _stress(material, strength and material.shear_modulus > 0.0)
+    ups, speeds = _integrate_wave(stress, material, max(velocities))
     return [float(np.interp(up, ups, speeds, right=np.nan)) for up in velocities]
 
 
-def _stress(material: Material, strength: bool) -> Callable[[float, float], float]:
+def _stress(material: Material, strength: bool) -> Stress:
     """Return the stress [Pa] of density and energy along uniaxial compression."""
     pressure, rho0 = material.pressure_function(), material.density
     if not strength:
@@ -167,9 +165,7 @@ def _stress(material: Material, strength: bool) -> Callable[[float, float], floa
     return stress
 
 
-def _integrate_wave(
-    stress: Callable[[float, float], float], material: Material, highest: float
-) -> tuple[list[float], list[float]]:
+def _integrate_wave(stress: Stress, material: Material, highest: float) -> tuple[list[float], list[float]]:
     """Return particle velocity and speed of the last wave [m/s] up to `highest`."""
     v0, e0 = 1.0 / material.density, material.eos.ambient_energy
     corners = [(v0, stress(material.density, e0), e0, 0.0)]  # volume, stress, energy, particle velocity
@@ -182,7 +178,7 @@ def _integrate_wave(
             ahead = corners[-1]
             sigma = _stress_behind_shock(stress, v, ahead)
             slope = (sigma - ahead[1]) / (ahead[0] - v)
-            if len(corners) == 1 or slope < _slope(corners[-2], ahead):
+            if len(corners) == 1 or slope < (ahead[1] - corners[-2][1]) / (corners[-2][0] - ahead[0]):
                 break
             corners.pop()
         if not 0.0 < slope < inf:
@@ -200,11 +196,7 @@ def _integrate_wave(
     return ups, speeds
 
 
-def _slope(ahead: tuple[float, ...], behind: tuple[float, ...]) -> float:
-    return (behind[1] - ahead[1]) / (ahead[0] - behind[0])
-
-
-def _stress_behind_shock(stress: Callable[[float, float], float], v: float, ahead: tuple[float, ...]) -> float:
+def _stress_behind_shock(stress: Stress, v: float, ahead: tuple[float, ...]) -> float:
     """Return the stress [Pa] behind a shock from the state `ahead` to the volume `v`, by secants."""
 
     def excess(sigma: float) -> float:

@@ -64,10 +64,12 @@ class Front:
     behind: State
 
 
+Plates = Sequence[tuple[Material, float, float, float]]  # material, begin [m], end [m], velocity [m/s], left to right
+
+
 def impact(flyer: Material, target: Material, velocity: float, target_velocity: float = 0.0) -> PlateImpact:
     """Return the plateau and the fronts of a flat impact.
 
-    `flyer`, `target`: materials; the flyer is on the left.
     `velocity`, `target_velocity`: of flyer and target [m/s]; the flyer must be the faster.
 
     Raises `CaseError` if a strength model has no exact waves; `RunError` if no state satisfies the jump conditions.
@@ -106,19 +108,13 @@ def _fronts(state: State, waves: Sequence[Wave], direction: int) -> tuple[Front,
     return tuple(fronts)
 
 
-def with_reflections(
-    plates: Sequence[tuple[Material, float, float, float]],
-    end: float,
-    strain_step: float = 0.004,
-) -> Tracked:
-    """Follow all waves in plates that hit one another.
+def with_reflections(plates: Plates, end: float, strain_step: float = 0.004) -> Tracked:
+    """Follow all waves in plates that hit one another up to a time `end` [s]; there may be gaps between them.
 
     Crossing elastic waves multiply without end, so the weakest are left out: momentum balances
     to about 1e-3, and plateaus are good to as much. Late, when very many are alive, more are left
     out (see `fronts.track`), and momentum balances to a few 1e-3.
 
-    `plates`: (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
-    `end`: time to follow [s].
     `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
 
     Returns free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.
@@ -126,7 +122,7 @@ def with_reflections(
     return track(_layers(plates, SolidLaw), end, strain_step, weakest=5e-4, alike=1e-2)
 
 
-def _layers(plates: Sequence[tuple[Material, float, float, float]], law_of: Callable[[Material], Law]) -> list[Layer]:
+def _layers(plates: Plates, law_of: Callable[[Material], Law]) -> list[Layer]:
     laws = {material: law_of(material) for material, *_ in plates}
     return [Layer(laws[material], begin, finish, velocity) for material, begin, finish, velocity in plates]
 
@@ -146,13 +142,9 @@ def barotropic_law(material: Material) -> LinearLaw:
     return LinearLaw.from_material(material)
 
 
-def layered_impact(
-    layers: Sequence[tuple[Material, float, float, float]], end: float, strain_step: float = 0.01
-) -> Tracked:
-    """Follow the impact of barotropic layers.
+def layered_impact(layers: Plates, end: float, strain_step: float = 0.01) -> Tracked:
+    """Follow the impact of barotropic layers up to a time `end` [s]; there may be gaps between them.
 
-    `layers`: (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
-    `end`: time to follow [s].
     `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
 
     Returns histories by `.sample(position, times, "velocity")`, profiles by `.profile(time)`.

@@ -96,14 +96,11 @@ class LinearLaw:
         pieces = floor(log(rho / target) / strain_step)
         for _ in range(pieces):
             rho = state.density * exp(-strain_step)
-            waves.append(self._jump(state, rho, self._stress(rho), direction))
+            waves.append(self._jump(state, rho, self.bulk_modulus * (rho / self.density - 1.0), direction))
             state = waves[-1][1]
         if state.stress > stress:
             waves.append(self._jump(state, target, stress, direction))
         return waves
-
-    def _stress(self, rho: float) -> float:
-        return self.bulk_modulus * (rho / self.density - 1.0)
 
     def _jump(self, state: State, rho: float, stress: float, direction: int) -> Wave:
         flux = self.speed * sqrt(rho * state.density)
@@ -182,7 +179,7 @@ class SolidLaw:
         return State(self, velocity, self.pressure(rho, e), 1.0 / rho, e)
 
     def lowest_stress(self) -> float:
-        """Return a tension no condensed matter bears: half the initial rho c^2."""
+        """Return a tension beyond the strength of any condensed matter: half the initial rho c^2."""
         return -0.5 * self.material.density * self.material.longitudinal_sound_speed**2
 
     def waves(self, state: State, stress: float, direction: int, strain_step: float) -> list[Wave]:
@@ -220,7 +217,7 @@ class SolidLaw:
         return waves
 
     def _corner(self, state: State, sign: float) -> float | None:
-        """Volume at which the deviator, changing elastically, comes to `sign` times its limit, if ever."""
+        """Return the volume at which the deviator reaches `sign` times its limit elastically; None if it does not."""
         if self.shear == 0.0 or self.limit == inf:
             return None
         way = 0.75 * (sign * self.limit - state.deviator) / self.shear
@@ -272,9 +269,7 @@ class SolidLaw:
                 volume = bracketed_root(excess, near, far)
                 return self._wave(state, volume, stress, self._deviator(state, volume), direction)
             near = far
-        raise RunError(
-            f"{self.material.name}: no state at a stress of {stress:.6g} Pa can be reached from {state.stress:.6g} Pa"
-        )
+        raise RunError(f"{self.material.name}: no state at {stress:.6g} Pa can be reached from {state.stress:.6g} Pa")
 
     def _residue(self, state: State) -> float:
         """Return the error of a state's stress by rounding and omitted waves; it is no wave."""

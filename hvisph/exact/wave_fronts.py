@@ -134,7 +134,6 @@ def track(
     """Follow all waves of an impact up to the time `end`.
 
     `layers`: from left to right; faces that coincide touch, others have a gap.
-    `end`: [s].
     `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
     `weakest`: waves weaker than this part of the strongest stress are left out. Where more than 50 fronts are alive
         both limits rise with the square of their number: elastic waves that cross would multiply without end. What they
@@ -300,7 +299,9 @@ class _Tracker:
         value = excess(near)
         if value == 0.0:
             return near
-        acoustic = abs(left.velocity - right.velocity) * self._flux(left)
+        stress = left.stress + 1e-6 * abs(left.law.lowest_stress())
+        flux = left.law.waves(left, stress, 1, self.strain_step)[0][0]
+        acoustic = abs(left.velocity - right.velocity) * flux
         width = max(abs(left.stress - right.stress), acoustic, 1e-9 * abs(floor))
         sign = -1.0 if value > 0.0 else 1.0
         for _ in range(200):
@@ -311,7 +312,3 @@ class _Tracker:
                 break
             near, width = far, 2.0 * width
         raise RunError("the layers would part: a tension beyond what the materials' laws can bear")
-
-    def _flux(self, state: State) -> float:
-        waves = state.law.waves(state, state.stress + 1e-6 * abs(state.law.lowest_stress()), 1, self.strain_step)
-        return waves[0][0]

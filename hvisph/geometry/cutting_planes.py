@@ -27,15 +27,21 @@ IN_PLANE = 0.05  # [spacings]: nearer than this a particle lies in the plane
 SPLIT = 0.25  # [spacings]: from the plane to what stays of a row in it
 OFF = 0.02  # [spacings]: how far a particle's image may be from a particle
 MOST_COMPARED = 20_000
+Arrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
-class Mirror:
-    """A plane of symmetry."""
+class Plane:
+    """A plane normal to an axis: of symmetry, or an open edge."""
 
     axis: int  # 0, 1 or 2: the plane is normal to x, y or z
     at: float  # its coordinate [m]
-    sign: float = 1.0  # 1.0 where coordinates above it are kept, -1.0 below
+    sign: float = 1.0
+
+
+@dataclass(frozen=True)
+class Mirror(Plane):
+    """A plane of symmetry; `sign` is 1.0 where coordinates above it are kept, -1.0 below."""
 
 
 def crosses(low: np.ndarray, high: np.ndarray, mirror: Mirror, spacing: float) -> bool:
@@ -44,9 +50,7 @@ def crosses(low: np.ndarray, high: np.ndarray, mirror: Mirror, spacing: float) -
     return bool(low[mirror.axis] + margin < mirror.at < high[mirror.axis] - margin)
 
 
-def cut(
-    positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, mirrors: Sequence[Mirror]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def cut(positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, mirrors: Sequence[Mirror]) -> Arrays:
     """Return the part of a body that planes of symmetry keep.
 
     `positions`, `volumes`, `spacing`: particles at their place, (n, dim), (n,) and (n,) [m].
@@ -167,7 +171,6 @@ def fill_section(
 ) -> Filling:
     """Fill the half-plane section of a solid of revolution about x with axisymmetric particles.
 
-    `solid`: a shape in 3D.
     `arrangement`, `dx`, `exact`, `even`: as for `hvisph.geometry.filling.fill`, in 2D.
     `grading`: how the spacing grows in a section that flat faces bound; None for an even spacing.
 
@@ -194,12 +197,8 @@ ROW = 0.6  # [spacings]: so far behind the outermost particle of a face its row 
 
 
 @dataclass(frozen=True)
-class Edge:
-    """An edge normal to an axis."""
-
-    axis: int  # 0, 1 or 2
-    at: float  # its coordinate [m]
-    sign: float = 1.0  # 1.0 where the matter lies below it, -1.0 above
+class Edge(Plane):
+    """An open edge; `sign` is 1.0 where the matter lies below it, -1.0 above."""
 
     def distance_beyond(self, positions: np.ndarray) -> np.ndarray:
         """Return the signed distance of positions (n, dim) [m] beyond the edge [m]."""
@@ -221,7 +220,7 @@ def cut_open(
     edges: Sequence[Edge],
     depth: float,
     axisymmetric: bool,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> Arrays:
     """Return a body cut at open edges and continued beyond those that it reaches.
 
     `positions`, `volumes`, `spacing`: particles of the body, (n, dim) [m], (n,) and (n,) [m].
@@ -270,7 +269,6 @@ def face_areas(
     `positions`, `volumes`, `spacing`: particles of the body (n, dim) [m] and (n,), and their spacing [m].
     `normal`: axis across which the face lies, and 1.0 or -1.0 for its direction.
     `shares`: shares of the rows from the face inwards (rows,).
-    `axisymmetric`: whether particles are axisymmetric about the axis x.
 
     Returns indices (k,), areas (k,) [m^2, m in 2D, 1 in 1D], whose sum is the area of the face, and the depth of the
     row [m].
@@ -306,9 +304,7 @@ def row_shares(layers: np.ndarray, aside: np.ndarray, slope: Callable[[np.ndarra
     return np.asarray(lacks / lacks.sum())
 
 
-def _with_images(
-    positions: np.ndarray, planes: Sequence[tuple[int, float]], reach: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _with_images(positions: np.ndarray, planes: Sequence[tuple[int, float]], reach: float) -> Arrays:
     """Return positions and those of images within `reach` of planes, the particle of each, and signs (n, dim)."""
     found = [(positions, np.arange(len(positions)), np.ones(positions.shape))]
     for axis, at in planes:
@@ -342,7 +338,6 @@ def follow(
 
     `layer`, `matter`: positions of the layer (k, dim) and of the matter of the same body (n, dim) [m].
     `edges`, `planes`: the edges, and the planes of symmetry as axis and coordinate [m].
-    `reach`: R [m].
     """
     from scipy.spatial import cKDTree
 

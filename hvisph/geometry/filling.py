@@ -16,19 +16,10 @@ import numpy as np
 
 from hvisph.core.catalogues import arrangements_of
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.geometry.lattices import (
-    CLOSE_PACKED,
-    ROUND_OFF,
-    TRIANGULAR,
-    Filling,
-    fill_hcp,
-    fill_hexagonal,
-    fill_lattice,
-    fill_lattice_two_rings,
-    fill_rings,
-    make_filling,
-)
+from hvisph.geometry import lattices
+from hvisph.geometry.lattices import Filling
 from hvisph.geometry.shapes import Box, Intersection, Placed, Shape
+from hvisph.geometry.shapes.shape import push_inside
 
 REACH = 1.5  # of the pair force, in close-packed distances
 ROUNDS = 80
@@ -41,13 +32,17 @@ DEPTH = 0.5  # of the outer layer below the surface, in spacings
 def fill_relaxed(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling:
     """Fill the shape with evenly spread particles of volume `dx`^dim [m^dim].
 
-    `shape`, `dx`: the shape and the spacing [m].
     `even`: axes across whose middle planes the particles are mirror images.
 
     Raises `CaseError` when the shape holds no particle.
     """
     middle = np.add(*shape.bounds()) / 2
-    part = _clip_to_octant(shape, middle, even) if even else shape
+    part = shape
+    if even:  # the part above the middle planes
+        low, high = shape.bounds()
+        corner = np.where(np.isin(np.arange(shape.dim), even), middle, low - (high - low))
+        size = 2 * high - low - corner
+        part = Intersection((shape, Placed(Box(tuple(size.tolist())), corner + size / 2)))
     share = 0.5 ** len(even)
     count = max(1, round(shape.volume * share / dx**shape.dim))
     points = _relax(part, _start(part, dx, count), dx)
@@ -55,20 +50,12 @@ def fill_relaxed(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
         mirrored = points.copy()
         mirrored[:, axis] = 2 * middle[axis] - mirrored[:, axis]
         points = np.concatenate([points, mirrored])
-    return make_filling(points, dx, shape.extent(), shape.extent())
-
-
-def _clip_to_octant(shape: Shape, middle: np.ndarray, even: tuple[int, ...]) -> Shape:
-    """Return the part of the shape above its middle planes."""
-    low, high = shape.bounds()
-    corner = np.where(np.isin(np.arange(shape.dim), even), middle, low - (high - low))
-    size = 2 * high - low - corner
-    return Intersection((shape, Placed(Box(tuple(size.tolist())), corner + size / 2)))
+    return lattices.make_filling(points, dx, shape.extent(), shape.extent())
 
 
 def _start(shape: Shape, dx: float, count: int) -> np.ndarray:
     """Return `count` points inside the shape, on a close-packed lattice."""
-    close = fill_hexagonal if shape.dim == 2 else fill_hcp
+    close = lattices.fill_hexagonal if shape.dim == 2 else lattices.fill_hcp
     grown, points = dx, np.empty((0, shape.dim))
     for _ in range(40):  # finer until there are enough
         with suppress(CaseError):
@@ -86,7 +73,7 @@ def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
     """Return `points` moved apart until they are evenly spread."""
     from scipy.spatial import cKDTree
 
-    a = dx * (TRIANGULAR if shape.dim == 2 else CLOSE_PACKED)
+    a = dx * (lattices.TRIANGULAR if shape.dim == 2 else lattices.CLOSE_PACKED)
     reach = REACH * a
     # a lattice is in balance wherever it stands: shaken, so that it finds the shape
     points = points + 0.05 * a * np.random.default_rng(0).uniform(-1, 1, points.shape)
@@ -110,33 +97,20 @@ def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
         )
         size = np.sqrt((move**2).sum(axis=1)).max()
         points = points + move * (length / max(size, 0.2))
-        points[outer] = _project_inside(shape, points[outer], DEPTH * dx)
-    return points
-
-
-def _project_inside(shape: Shape, points: np.ndarray, depth: float) -> np.ndarray:
-    """Return `points` with those closer to the surface than `depth` put back to it."""
-    left = np.arange(len(points))
-    for _ in range(3):  # a point that is deep enough stays where it is
-        d = shape.distance(points[left]) + depth
-        out = d > 1e-3 * depth
-        left = left[out]
-        if len(left) == 0:
-            break
-        points[left] -= d[out, None] * shape.outward(points[left], 1e-3 * depth)
+        points[outer] = push_inside(shape, points[outer], DEPTH * dx, 1e-3 * DEPTH * dx, 1e-3 * DEPTH * dx)
     return points
 
 
 # How each arrangement of the catalogue is made, and those that lay even numbers of layers where asked to.
 FUNCTIONS: dict[str, Callable[..., Filling]] = {
-    "uniform": fill_lattice,
-    "square": fill_lattice,
-    "cubic": fill_lattice,
-    "hexagonal": fill_hexagonal,
-    "hcp": fill_hcp,
+    "uniform": lattices.fill_lattice,
+    "square": lattices.fill_lattice,
+    "cubic": lattices.fill_lattice,
+    "hexagonal": lattices.fill_hexagonal,
+    "hcp": lattices.fill_hcp,
     "relaxed": fill_relaxed,
-    "rings": fill_rings,
-    "lattice_two_rings": fill_lattice_two_rings,
+    "rings": lattices.fill_rings,
+    "lattice_two_rings": lattices.fill_lattice_two_rings,
 }
 # Places of a lattice in the box around a shape up to which all are looked at, some seconds; beyond, a shape that fills
 # less than this share of its box is refused: wires or drops that a slip of the unit has thrown far apart.
@@ -145,19 +119,12 @@ LEAST_SHARE = 1 / 300
 PAIRED = ("uniform", "square", "cubic", "relaxed")
 
 
-def allowed_arrangements(shape: Shape) -> list[str]:
-    """Return the names of the arrangements that have a meaning for `shape`, its default first."""
-    return list(arrangements_of(shape.dim, shape.kind))
-
-
 def fill(
     shape: Shape, arrangement: str | None, dx: float, *, exact: bool = True, even: tuple[int, ...] = ()
 ) -> Filling:
     """Fill `shape` with particles.
 
-    `shape`: one of `hvisph.geometry.shapes`.
     `arrangement`: a name in the catalogue; None for the shape's default (uniform, square or cubic).
-    `dx`: particle spacing [m].
     `exact`: whether spacing and volumes give way so that sizes and mass are the shape's; otherwise every particle has
         the volume dx^dim, whatever that makes of the body.
     `even`: axes in whose middle no layer may lie, because a plane of symmetry does.
@@ -168,7 +135,7 @@ def fill(
     """
     if not (math.isfinite(dx) and dx > 0):
         raise CaseError(f"the particle spacing must be positive and finite, not {dx:g}", where="resolution")
-    allowed = allowed_arrangements(shape)
+    allowed = list(arrangements_of(shape.dim, shape.kind))  # the default first
     name = allowed[0] if arrangement is None else arrangement
     if name not in FUNCTIONS:
         raise CaseError(f"unknown arrangement '{name}'{suggest_nearest(name, allowed)}", where="arrangement")
@@ -211,9 +178,7 @@ DEAR = 2.0
 def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Filling]) -> Filling:
     """Fill `shape` by `arrange` so that the volumes of the particles add up to that of the shape.
 
-    `shape`: shape that is filled.
     `dx`: spacing asked for [m].
-    `arrange`: the arrangement: a function of shape and spacing.
     """
     best, cost = _stretch_to_mass(shape, dx, arrange), 0.0
     if len(shape.flat_axes) < shape.dim:
@@ -233,7 +198,7 @@ def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Fill
             if worth < cost:
                 best, cost = other, worth
     share = _share(shape, best)
-    if abs(share - 1) > ROUND_OFF:
+    if abs(share - 1) > lattices.ROUND_OFF:
         best = replace(best, volumes=best.volumes * share)
     return replace(best, note=_note(shape, best, dx, share))
 
@@ -249,7 +214,7 @@ def _stretch_to_mass(shape: Shape, dx: float, arrange: Callable[[Shape, float], 
     stretch = np.ones(shape.dim)
     for axis in shape.flat_axes:
         change = shape.extent()[axis] / filling.size[axis]
-        stretch[axis] = change if abs(change - 1) > ROUND_OFF else 1.0
+        stretch[axis] = change if abs(change - 1) > lattices.ROUND_OFF else 1.0
     if (stretch == 1.0).all():
         return filling
     middle = np.add(*shape.bounds()) / 2
@@ -266,7 +231,7 @@ def _stretch_to_mass(shape: Shape, dx: float, arrange: Callable[[Shape, float], 
 def _note(shape: Shape, filling: Filling, dx: float, share: float) -> str:
     notes = []
     change = float(filling.spacing / dx - 1)
-    if abs(change) > ROUND_OFF:
+    if abs(change) > lattices.ROUND_OFF:
         notes.append(f"the spacing is changed by {100 * change:+.2g} %")
     if abs(share - 1) > 1e-6:
         notes.append(f"every mass by {100 * (share - 1):+.2g} %")

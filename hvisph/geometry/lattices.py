@@ -52,7 +52,7 @@ def count_across(length: float, spacing: float, what: str = "body", even: bool =
 
 
 def make_filling(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
-    """Return the `Filling` of `positions` of volume dx^dim each, noting a size that had to give way.
+    """Return the `Filling` of `positions` of volume dx^dim each, with a note where its size differs from the asked one.
 
     Raises `CaseError` when there is no particle.
     """
@@ -91,7 +91,6 @@ def fill_lattice(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
     particles lie dx / 2 inside the faces: 2 mm at 0.1 mm are 20 layers. Round shapes keep the nodes strictly inside. A
     sphere 12 dx across holds 912 particles.
 
-    `shape`, `dx`: the shape and the spacing [m].
     `even`: axes along which the number of layers is even, so that none lies in the middle.
 
     Raises `CaseError` when the shape is thinner than half a particle.
@@ -136,9 +135,8 @@ def fill_hexagonal(shape: Shape, dx: float) -> Filling:
     count = count_across(width, between)
     count_across(height, a)
     short = max(1, math.floor(height / a))
-    columns = [
-        _column(x, centre_coordinates(short + (k + 1) % 2, a)) for k, x in enumerate(centre_coordinates(count, between))
-    ]
+    places = enumerate(centre_coordinates(count, between))
+    columns = [_column(x, centre_coordinates(short + (k + 1) % 2, a)) for k, x in places]
     mean = short + sum((k + 1) % 2 for k in range(count)) / count
     return make_filling(np.concatenate(columns), dx, (count * between, mean * a), shape.extent())
 
@@ -263,8 +261,6 @@ def fill_graded(shape: Shape, dx: float, grading: Grading, even: tuple[int, ...]
 
     `shape`: an `Interval` or a `Box`, or the `Section` of a cylinder, a tube or a ring of a box, whose y is the radius;
         the volumes of these are areas of the section.
-    `dx`: spacing in the fine part [m].
-    `grading`: where it grows, and how far.
     `even`: axes in whose middle no layer may lie.
 
     Raises `CaseError` when the coarsest spacing is not above `dx` or the ratio not between 1 and 1.1, or the shape is

@@ -18,6 +18,7 @@ import numpy as np
 
 from .cutting_planes import Section
 from .shapes import Placed, Shape
+from .shapes.shape import push_inside
 
 # Depth [spacings of the finer body] from which on bodies stand in each other: less is how a place is typed.
 DEEPEST = 0.4
@@ -123,24 +124,13 @@ def _deepest(one: Standing, other: Standing, dx: float) -> tuple[np.ndarray, flo
             break
         if step:
             points = points - step * one.spacing[1] * solid_of(other.surface).outward(points, SLOPE * dx)
-            points = _project_on_surface(one, points, dx)
+            points = push_inside(solid_of(one.surface), points, 0.0, 0.1 * SLACK * dx, SLOPE * dx)
         depth = np.where(one.distance(points) <= SLACK * dx, -other.distance(points), -math.inf)
         if depth.max() > best:
             best, place = float(depth.max()), points[depth.argmax()]
         if best >= DEEPEST * dx:
             break
     return place, best
-
-
-def _project_on_surface(one: Standing, points: np.ndarray, dx: float) -> np.ndarray:
-    """Return `points` with those that have left the body put back on its surface."""
-    for _ in range(3):
-        d = one.distance(points)
-        out = np.flatnonzero(d > 0.1 * SLACK * dx)
-        if len(out) == 0:
-            break
-        points[out] -= d[out, None] * solid_of(one.surface).outward(points[out], SLOPE * dx)
-    return points
 
 
 def solid_of(surface: Shape | None) -> Shape:

@@ -17,7 +17,6 @@ def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.
 
     `path`: ``.csv`` with the columns x, y, z (as many as there are dimensions) and mass; ``.vtu`` and other formats of
         meshio with the point data `mass`; ``.h5`` with the data sets `position` and `mass`.
-    `dim`: number of dimensions.
     `density`: density of their material [kg/m^3], which makes volumes of masses.
     `scale`: metres per unit of the file's positions.
 
@@ -40,9 +39,7 @@ def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.
             where="shape.file",
         )
     if not np.isfinite(positions).all() or not (np.isfinite(mass) & (mass > 0)).all():
-        raise CaseError(
-            f"'{path}' holds a position that is not finite or a mass that is not positive", where="shape.file"
-        )
+        raise CaseError(f"'{path}' holds a position that is not finite or a mass not above zero", where="shape.file")
     volumes = mass / density
     _refuse_misfit(path.name, positions, volumes ** (1 / dim))
     size = tuple(float(s) for s in np.ptp(positions, axis=0))

@@ -31,8 +31,6 @@ class Solid:
 def touch(first: Solid, second: Solid) -> tuple[float, float] | None:
     """Return where two bodies touch that approach each other along x, `first` from the left.
 
-    `first`, `second`: the bodies, each about its own origin.
-
     Returns x of the point of contact about either origin [m]; None where they pass each other.
     """
     start = max(float(first.positions[:, 0].max()), float(first.shape.bounds()[1][0])) - min(
@@ -110,7 +108,7 @@ def _between_particles(first: Solid, second: Solid) -> float:
 
 
 def on_surface(shape: Shape, points: np.ndarray) -> np.ndarray:
-    """Return `points` (n, dim) moved to the surface; those that do not reach it are left out."""
+    """Return `points` (n, dim) moved to the surface, without those that do not reach it."""
     scale = max(shape.extent())
     points = points.copy()
     for _ in range(8):
@@ -126,8 +124,6 @@ ROUND = (Cylinder, Tube, Nosed, Ring)  # about their `axis`
 def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1.0)) -> np.ndarray:
     """Return the matrix (dim, dim) that turns points by `angle` [rad], counter-clockwise.
 
-    `dim`: 2 (about the centre) or 3 (about `axis`, by Rodrigues' formula).
-    `angle`: angle [rad].
     `axis`: direction of the axis, of any length but zero; of no meaning in 2D.
 
     Raises `CaseError` in 1D, or for an axis without a direction.
@@ -166,7 +162,7 @@ def needed_turn(shape: Shape, matrix: np.ndarray) -> np.ndarray | None:
 
 
 def rotate(filling: Filling, matrix: np.ndarray) -> Filling:
-    """Return `filling` turned about its centre by `matrix` (dim, dim); its `size` stays that of the shape."""
+    """Return `filling` rotated about its centre by `matrix` (dim, dim); its `size` remains that of the shape."""
     return replace(filling, positions=np.ascontiguousarray(filling.positions @ matrix.T))
 
 
@@ -280,7 +276,7 @@ def deal_spheres(
     diameters = draw_diameters(limits, exponent, shape.dim, share * shape.volume, generator)
     if not len(diameters):
         raise CaseError(
-            f"a volume of {share:g} holds no sphere of the diameters drawn; give a larger volume or smaller diameters"
+            f"a volume of {share:g} holds no sphere of the diameters drawn; enlarge it or give smaller ones"
         )
     low, high = shape.bounds()
     centres = np.zeros((0, shape.dim))

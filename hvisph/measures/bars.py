@@ -16,7 +16,7 @@ from .impact_geometry import PROJECTILE, members
 from .lengths import end_layers, initial_length
 from .measurement_frame import Scene
 from .residual_projectile import HALF
-from .result import Outcomes, Result, UndefinedMeasureError, measures
+from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 from .target_damage import crater_of
 
 WIDER = 1.5  # times the bar's width; a wider target is a plate
@@ -98,11 +98,9 @@ def _require_bar(scene: Scene) -> None:
     own = float(np.ptp(scene.start.fields["position"][rows, 1]))
     if scene.has_target:
         across = scene.start.fields["position"][scene.start.body == scene.target, 1]
-        if np.ptp(across) > WIDER * own + scene.spacing:
-            raise UndefinedMeasureError("no bar on a rigid wall or an equal bar")
+        refuse_if(np.ptp(across) > WIDER * own + scene.spacing, "no bar on a rigid wall or an equal bar")
     share = float(scene.now.fields["mass"][scene.projectile].sum() / scene.shot_mass)
-    if share < HALF:
-        raise UndefinedMeasureError(f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
+    refuse_if(share < HALF, f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
 
 
 def _motion_note(scene: Scene) -> str:

@@ -22,7 +22,9 @@ def void_fraction(scene: Scene) -> Result:
     largest ones of as many, are no voids. The scatter is half a grid cell along the outline's edge, over its area.
     """
     position = scene.position[scene.projectile]
-    start = _initial_position(scene)
+    start = np.empty((0, 2))  # where it is not known
+    if scene.start is not None:
+        start = scene.start.fields["position"][np.isin(scene.start.id, scene.now.id[scene.projectile])]
     if any(np.prod(3.0 * np.ptp(x, axis=0) / scene.spacing + 40.0) > MOST_CELLS for x in (position, start) if len(x)):
         raise UndefinedMeasureError("the projectile's main body is too wide for a grid of dx/3")
     from scipy import ndimage
@@ -35,14 +37,6 @@ def void_fraction(scene: Scene) -> Result:
     area = int(outline.sum())
     edge = area - int(ndimage.binary_erosion(outline).sum())
     return Result(float(voids.sum()) / area, scatter=0.5 * edge / area)
-
-
-def _initial_position(scene: Scene) -> np.ndarray:
-    """Return the initial position of the projectile's main body (n, 2) [m]; no rows where it is not known."""
-    if scene.start is None:
-        return np.empty((0, 2))
-    body = np.isin(scene.start.id, scene.now.id[scene.projectile])
-    return np.asarray(scene.start.fields["position"][body])
 
 
 def _voids(position: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
@@ -113,8 +107,10 @@ def radii(scene: Scene) -> Outcomes:
     for axis in along:
         volume /= float(np.ptp(scene.position[rows, axis])) + scene.spacing
     square = float(np.average((flat**2).sum(axis=1), weights=mass)) + _particle_spread(scene, rows, len(shell.axes))
-    inner, outer = (_sphere_radii if shell.sphere else _ring_radii)(volume, square)
-    return {"inner_radius": inner, "outer_radius": outer}
+    inner, outer = np.sqrt(max(square - volume / (2.0 * np.pi), 0.0)), np.sqrt(square + volume / (2.0 * np.pi))
+    if shell.sphere:
+        inner, outer = _sphere_radii(volume, square)
+    return {"inner_radius": float(inner), "outer_radius": float(outer)}
 
 
 def _particle_spread(scene: Scene, rows: np.ndarray, axes: int) -> float:
@@ -126,21 +122,13 @@ def _particle_spread(scene: Scene, rows: np.ndarray, axes: int) -> float:
     return float(axes * np.mean(size ** (2.0 / scene.now.dimensions)) / 12.0)
 
 
-def _ring_radii(area: float, square: float) -> tuple[float, float]:
-    half = area / (2.0 * np.pi)
-    return float(np.sqrt(max(square - half, 0.0))), float(np.sqrt(square + half))
-
-
 def _sphere_radii(volume: float, square: float) -> tuple[float, float]:
     cube = 0.75 * volume / np.pi  # b^3 - a^3
     low, high = 0.0, float(np.sqrt(square / 0.6))
     for _ in range(HALVINGS):
         inner = 0.5 * (low + high)
         outer = (inner**3 + cube) ** (1.0 / 3.0)
-        if 0.6 * (outer**5 - inner**5) / cube < square:
-            low = inner
-        else:
-            high = inner
+        low, high = (inner, high) if 0.6 * (outer**5 - inner**5) / cube < square else (low, inner)
     inner = 0.5 * (low + high)
     return inner, float((inner**3 + cube) ** (1.0 / 3.0))
 

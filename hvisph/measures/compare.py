@@ -81,9 +81,7 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
 
 def _finished_row(name: str, path: Path, summary: Plain) -> Row:
     columns = {"expected": "value", "tolerance": "tolerance", "source": "source"}
-    published = {
-        entry["name"]: {column: entry[key] for key, column in columns.items()} for entry in summary["expected"]
-    }
+    published = {one["name"]: {column: one[key] for key, column in columns.items()} for one in summary["expected"]}
     same = ("title", "status", "failure", "end_time", "measures", "conservation")
     cost = {key: summary[key] for key in COST}
     return Row(name, path, **{key: summary[key] for key in same}, cost=cost, published=published)
@@ -145,7 +143,7 @@ def _value_of(entry: object, name: str, default: object = None) -> Any:
 
 
 def mean_difference(times: np.ndarray, values: np.ndarray, exact: np.ndarray) -> float:
-    """Return the mean over time of the size of `values` - `exact`, both at `times`; NaN is left out."""
+    """Return the time mean of abs(`values` - `exact`), both at `times`, without NaN."""
     finite = np.isfinite(values)
     times, difference = times[finite], np.abs(values - exact)[finite]
     if len(times) < 2:

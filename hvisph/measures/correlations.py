@@ -22,6 +22,7 @@ Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import cos, inf, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,32 +63,29 @@ LAWS = {
 
 @dataclass(frozen=True)
 class Correlation:
-    """One number of a correlation in SI, or its statement in words."""
+    """A number of a correlation in SI: name and quantity, range of validity, source."""
 
-    # whose it is, and of what
     name: str
     quantity: str
-    # number in SI
     value: float
     unit: str
     text: str  # what it means for this shot; empty where the number says it
-    # where it holds, and where it is from
     range: str
     source: str
 
 
-def _correlation(key: str, body: str, value: float, text: str = "", unit: str = "m") -> Correlation:
+def correlation(key: str, body: str, value: float, text: str = "", unit: str = "m") -> Correlation:
+    """Return a number by one of `LAWS` for a body."""
     name, quantity, span, source = LAWS[key]
     return Correlation(name, quantity.format(body), value, unit, text, span, source)
 
 
-@dataclass(frozen=True)
-class Alloy:
-    """An aluminium alloy: Brinell hardness, sound speed [m/s], yield strength [Pa]."""
+class Alloy(NamedTuple):
+    """An aluminium alloy."""
 
-    hardness: float
-    sound: float
-    strength: float
+    hardness: float  # of Brinell
+    sound: float  # sound speed [m/s]
+    strength: float  # yield strength [Pa]
 
 
 # By what the name of a material begins with.
@@ -106,8 +104,7 @@ def alloy_of(material: str) -> Alloy | None:
     return next((alloy for name, alloy in ALLOYS.items() if material.startswith(name)), None)
 
 
-@dataclass(frozen=True)
-class Ground:
+class Ground(NamedTuple):
     """Constants of crater scaling in a class of matter: K1 [-], mu [-], effective strength Y [Pa]."""
 
     coefficient: float
@@ -216,51 +213,46 @@ def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float)
         return float(shield * (v * cos(angle)) ** (-2 / 3) * (sigma / 70.0) ** (1 / 3))
 
     v, across = impact.speed / KM, cos(angle)
-    if v * across <= 3.0:
-        return slow(v) * CM
-    if v * across >= 7.0:
-        return fast(v) * CM
+    if not 3.0 < v * across < 7.0:
+        return (slow(v) if v * across <= 3.0 else fast(v)) * CM
     low, high = slow(3.0 / across), fast(7.0 / across)
     return (low + (high - low) * (v * across - 3.0) / 4.0) * CM
 
 
-@dataclass(frozen=True)
-class ClothShield:
+class ClothShield(NamedTuple):
     """Coefficients of a shield with cloth before an aluminium wall, lengths in cm, masses per area in g/cm^2."""
 
-    # coefficients below and above both speeds; between them the diameter is interpolated
-    low: float
+    low: float  # of the diameter below and above both speeds; between them it is interpolated
     high: float
-    # these speeds at normal impact [km/s]
-    slow: float
+    slow: float  # these speeds at normal impact [km/s]
     fast: float
-    # powers of 1/cos of the angle in both speeds, and in the diameter above
-    slow_power: float
+    slow_power: float  # powers of 1/cos of the angle in both speeds, and in the diameter above
     fast_power: float
     high_power: float
-
-    def critical_diameter(self, impact: Impact, strength: float) -> float:
-        """Return the diameter of the sphere that just perforates the last wall of yield `strength` [Pa], in m."""
-        *front, wall = impact.walls
-        rho_p, cosine, sigma = impact.density * 1e-3, cos(impact.obliquity), strength / KSI / 40.0
-        areal, t_w = sum(one.areal_density for one in front) * 0.1, wall.thickness / CM
-        gap = (sum(one.gap for one in impact.walls) + sum(one.thickness for one in front[1:])) / CM
-        held = self.low * (t_w * sqrt(sigma) + 0.37 * areal) / (cosine ** (4 / 3) * sqrt(rho_p))
-        broken = self.high * (wall.areal_density * 0.1 / rho_p) ** (1 / 3) * gap ** (2 / 3) * sigma ** (1 / 6)
-        broken /= cosine**self.high_power
-        slow, fast = self.slow / cosine**self.slow_power, self.fast / cosine**self.fast_power
-        v = impact.speed / KM
-        if v <= slow:
-            return float(held * v ** (-2 / 3) * CM)
-        if v >= fast:
-            return float(broken * v ** (-1 / 3) * CM)
-        return float(np.interp(v, (slow, fast), (held * slow ** (-2 / 3), broken * fast ** (-1 / 3))) * CM)
 
 
 # The coefficient of fast impacts on a stuffed shield falls where little is stuffed: 10 to 15 % of the shield's mass.
 STUFFED_SHIELD = ClothShield(2.35, 0.6, 2.6, 6.5, 0.5, 0.75, 0.5)
 MULTI_WALL_SHIELD = ClothShield(2.0, 0.358, 2.4, 6.4, 0.5, 0.25, 1 / 3)
 LITTLE_STUFFING, LITTLE_COEFFICIENT = (0.10, 0.15), 0.45
+
+
+def critical_diameter_of_cloth(shield: ClothShield, impact: Impact, strength: float) -> float:
+    """Return the diameter of the sphere that just perforates the last wall, of yield `strength` [Pa], in m."""
+    *front, wall = impact.walls
+    rho_p, cosine, sigma = impact.density * 1e-3, cos(impact.obliquity), strength / KSI / 40.0
+    areal, t_w = sum(one.areal_density for one in front) * 0.1, wall.thickness / CM
+    gap = (sum(one.gap for one in impact.walls) + sum(one.thickness for one in front[1:])) / CM
+    held = shield.low * (t_w * sqrt(sigma) + 0.37 * areal) / (cosine ** (4 / 3) * sqrt(rho_p))
+    broken = shield.high * (wall.areal_density * 0.1 / rho_p) ** (1 / 3) * gap ** (2 / 3) * sigma ** (1 / 6)
+    broken /= cosine**shield.high_power
+    slow, fast = shield.slow / cosine**shield.slow_power, shield.fast / cosine**shield.fast_power
+    v = impact.speed / KM
+    if v <= slow:
+        return float(held * v ** (-2 / 3) * CM)
+    if v >= fast:
+        return float(broken * v ** (-1 / 3) * CM)
+    return float(np.interp(v, (slow, fast), (held * slow ** (-2 / 3), broken * fast ** (-1 / 3))) * CM)
 
 
 def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
@@ -274,13 +266,12 @@ def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
 
 @dataclass(frozen=True)
 class LambertJonas:
-    """The curve of residual velocities."""
+    """The curve of residual velocities v_r = a (v^p - limit^p)^(1/p), and their root mean square deviation [m/s]."""
 
-    # v_r = a (v^p - limit^p)^(1/p), velocities in m/s
     a: float
     p: float
     limit: float
-    deviation: float  # root mean square deviation of the residual velocities [m/s]
+    deviation: float
 
     def residual(self, velocity: np.ndarray | float) -> np.ndarray:
         """Return the residual velocity [m/s]; 0 below the limit."""
@@ -325,11 +316,11 @@ def _single_wall(impact: Impact) -> Iterator[Correlation]:
     if wall is None or wall.alloy is None or not 0.5 * KM <= impact.speed <= 8.0 * KM:
         return
     depth = crater_depth(impact, wall, wall.alloy)
-    yield _correlation("crater", wall.name, depth)
+    yield correlation("crater", wall.name, depth)
     if len(impact.walls) == 1:
         states = {3.0: "no incipient spall", 2.2: "incipient spall", 1.8: "detached spall", 0.0: "perforated"}
         text = next(text for least, text in states.items() if wall.thickness >= least * depth)
-        yield _correlation("wall", wall.name, 1.8 * depth, text)
+        yield correlation("wall", wall.name, 1.8 * depth, text)
 
 
 def _hole(impact: Impact) -> Iterator[Correlation]:
@@ -339,9 +330,9 @@ def _hole(impact: Impact) -> Iterator[Correlation]:
     share, v = wall.thickness / impact.diameter, impact.speed / KM
     if not (2400.0 < impact.density < 3000.0 and 2.0 <= v <= 8.0 and share < 0.5):
         return
-    yield _correlation("maiden", wall.name, (0.45 * v * share ** (2 / 3) + 0.90) * impact.diameter)
+    yield correlation("maiden", wall.name, (0.45 * v * share ** (2 / 3) + 0.90) * impact.diameter)
     speed = impact.density * impact.speed / (wall.density * wall.alloy.sound)
-    yield _correlation("sawle", wall.name, (3.2 * speed**0.22 * share ** (2 / 3) + 1.0) * impact.diameter)
+    yield correlation("sawle", wall.name, (3.2 * speed**0.22 * share ** (2 / 3) + 1.0) * impact.diameter)
 
 
 def _whipple(impact: Impact) -> Iterator[Correlation]:
@@ -363,7 +354,7 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
 def _judge(key: str, impact: Impact, critical: float) -> Correlation:
     """Return the critical diameter [m] of a shield, and in words whether its last wall holds."""
     verdict = "perforated" if impact.diameter > critical else "holds"
-    return _correlation(key, "", critical, f"{impact.walls[-1].name} {verdict}")
+    return correlation(key, "", critical, f"{impact.walls[-1].name} {verdict}")
 
 
 def _cloth(impact: Impact) -> Iterator[Correlation]:
@@ -377,10 +368,10 @@ def _cloth(impact: Impact) -> Iterator[Correlation]:
         stuffing = sum(one.areal_density for one in front[1:])
         share = stuffing / sum(one.areal_density for one in impact.walls)
         if LITTLE_STUFFING[0] <= share <= LITTLE_STUFFING[1]:
-            law = replace(law, high=LITTLE_COEFFICIENT)
-        yield _judge("stuffed", impact, law.critical_diameter(impact, wall.alloy.strength))
+            law = law._replace(high=LITTLE_COEFFICIENT)
+        yield _judge("stuffed", impact, critical_diameter_of_cloth(law, impact, wall.alloy.strength))
     elif front[0].cloth and len(front) == 4:
-        yield _judge("multi-wall", impact, MULTI_WALL_SHIELD.critical_diameter(impact, wall.alloy.strength))
+        yield _judge("multi-wall", impact, critical_diameter_of_cloth(MULTI_WALL_SHIELD, impact, wall.alloy.strength))
 
 
 def _cratering(impact: Impact) -> Iterator[Correlation]:
@@ -394,39 +385,8 @@ def _cratering(impact: Impact) -> Iterator[Correlation]:
         field = f"{impact.gravity:.3g} m/s^2" if impact.gravity else "no gravity"
         strength = 1e-6 * GROUNDS[wall.ground].strength
         text = f"{1e3 * volume:.3g} litre; taken as {wall.ground}, Y {strength:g} MPa; {field}"
-        yield _correlation("radius", wall.name, radius, text)
-        yield _correlation("depth", wall.name, depth)
+        yield correlation("radius", wall.name, radius, text)
+        yield correlation("depth", wall.name, depth)
     diameter = rock_crater_diameter(impact, wall) if wall.ground == "hard rock" else inf
     if diameter <= min(10.0, 1.5 * wall.thickness):
-        yield _correlation("gault", wall.name, diameter)
-
-
-# (2 E)^(1/2) by material of the library [m/s].
-GURNEY_VELOCITY = {"tnt": 2370.0, "composition-b": 2700.0, "c-4": 2660.0, "petn": 2930.0, "pbx-9404": 2900.0}
-LIGHTEST, HEAVIEST = 0.1, 10.0
-
-
-def plate_velocity(gurney: float, metal: float, behind: float = 0.0) -> float:
-    """Return the final velocity of a plate on one face of a slab of explosive [m/s].
-
-    `gurney`: Gurney velocity of the explosive [m/s].
-    `metal`, `behind`: mass of the plate, and of what covers the other face, over that of the explosive [-].
-    """
-    ratio = (1.0 + 2.0 * metal) / (1.0 + 2.0 * behind)
-    products = (1.0 + ratio**3) / (3.0 * (1.0 + ratio))
-    return gurney / sqrt(products + behind * ratio**2 + metal)
-
-
-def shell_velocity(gurney: float, metal: float, products: float = 0.5) -> float:
-    """Return the final velocity of a shell about an explosive [m/s].
-
-    `gurney`: Gurney velocity of the explosive [m/s].
-    `metal`: mass of the shell over that of the explosive [-].
-    `products`: share of the products' mass that moves with the shell: 1/2 in a tube, 3/5 in a sphere [-].
-    """
-    return gurney / sqrt(metal + products)
-
-
-def driven(name: str, velocity: float) -> Correlation:
-    """Return the final velocity [m/s] of a driven body as a correlation."""
-    return _correlation("gurney", name, velocity, unit="m/s")
+        yield correlation("gault", wall.name, diameter)

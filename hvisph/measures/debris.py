@@ -26,11 +26,11 @@ from hvisph.core.text import Plain, PlainMapping
 from .impact_geometry import OTHER, PROJECTILE, members
 from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
-from .result import Outcome, Outcomes, Result, UndefinedMeasureError, evaluate, measures, weighted_quantile
+from .result import Outcome, Outcomes, Result, UndefinedMeasureError, evaluate, measures, refuse_if, weighted_quantile
 from .target_geometry import Plate
 
 BINS = 40
-LATE = 0.99  # share of the mass that has arrived when a shower counts as over
+LATE = 0.99  # mass fraction at whose arrival the load ends
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def plane_loads(came: Arrivals, round_: bool, spacing: float) -> Plain:
 
 
 def _durations(came: Arrivals, bins: np.ndarray, number: int, whole: float) -> np.ndarray:
-    """Return how long the shower lasts in each bin [s], from first to 99 % of its mass; of a single one the whole's."""
+    """Return the duration of the load in each bin [s], to 99 % of its mass; with one particle, of the whole load."""
     lengths = np.full(number, whole if whole > 0.0 else np.inf)
     order = np.argsort(bins, kind="stable")
     starts = np.searchsorted(bins[order], np.arange(number + 1))
@@ -145,8 +145,7 @@ def cloud_particles(scene: Scene) -> np.ndarray:
     states = [layer_state(scene, body) for body in scene.layers]
     number = next((k for k, one in enumerate(states) if one.state != YES and not one.opening), len(states))
     passed = scene.layers[:number]  # perforated, or through their initial openings
-    if not any(one.state == YES for one in states[:number]):
-        raise UndefinedMeasureError("no layer is perforated")
+    refuse_if(not any(one.state == YES for one in states[:number]), "no layer is perforated")
     plate = scene.plate(passed[-1])
     assert plate is not None
     free = np.ones(scene.now.count, dtype=bool)
@@ -155,8 +154,7 @@ def cloud_particles(scene: Scene) -> np.ndarray:
     free &= np.isin(scene.now.body, [body for body, role in enumerate(scene.shot.roles) if role != OTHER])
     free &= plate.depth(scene.position) > plate.thickness
     rows = np.flatnonzero(free & (scene.now.fields["velocity"] @ np.array(plate.basis[0]) > 0.0))
-    if len(rows) < FEWEST:
-        raise UndefinedMeasureError(f"fewer than {FEWEST} particles fly behind the perforated layer")
+    refuse_if(len(rows) < FEWEST, f"fewer than {FEWEST} particles fly behind the perforated layer")
     return rows
 
 
@@ -305,8 +303,7 @@ def launch(scene: Scene, plate: Plate) -> Outcomes:
     """Return the mass-mean angle [rad] and radius [m] at which the ejecta of a layer left its struck face."""
     rows, _, angle, radius = _launch(scene, plate)
     own = scene.now.body[rows] == plate.body
-    if not own.any():
-        raise UndefinedMeasureError("nothing rises from the struck face")
+    refuse_if(not own.any(), "nothing rises from the struck face")
     mass = scene.now.fields["mass"][rows][own]
     return {
         "ejecta_angle": float(mass @ angle[own] / mass.sum()),

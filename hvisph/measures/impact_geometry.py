@@ -18,9 +18,10 @@ from hvisph.output.snapshot import Snapshot
 
 from .fragments import LIKE_SPACING
 from .symmetry_completion import Mirror, Whole, whole_of
-from .target_geometry import ALIGNED, Plate, plate_of, with_openings
+from .target_geometry import ALIGNED, Plate, plate_of, to_tuples, with_openings
 
 PROJECTILE, LAYER, OTHER = "projectile", "layer", "other"
+NUMBERS = ("frame", "speed", "masses", "energy", "drift")  # of the plain form of a shot
 STILL = 1e-6  # share of the highest speed below which a body stands still
 
 
@@ -46,8 +47,10 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
         alike[:] = False
     alike[first] = True
     roles = [PROJECTILE if alike[body] else LAYER for body in range(count)]
-    for body in range(count):
-        if roles[body] == LAYER and moves[first] and _is_behind(start, body, alike, velocity[first] - velocity[body]):
+    for body in range(count) if moves[first] else ():
+        along = start.fields["position"].reshape(start.count, -1) @ (velocity[first] - velocity[body])
+        own, projectile = along[start.body == body], along[alike[start.body]]
+        if roles[body] == LAYER and len(own) and len(projectile) and own.max() < projectile.min():  # wholly behind it
             roles[body] = OTHER
     return tuple(role or roles[body] for body, role in enumerate(known))
 
@@ -88,13 +91,6 @@ def _mean(snapshot: Snapshot, field: str, chosen: np.ndarray) -> np.ndarray:
     return np.average(values, axis=0, weights=weights) if len(values) else np.zeros(values.shape[1])
 
 
-def _is_behind(start: Snapshot, body: int, shot: np.ndarray, along: np.ndarray) -> bool:
-    """Whether a body lies wholly behind the projectile as it moves towards `along`."""
-    position = start.fields["position"].reshape(start.count, -1) @ along
-    own, projectile = position[start.body == body], position[shot[start.body]]
-    return bool(len(own) and len(projectile) and own.max() < projectile.min())
-
-
 @dataclass(frozen=True)
 class Shot:
     """Impact geometry from the start of a run."""
@@ -122,8 +118,7 @@ class Shot:
 
     def in_frame(self, snapshot: Snapshot) -> Snapshot:
         """Return the whole model in the axes of the shot, which move along with its layers."""
-        snapshot = _remove_drift(self.whole.complete(snapshot), self.drift)
-        return _rotate(snapshot, np.array(self.frame)) if self.is_rotated else snapshot
+        return _transform(self.whole.complete(snapshot), np.array(self.frame), self.drift)
 
     def back(self, vectors: np.ndarray) -> np.ndarray:
         """Return vectors (.., dim) of the shot's axes in those of the case."""
@@ -142,16 +137,9 @@ class Shot:
     def from_dict(cls, plain: PlainMapping) -> Shot:
         """Return the shot with the plain form `plain`; raises `OutputError` where it is damaged."""
         try:
-            return cls(
-                tuple(map(str, plain["roles"])),
-                Whole.from_dict(plain["whole"]),
-                tuple(tuple(map(float, row)) for row in plain["frame"]),
-                tuple(Plate.from_dict(plate) for plate in plain["plates"]),
-                None if plain["speed"] is None else float(plain["speed"]),
-                tuple(map(float, plain["masses"])),
-                None if plain["energy"] is None else float(plain["energy"]),
-                tuple(map(float, plain["drift"])),
-            )
+            known: Plain = {name: None if plain[name] is None else to_tuples(plain[name]) for name in NUMBERS}
+            roles, plates = tuple(map(str, plain["roles"])), tuple(map(Plate.from_dict, plain["plates"]))
+            return cls(roles, Whole.from_dict(plain["whole"]), plates=plates, **known)
         except (KeyError, TypeError, ValueError) as error:
             raise OutputError(f"the snapshot's metadata on the shot are damaged ({error!r})") from error
 
@@ -174,7 +162,7 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
         return Shot(roles, whole, _as_rows(np.eye(now.dimensions)))
     complete = whole.complete(start)
     frame = _frame(complete, roles)
-    framed = _rotate(complete, frame)
+    framed = _transform(complete, frame)
     speed, energy = _impact(framed, roles)
     mass = framed.fields.get("mass")
     masses = [] if mass is None else np.bincount(framed.body, mass, len(roles)).tolist()
@@ -183,7 +171,7 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
 
 
 def spacing_of(snapshot: Snapshot) -> float:
-    """Return dx [m]: as the run says, or in other codes' files the cell that a particle's mass fills."""
+    """Return dx [m] from the metadata, or for other codes' files the edge of the cell that a particle's mass fills."""
     if "spacing" in snapshot.metadata:
         return float(snapshot.metadata["spacing"])
     if {"mass", "density"} <= snapshot.fields.keys():
@@ -237,7 +225,7 @@ def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
 
 
 def _lateral_axis(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.ndarray:
-    """Return a direction across the shot line that belongs to the layers: of an edge, or half-way between corners."""
+    """Return a direction across the shot line fixed to the layers: along an edge, or midway between two corners."""
     position = start.fields["position"]
     chosen = members(start, roles, LAYER)
     chosen = chosen if chosen.any() else np.ones(start.count, bool)
@@ -256,14 +244,20 @@ def _lateral_axis(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) ->
     return np.asarray(edge / np.sqrt((edge**2).sum()))
 
 
-def _rotate(snapshot: Snapshot, frame: np.ndarray) -> Snapshot:
-    if np.array_equal(frame, np.eye(len(frame))):
+def _transform(snapshot: Snapshot, frame: np.ndarray, drift: tuple[float, ...] = ()) -> Snapshot:
+    """Return a snapshot in the axes `frame` (dim, dim), which move at the velocity `drift` [m/s] since the start."""
+    shift = {"position": snapshot.time * np.array(drift), "velocity": np.array(drift)} if drift else {}
+    rotated = frame.size > 0 and not np.array_equal(frame, np.eye(len(frame)))
+    if not shift and not rotated:
         return snapshot
 
-    def rotate(name: str, values: np.ndarray) -> np.ndarray:
-        return values.reshape(snapshot.count, -1) @ frame.T if name in ("position", "velocity") else values
+    def transform(name: str, values: np.ndarray) -> np.ndarray:
+        if name not in ("position", "velocity"):
+            return values
+        values = values - shift[name] if shift else values
+        return values.reshape(snapshot.count, -1) @ frame.T if rotated else values
 
-    return replace(snapshot, fields=transform_arrays(snapshot.fields, rotate))
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, transform))
 
 
 def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
@@ -276,18 +270,6 @@ def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
     if not len(velocity) or not np.abs(mean).max() > STILL * size or np.abs(velocity - mean).max() > STILL * size:
         return ()
     return tuple(mean.tolist())
-
-
-def _remove_drift(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
-    """Return a snapshot in axes that move at the velocity `drift` [m/s] since the start."""
-    if not drift:
-        return snapshot
-    gone = {"position": snapshot.time * np.array(drift), "velocity": np.array(drift)}
-
-    def shift(name: str, values: np.ndarray) -> np.ndarray:
-        return values - gone[name] if name in gone else values
-
-    return replace(snapshot, fields=transform_arrays(snapshot.fields, shift))
 
 
 def _impact(framed: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:

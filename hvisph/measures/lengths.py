@@ -17,7 +17,7 @@ from .fragments import FEWEST
 from .impact_geometry import PROJECTILE, members, own_spacings
 from .measurement_frame import Scene
 from .perforation import NO, NOT_YET, layer_state
-from .result import Outcomes, Result, UndefinedMeasureError, measures
+from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 
 CRATER_BIN = 0.25e-3  # [m], along the plate's thickness
 AXIS_STRIP = 1.0e-3  # [m], half-width of the strip about the shot line
@@ -39,8 +39,7 @@ def crater_diameter(scene: Scene) -> Outcomes:
     """
     require_normal_impact(scene)
     diameter = _bin_diameters(scene)
-    if len(diameter) == 0:
-        raise UndefinedMeasureError("the target has left the place of the plate")
+    refuse_if(len(diameter) == 0, "the target has left the place of the plate")
     mean = Result(float(diameter.mean()), scatter=standard_error(diameter))
     return {"crater_diameter": mean, "crater_diameter_min": float(diameter.min())}
 
@@ -56,8 +55,7 @@ def crater_lip_diameter(scene: Scene) -> Result:
     means, errors = [], []
     for side in scene.target_sides:
         near = side[scene.radius[side] < LIP_REACH * scene.width]
-        if len(near) == 0:
-            raise UndefinedMeasureError("no attached particle of the target is near the shot line")
+        refuse_if(len(near) == 0, "no attached particle of the target is near the shot line")
         radius = scene.radius[_front_most(scene, near, LIP_PARTICLES[scene.now.dimensions])]
         means.append(radius.mean())
         errors.append(standard_error(radius))
@@ -77,8 +75,7 @@ def extension(scene: Scene) -> Result:
     across = scene.radius[scene.projectile] if three_d else scene.lateral[scene.projectile, 0]
     low = 0.0 if three_d else -half_width
     inside = (across >= low) & (across < half_width)
-    if not inside.any():
-        raise UndefinedMeasureError("the projectile's main body has left the shot line")
+    refuse_if(not inside.any(), "the projectile's main body has left the shot line")
     number = max(1, round((half_width - low) / (2.0 * scene.spacing)))
     bins = np.minimum(((across[inside] - low) * number / (half_width - low)).astype(int), number - 1)
     x = scene.position[scene.projectile[inside], 0]
@@ -219,8 +216,7 @@ def lip(scene: Scene) -> Outcomes:
     attached = scene.groups(scene.target).particles_of(scene.attached_groups(scene.target))
     near = attached[scene.radius[attached] <= 2.0 * scene.width]
     around = LIP_IN_THE_PLANE if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
-    if len(near) < around:
-        raise UndefinedMeasureError("too few particles of the plate are left near the shot line")
+    refuse_if(len(near) < around, "too few particles of the plate are left near the shot line")
     x = scene.position[near, 0]
     front = np.lexsort((scene.radius[near], -x))[:around]  # by radius where they are level
     heights = x[front] - scene.face - scene.thickness

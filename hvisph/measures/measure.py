@@ -36,18 +36,10 @@ ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component
 class Measures:
     """The measures at one moment.
 
-    `source`: the file or folder that was measured.
-    `title`: the case's title.
     `time`, `step`: the moment [s] and the number of steps done.
-    `results`: by name; values in SI.
-    `dimensions`: 1, 2 or 3.
-    `unitless`: whether the case has no units.
     `bodies`: of every body: ``mass`` [kg], ``velocity`` (mass mean, list) [m/s] and ``kinetic_energy`` [J].
     `fragments`: of every body, in the order of bodies: its connected groups with masses and velocities.
-    `layers`: the damage of every layer, in the order along the shot line.
     `whole`: how the whole model, which is measured, follows from the computed part.
-    `projectile`: the residual projectile, by name.
-    `cloud`: the debris behind the perforated layers.
     `profile`: outline of a bar: ``distance`` from its foot and ``diameter`` [m]; empty where there is none.
     `series`: all moments in the order of time, where all were measured. This one is the last.
     """
@@ -200,7 +192,7 @@ def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
 
 
 def undefined_measures(now: Snapshot, reason: str) -> Measures:
-    """Return what there is of a moment that cannot be measured: every measure without a value."""
+    """Return the measures of a moment that cannot be measured: all undefined, with the reason."""
     results = {name: undefined_result(CATALOGUE[name].unit, reason) for name in reported_measures(now.dimensions)}
     return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)
 

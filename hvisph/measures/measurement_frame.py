@@ -160,7 +160,7 @@ class Scene:
 
     @cached_property
     def spacing(self) -> float:
-        """Spacing dx [m]: as the run says, or in other codes' files the cell that a particle's mass fills."""
+        """Spacing dx [m], from the metadata, or for other codes' files from the mass of a particle."""
         return spacing_of(self.now)
 
     def spacings(self, rows: np.ndarray) -> float | np.ndarray:
@@ -174,6 +174,12 @@ class Scene:
         images = self.shot.whole.images  # whose numbers follow those of their particles
         at = np.searchsorted(start.id[: start.count // images], self.now.id[rows] // images * images)
         return own_spacings(start, at, self.spacing)
+
+    def rows_at_start(self, rows: np.ndarray | slice) -> np.ndarray:
+        """Return where the particles `rows` are in the run's first snapshot, which is known."""
+        assert self.start is not None
+        order = np.argsort(self.start.id)
+        return np.asarray(order[np.searchsorted(self.start.id, self.now.id[rows], sorter=order)])
 
     @cached_property
     def support(self) -> float:
@@ -348,8 +354,8 @@ class Scene:
             pieces = self.groups(self.target)
             return [pieces.particles(0) if len(pieces) else np.zeros(0, dtype=np.int64)]
         upper = self.lateral[:, 0] > 0.0
-        sides = [self._main(plate & upper), self._main(plate & ~upper)]
-        return [side for side in sides if len(side)]
+        sides = [np.flatnonzero(plate & side) for side in (upper, ~upper)]
+        return [side[main_body(self.position[side], self.spacings(side))] for side in sides if len(side)]
 
     @memoize
     def rim(self, body: int) -> np.ndarray:
@@ -381,7 +387,3 @@ class Scene:
             assert self.start is not None
             known[body] = rim_at_start(self.start, plate, self.spacing)
         return known[body]
-
-    def _main(self, chosen: np.ndarray) -> np.ndarray:
-        members = np.flatnonzero(chosen)
-        return members[main_body(self.position[members], self.spacings(members))]

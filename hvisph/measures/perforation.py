@@ -41,7 +41,7 @@ class Perforation:
 
     @property
     def opening(self) -> bool:
-        """Whether it has no state because its initial openings let the projectile through."""
+        """Whether it has no state because the projectile passed through an initial opening."""
         return self.attached is not None and not self.state
 
 
@@ -72,8 +72,15 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
         if len(held) and not _is_closed(scene, plate, held):
             fixed, closed = held, False
     if not closed:
-        within = np.flatnonzero(_is_within(scene, plate, fixed) & ~loose)
-        stuck = within[np.abs(_relative_velocity(scene, plate, within, fixed)) < SLOW * _speed(scene)]
+        depth, inside = plate.depth(scene.position), np.zeros(scene.now.count, bool)
+        if len(fixed):  # between the outermost attached ones along the normal, and none of them
+            inside = (depth >= depth[fixed].min()) & (depth <= depth[fixed].max())
+            inside[fixed] = False
+        within = np.flatnonzero(inside & ~loose)
+        speed = scene.shot.speed
+        if speed is None:
+            speed = float(np.sqrt((scene.now.fields["velocity"] ** 2).sum(axis=1).max()))
+        stuck = within[np.abs(_relative_velocity(scene, plate, within, fixed)) < SLOW * speed]
         if len(fixed) == 0 or len(stuck) == 0 or _is_open(scene, plate, np.concatenate([fixed, stuck])):
             return Perforation(YES, "", fixed)
     reason = "its attached part has no opening" if closed else "a fragment is stuck in it"
@@ -98,8 +105,7 @@ def _is_loose(scene: Scene) -> np.ndarray:
     now, start = scene.now, scene.start
     if start is None or not scene.permanent or not now.fields.keys() >= {"damage", "density"} <= start.fields.keys():
         return np.zeros(now.count, dtype=bool)
-    order = np.argsort(start.id)
-    place = order[np.searchsorted(start.id, now.id, sorter=order)]
+    place = scene.rows_at_start(slice(None))
     return np.asarray((now.fields["damage"] >= 1.0) & (now.fields["density"] < LOOSE * start.fields["density"][place]))
 
 
@@ -121,12 +127,6 @@ def _relative_velocity(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.n
     return np.asarray(along[rows] - along[fixed][nearest])
 
 
-def _speed(scene: Scene) -> float:
-    if scene.shot.speed is not None:
-        return scene.shot.speed
-    return float(np.sqrt((scene.now.fields["velocity"] ** 2).sum(axis=1).max()))
-
-
 def _approaching_energy(scene: Scene, plate: Plate, fixed: np.ndarray) -> float:
     """Return the energy that other bodies, not yet behind the layer, carry towards it, over the initial kinetic energy.
 
@@ -143,14 +143,6 @@ def _approaching_energy(scene: Scene, plate: Plate, fixed: np.ndarray) -> float:
     if whole is None:
         whole = 0.5 * float((scene.now.fields["mass"][:, None] * scene.now.fields["velocity"] ** 2).sum())
     return energy / whole if whole > 0.0 else 0.0
-
-
-def _is_within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
-    """Return whether a particle is between the outermost attached ones along the normal, and none of them."""
-    depth = plate.depth(scene.position)
-    inside = (depth >= depth[fixed].min()) & (depth <= depth[fixed].max()) if len(fixed) else depth < -np.inf
-    inside[fixed] = False
-    return np.asarray(inside)
 
 
 @memoize

@@ -19,7 +19,7 @@ import numpy as np
 from hvisph.core.text import PlainMapping
 
 from .measurement_frame import Scene
-from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, weighted_quantile
+from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, refuse_if, weighted_quantile
 
 CENTRE_RADIUS = 0.3e-3  # [m]
 CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"
@@ -68,8 +68,7 @@ def peak(history: Mapping[str, np.ndarray] | None, column: str, sign: float, unt
     """Return the largest `sign` times a column up to time `until` [s]; its scatter is the step to its neighbours."""
     if history is None:
         raise UndefinedMeasureError("there is no history: a single snapshot, or files of another code")
-    if column not in history or "time" not in history:
-        raise UndefinedMeasureError(f"the history has no column '{column}'")
+    refuse_if(column not in history or "time" not in history, f"the history has no column '{column}'")
     try:
         time = np.asarray(history["time"], dtype=float)
         value = sign * np.asarray(history[column], dtype=float)
@@ -77,8 +76,7 @@ def peak(history: Mapping[str, np.ndarray] | None, column: str, sign: float, unt
         raise UndefinedMeasureError(f"column '{column}' of the history holds something else than numbers") from None
     kept = np.isfinite(value) & (time <= until * (1.0 + 1e-12))
     time, value = time[kept], value[kept]
-    if len(value) == 0:
-        raise UndefinedMeasureError(f"column '{column}' of the history has no value up to this time")
+    refuse_if(len(value) == 0, f"column '{column}' of the history has no value up to this time")
     at = int(np.argmax(value))
     around = value[max(at - 1, 0) : at + 2]
     return Result(max(float(value[at]), 0.0), scatter=float(np.abs(around - value[at]).max()), time=float(time[at]))
@@ -173,22 +171,19 @@ def plateau_measures(scene: Scene) -> Outcomes:
 
 def plateau(scene: Scene) -> Plateau:
     """Return the plateau of a plate impact; raises `UndefinedMeasureError` where there is none."""
-    if "pressure" not in scene.now.fields:
-        raise UndefinedMeasureError("the snapshot has no pressure")
+    refuse_if("pressure" not in scene.now.fields, "the snapshot has no pressure")
     x = scene.position[:, 0]
     pressure, deviator = scene.now.fields["pressure"], scene.now.fields.get("deviator")
     stress = pressure if deviator is None else pressure - deviator[:, 0]  # -sigma_xx
     projectile, target = scene.is_projectile, scene.is_target
     interface = 0.5 * (x[projectile].max() + x[target].min())
     top = np.quantile(stress[projectile | target], 0.99)
-    if not top > 0.0:
-        raise UndefinedMeasureError("no part of the plates is compressed")
+    refuse_if(not top > 0.0, "no part of the plates is compressed")
     level = 0.5 * float(np.median(stress[(projectile | target) & (stress > 0.1 * top)]))
     reach = min(_reach(x[body] - interface, stress[body], level) for body in (projectile, target))
     distance = np.abs(x - interface)
     chosen = (projectile | target) & (distance >= NEAR * scene.spacing) & (distance <= FAR * reach)
-    if chosen.sum() < FEWEST:
-        raise UndefinedMeasureError("the compressed region is too short, or releases have overtaken it")
+    refuse_if(chosen.sum() < FEWEST, "the compressed region is too short, or releases have overtaken it")
     velocity = scene.now.fields["velocity"].reshape(len(x), -1)[chosen, 0]
     return Plateau(_mean(stress[chosen]), _mean(velocity), int(chosen.sum()))
 
@@ -222,8 +217,7 @@ def _mean(sample: np.ndarray) -> Result:
 def temperatures(scene: Scene) -> Outcomes:
     """Return mass-mean temperatures of the projectile and of all layers, and the maximum of both [K]."""
     fields = scene.now.fields
-    if not {"temperature", "mass"} <= fields.keys():
-        raise UndefinedMeasureError("no material has a heat capacity")
+    refuse_if(not {"temperature", "mass"} <= fields.keys(), "no material has a heat capacity")
     layers = np.isin(scene.now.body, scene.layers)
 
     def value(rows: np.ndarray, maximum: bool = False) -> Outcome:
@@ -243,7 +237,6 @@ def temperatures(scene: Scene) -> Outcomes:
 def phase_fractions(entropy: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mass fractions of melt and of vapour, (n,) each.
 
-    `entropy`: specific entropy, (n,) [J/(kg K)].
     `levels`: at rest, and of incipient and complete melting and vaporisation at 1 bar, (n, 5) [J/(kg K)].
     """
     _, solid, liquid, boiling, gas = levels.T
@@ -254,9 +247,8 @@ def phase_fractions(entropy: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray
 @measures("run", "melt", "vapour", needs=("motion",))
 def phases(scene: Scene) -> Outcomes:
     """Return the masses of melt and vapour of projectile and layers [kg]."""
-    known = scene.now.metadata.get("entropies")
-    if not known or "entropy" not in scene.now.fields:
-        raise UndefinedMeasureError("no material has `melting: {entropies: ...}`")
+    known: Sequence[Sequence[float] | None] = scene.now.metadata.get("entropies") or ()
+    refuse_if(not known or "entropy" not in scene.now.fields, "no material has `melting: {entropies: ...}`")
     levels = np.array([[np.nan] * 5 if one is None else one for one in known])[scene.now.material]
     fractions = phase_fractions(scene.now.fields["entropy"], levels)
     layers = np.isin(scene.now.body, scene.layers)

@@ -8,7 +8,7 @@ from .impact_geometry import LAYER, PROJECTILE, members
 from .lengths import initial_length, length_of
 from .measurement_frame import Scene
 from .perforation import NO, NOT_YET, is_behind, layer_state
-from .result import Outcomes, Result, UndefinedMeasureError, measures
+from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 
 HALF = 0.5  # mass fraction below which the heaviest fragment does not stand for the projectile
 
@@ -36,7 +36,7 @@ def retention_reason(scene: Scene) -> str:
 
 
 def fragmentation_reason(scene: Scene) -> str:
-    """Return why the heaviest fragment does not stand for the projectile; empty where it does."""
+    """Return why the heaviest fragment does not represent the projectile; empty where it does."""
     share = scene.shot_groups.heaviest.mass / scene.shot_mass
     return "" if share >= HALF else f"the projectile's heaviest fragment holds {100.0 * share:.2g} % of its mass"
 
@@ -51,16 +51,12 @@ def residual_velocity(scene: Scene) -> Outcomes:
     The main body and the heaviest fragment stand for the projectile where they hold half of its mass or more. The
     scatter is the standard error of the mean over the particles.
     """
-    reason = retention_reason(scene)
-    if reason:
-        raise UndefinedMeasureError(reason)
-    broken, groups = fragmentation_reason(scene), scene.shot_groups
-    large = groups.masses >= LARGE * scene.shot_mass
-    rows = groups.groups.particles_of(large) if large.any() else groups.heaviest.particles
+    refuse_if(reason := retention_reason(scene), reason)
+    broken = fragmentation_reason(scene)
     return {
         "main_body": broken or _mean(scene, scene.projectile),
-        "heaviest": broken or _mean(scene, groups.heaviest.particles),
-        "large_fragments": _mean(scene, rows),
+        "heaviest": broken or _mean(scene, scene.shot_groups.heaviest.particles),
+        "large_fragments": _mean(scene, _large_fragments(scene)),
         "all": _mean(scene, np.flatnonzero(scene.is_projectile)),
     }
 
@@ -76,6 +72,13 @@ def momentum_transfer(scene: Scene) -> Result:
         raise UndefinedMeasureError("the projectile had no axial momentum at the start")
     ratio = (_momentum(scene, scene.now, LAYER) - before) / brought
     return Result(ratio, discretization=scene.discretization * abs(ratio))
+
+
+def _large_fragments(scene: Scene) -> np.ndarray:
+    """Return the particles of all large fragments; of the heaviest one where none is large."""
+    groups = scene.shot_groups
+    large = groups.masses >= LARGE * scene.shot_mass
+    return groups.groups.particles_of(large) if large.any() else groups.heaviest.particles
 
 
 def _mean(scene: Scene, rows: np.ndarray) -> Result:
@@ -96,21 +99,14 @@ def _momentum(scene: Scene, snapshot: Snapshot, role: str) -> float:
 @measures("projectile", "residual_mass", needs=("motion",))
 def residual_mass(scene: Scene) -> float:
     """Return the mass of all large fragments behind all layers [kg]; of the heaviest one where none is large."""
-    reason = retention_reason(scene)
-    if reason:
-        raise UndefinedMeasureError(reason)
-    groups = scene.shot_groups
-    large = groups.masses >= LARGE * scene.shot_mass
-    rows = groups.groups.particles_of(large) if large.any() else groups.heaviest.particles
-    return float(scene.now.fields["mass"][rows].sum())
+    refuse_if(reason := retention_reason(scene), reason)
+    return float(scene.now.fields["mass"][_large_fragments(scene)].sum())
 
 
 @measures("projectile", "residual_angle", needs=("motion",))
 def residual_angle(scene: Scene) -> float:
     """Return the angle between the heaviest fragment's velocity and the shot line [rad]."""
-    reason = retention_reason(scene) or fragmentation_reason(scene)
-    if reason:
-        raise UndefinedMeasureError(reason)
+    refuse_if(reason := retention_reason(scene) or fragmentation_reason(scene), reason)
     main = scene.shot_groups.heaviest
     lateral = float(np.sqrt((main.velocity[1:] ** 2).sum()))
     return float(np.arctan2(lateral, main.velocity[0])) if lateral > 1e-9 * main.speed else 0.0
@@ -127,9 +123,7 @@ def fragment_mass_fraction(scene: Scene) -> Outcomes:
 @measures("projectile", "projectile_length", "eroded_length", "residual_length", needs=("motion",))
 def lengths(scene: Scene) -> Outcomes:
     """Return length of the heaviest fragment, lost length of the projectile, and residual length [m]."""
-    broken = fragmentation_reason(scene)
-    if broken:
-        raise UndefinedMeasureError(broken)
+    refuse_if(reason := fragmentation_reason(scene), reason)
     length = length_of(scene, scene.position[scene.shot_groups.heaviest.particles, 0])
     unknown = "a single snapshot does not contain the initial length"
     return {
@@ -142,7 +136,6 @@ def lengths(scene: Scene) -> Outcomes:
 @measures("projectile", "penetration_depth", needs=("motion",))
 def penetration_depth(scene: Scene) -> float:
     """Return the depth of the heaviest fragment's tip below the first layer's struck face, along its normal [m]."""
-    if not scene.shot.plates:
-        raise UndefinedMeasureError("there is no layer whose initial state is known")
+    refuse_if(not scene.shot.plates, "there is no layer whose initial state is known")
     depth = scene.shot.plates[0].depth(scene.position[scene.shot_groups.heaviest.particles])
     return float(depth.max() + 0.5 * scene.spacing)

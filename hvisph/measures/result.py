@@ -26,15 +26,19 @@ class UndefinedMeasureError(Exception):
     """A measure is undefined here; the message is the reason."""
 
 
+def refuse_if(condition: object, reason: str) -> None:
+    """Raise `UndefinedMeasureError` with the reason where a condition holds."""
+    if condition:
+        raise UndefinedMeasureError(reason)
+
+
 @dataclass(frozen=True)
 class Result:
     """A measured number in SI, or the reason why there is none.
 
     `value`: the number in `unit`; None where the measure is undefined, and then `reason` says why.
-    `unit`: SI unit; empty for plain numbers.
     `scatter`: half-width by the sample that the number was taken from; None where that is not known.
     `time`: time of a peak [s]; None for what belongs to a snapshot's own time.
-    `reason`: why `value` is None.
     `spacing`, `support`: resolution of a length: dx [m], by which two edges together are uncertain, and the kernel's
         reach [m].
     `discretization`: estimated error of the particle spacing of other numbers.
@@ -73,7 +77,7 @@ class Result:
 
     @property
     def settled(self) -> bool:
-        """Whether the number stands still: it moves by no more than spacing and scatter, or 2 % of itself."""
+        """Whether the number is stationary: its change is below spacing and scatter, or below 2 % of itself."""
         if self.value is None or self.swing is None:
             return self.final
         kinds = self.uncertainty_by
@@ -81,7 +85,7 @@ class Result:
         return self.final and self.swing <= max(rest, SETTLED * abs(self.value))
 
     def as_dict(self) -> Plain:
-        """Return the plain form for JSON; optional entries appear only where they say something."""
+        """Return the plain form for JSON; optional entries appear only where they have a value."""
         plain: Plain = {"value": self.value, "unit": self.unit, "uncertainty": self.uncertainty}
         if self.uncertainty_by:
             plain["uncertainty_by"] = self.uncertainty_by
@@ -179,8 +183,6 @@ def evaluate(
 ) -> dict[str, Result]:
     """Return the measures of a section in the order of the catalogue.
 
-    `section`, `scene`, `subject`: the section, and what its functions take.
-    `names`: the measures to compute; all unless given.
     `reason`: why all of them are undefined, where they are.
     """
     dim, rows = scene.now.dimensions, SECTIONS[section]
@@ -192,7 +194,7 @@ def evaluate(
         elif not set(chosen).isdisjoint(entry.names):
             found |= entry.outcomes(scene, *subject)
     outcomes = {
-        name: found[name] if dim in rows[name].dims else f"it is undefined in {dim}D" for name in rows if name in chosen
+        one: found[one] if dim in rows[one].dims else f"it is undefined in {dim}D" for one in rows if one in chosen
     }
     return {name: complete(rows[name], outcome, scene) for name, outcome in outcomes.items()}
 

@@ -86,7 +86,10 @@ class Whole:
         if not self.mirrors:
             return snapshot
         count, images = snapshot.count, self.images
-        signs, offsets = self._signs_and_offsets(snapshot.dimensions)
+        signs, offsets = np.ones((images, snapshot.dimensions)), np.zeros((images, snapshot.dimensions))
+        for bit, plane in enumerate(self.mirrors):
+            mirrored = (np.arange(images) >> bit) & 1 == 1
+            signs[mirrored, plane.axis], offsets[mirrored, plane.axis] = -1.0, 2.0 * plane.at
 
         def mirror(name: str, values: np.ndarray) -> np.ndarray:
             if name in ("position", "velocity"):
@@ -127,14 +130,6 @@ class Whole:
         used[keys] = True
         return np.asarray((np.cumsum(used) - 1)[keys])
 
-    def _signs_and_offsets(self, dim: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return factors and shifts [m] of the coordinates of each image, both of shape (images, dim)."""
-        signs, offsets = np.ones((self.images, dim)), np.zeros((self.images, dim))
-        for number, mirror in enumerate(self.mirrors):
-            mirrored = (np.arange(self.images) >> number) & 1 == 1
-            signs[mirrored, mirror.axis], offsets[mirrored, mirror.axis] = -1.0, 2.0 * mirror.at
-        return signs, offsets
-
 
 def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Whole:
     """Return how the whole follows from what was computed.
@@ -151,9 +146,15 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
     kept = []
     for plane in planes:
         touching = np.abs(shot[:, plane.axis] - plane.at) <= TOUCH * spacing
-        cuts = bool(touching.any())
-        across = moving is not None and _crosses(moving, touching, plane.axis)
-        if cuts and not across:
+        if not touching.any():
+            continue
+        # a projectile that moves along the axis, beside the plane too, strikes a wall; an imploding body does not
+        mean = np.zeros(1) if moving is None else np.abs(moving.mean(axis=0))
+        if (
+            moving is None
+            or not mean[plane.axis] > 1e-9 * mean.max(initial=0.0)
+            or (abs(float(moving[touching, plane.axis].mean())) <= 0.5 * mean[plane.axis])
+        ):
             kept.append(plane)
     return Whole(tuple(kept))
 
@@ -161,13 +162,3 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
 def _half(coordinate: np.ndarray, spacing: float) -> bool:
     low, high = coordinate.min(), coordinate.max()
     return bool((low > 0.0 and low <= TOUCH * spacing) or (high < 0.0 and high >= -TOUCH * spacing))
-
-
-def _crosses(velocity: np.ndarray, touching: np.ndarray, axis: int) -> bool:
-    """Whether the projectile moves along the axis, so that its plane is a wall.
-
-    An imploding axisymmetric particle moves along the axis, too, but not beside the plane.
-    """
-    mean = np.abs(velocity.mean(axis=0))
-    beside = abs(float(velocity[touching, axis].mean())) if touching.any() else 0.0
-    return bool(mean[axis] > 1e-9 * mean.max(initial=0.0) and beside > 0.5 * mean[axis])

@@ -1,7 +1,5 @@
 """Tables: measures and bodies as rows of text in units of the field; measures and fragments over time, also as CSV."""
 
-import csv
-import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +9,7 @@ import numpy as np
 
 from hvisph.core.measure_catalogue import HEADLINES, PER_DEPTH, NumberFormat, format_of
 from hvisph.core.text import Plain, PlainMapping
-from hvisph.output.atomic_write import write_text
+from hvisph.output.atomic_write import write_csv
 
 from .correlations import DRIVEN
 from .fragments import FEWEST
@@ -65,9 +63,7 @@ def rows(
 ) -> list[Row]:
     """Return the table's rows in the order of `results`.
 
-    `results`: results by name, plain numbers among them.
     `expected`: what `hvisph.measures.compare.compare_expected` returned.
-    `unitless`: True for cases without units: numbers are shown as they are.
     `variants`: whether further variants of a measure have rows below its own.
     """
     by_name = {entry["name"]: entry for entry in expected}
@@ -147,7 +143,11 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
         return "-"
 
     display = display.scale_to(max(abs(value), abs(spread or 0.0)))
-    fixed = display.decimals >= 0 and not _is_tiny(value, spread, display)
+    # a size may be too small for the digits of its kind, and known better: of dust, or of a gas
+    last, size = 10.0**-display.decimals, abs(value) * display.factor
+    known = abs(spread or 0.0) * display.factor < 0.5 * last
+    is_tiny = display.unit not in UNSIZED and known and LEAST < size < 10.0 * last
+    fixed = display.decimals >= 0 and not is_tiny
 
     def number(figure: float) -> str:
         figure *= display.factor
@@ -157,13 +157,6 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
     # a spread that rounds to nothing says nothing
     shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
     return f"{number(value)}{shown} {display.unit}".rstrip()
-
-
-def _is_tiny(value: float, spread: float | None, display: NumberFormat) -> bool:
-    """Whether a size is too small for the digits of its kind, and known better: of dust, or of a gas."""
-    last, size = 10.0**-display.decimals, abs(value) * display.factor
-    known = abs(spread or 0.0) * display.factor < 0.5 * last
-    return display.unit not in UNSIZED and known and LEAST < size < 10.0 * last
 
 
 @dataclass(frozen=True)
@@ -180,7 +173,7 @@ def moments(measured: Measures) -> tuple[Measures, ...]:
 
 
 def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
-    """Return every measure over time by its name, and what the fragments of each body come to.
+    """Return every measure over time by its name, and number, shares and velocity of the fragments of each body.
 
     With `sections` also those of the projectile, the layers and the cloud that have a value at any moment, as
     ``projectile.<name>``, ``layer.<body>.<name>`` and ``cloud.<name>``.
@@ -209,11 +202,11 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
         valued = {name for row in rows for name, (_, value) in row.items() if value is not None}
         inner = ("projectile.", "cloud.", "layer.")
         rows = [
-            {name: cell for name, cell in row.items() if name in valued or not name.startswith(inner)} for row in rows
+            {name: one for name, one in row.items() if name in valued or not name.startswith(inner)} for row in rows
         ]
     units = {name: unit for row in rows for name, (unit, _) in row.items()}
     return {
-        name: Column(unit, np.array([_number(row.get(name, (unit, None))[1]) for row in rows]))
+        name: Column(unit, np.array([row.get(name, (unit, None))[1] for row in rows], float))
         for name, unit in units.items()
     }
 
@@ -277,24 +270,11 @@ def _heading(name: str, unit: str, measured: Measures) -> str:
     return f"{name} [{unit}]" if unit and not measured.unitless else name
 
 
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)
-
-
 def _write(path: str | os.PathLike[str], head: Sequence[str], body: Iterable[Sequence[object]]) -> Path:
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows([_cell(value) for value in row] for row in body)
-    target = Path(path)
-    write_text(target, buffer.getvalue())
-    return target
+    def cell(value: object) -> object:
+        if not isinstance(value, float):
+            return value
+        return value + 0.0 if np.isfinite(value) else ""  # no -0.0
 
-
-def _cell(value: object) -> str:
-    """Return a number with the fewest digits that give it back; empty without a value."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    if value is None or (isinstance(value, float) and not np.isfinite(value)):
-        return ""
-    return repr(value + 0.0) if isinstance(value, float) else str(value)  # no -0.0
+    write_csv(Path(path), [head, *(map(cell, row) for row in body)])
+    return Path(path)

@@ -12,7 +12,7 @@ from .debris import pull_of
 from .fragments import FEWEST, NEAR, connected_groups
 from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
-from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures
+from .result import Outcome, Outcomes, Result, measures, refuse_if
 from .target_geometry import RIM, Plate
 
 RECENTRED = 8  # goes at the centroid
@@ -117,8 +117,7 @@ def _attached_particles(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndar
 
 def _require(scene: Scene, plate: Plate, perforated: bool, reason: str = "the layer is perforated") -> None:
     state = layer_state(scene, plate.body)
-    if (state.state == YES) is not perforated:
-        raise UndefinedMeasureError(f"not perforated: {state.reason}" if perforated else reason)
+    refuse_if((state.state == YES) is not perforated, f"not perforated: {state.reason}" if perforated else reason)
 
 
 @measures("layer", "hole_diameter", "hole_area")
@@ -136,11 +135,8 @@ def hole(scene: Scene, plate: Plate) -> Outcomes:
     means = np.array([one.diameters.mean() for one in slices])
     variants: dict[str, Outcome] = {"mass_loss": _diameter_by_mass(scene, plate)}
     if not slices or _is_bent(scene, plate, fixed, clear, slices):
-        reason = (
-            "the layer has bent out of its place at the hole"
-            if slices
-            else "the rest of the layer does not enclose a hole"
-        )
+        bent = "the layer has bent out of its place at the hole"
+        reason = bent if slices else "the rest of the layer does not enclose a hole"
         mean = Result(size, note=f"clear width: {reason}") if slices else reason
         variants |= dict.fromkeys(("min", "max", "front", "rear"), reason)
         return {"hole_diameter": variants | {"mean": mean, "clear": size if slices else reason}, "hole_area": reason}
@@ -181,7 +177,7 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
 
 @dataclass(frozen=True)
 class Crater:
-    """The surface that a crater leaves, by cells of the plane."""
+    """A crater, measured on cells of the plane of the layer."""
 
     depth: float  # of the deepest cell below the struck face [m]
     volume: float  # below the struck face [m^3; m^2 in plane 2D]
@@ -217,8 +213,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
         flies |= _is_loose(scene, plate, rows, velocity)
     rows, depth, across, velocity = (one[~flies] for one in (rows, depth, across, velocity))
     inner = ~plate.is_beyond(across, RIM)
-    if not inner.any():
-        raise UndefinedMeasureError("nothing of the layer is left within its rim")
+    refuse_if(not inner.any(), "nothing of the layer is left within its rim")
     surface, mean, middle = _front_surface(depth, across, inner, WIDE * spacing)
     surface, mean = surface - 0.5 * spacing, mean - 0.5 * spacing
     radius = np.sqrt((middle**2).sum(axis=1))
@@ -251,15 +246,13 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
 
 
 def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Return whether attached particles (n,) of a velocity along the normal (n,) [m/s] leave the crater in time.
+    """Return which attached particles (n,), of normal velocity (n,) [m/s], will leave the crater.
 
     They are failed particles that rise fast enough to reach the struck face from their initial depth under the gravity
     of the case or of the Earth, and particles connected to the rim through such particles alone.
     """
     assert scene.start is not None
-    order = np.argsort(scene.start.id)
-    at = order[np.searchsorted(scene.start.id, scene.now.id[rows], sorter=order)]
-    place = scene.start.fields["position"].reshape(scene.start.count, -1)[at]
+    place = scene.start.fields["position"].reshape(scene.start.count, -1)[scene.rows_at_start(rows)]
     pull = pull_of(scene, np.array(plate.basis[0])) or EARTH
     edge = scene.rim(plate.body)[rows]
     rest = float(velocity[edge].mean()) if edge.any() else 0.0
@@ -291,24 +284,20 @@ def crater(scene: Scene, plate: Plate) -> Outcomes:
     now = crater_of(scene, plate)
     grows = now.depth > scene.spacing and now.floor_speed * scene.now.time > GROWING * now.depth
     note = f"still grows: its floor moves on at {now.floor_speed:.3g} m/s" if grows else ""
-    depths: dict[str, Outcome] = {"face": Result(now.depth, note=note, final=not grows)}
-    depths["rim"] = now.rim_diameter if isinstance(now.rim_diameter, str) else now.depth + now.rim_height
-    diameters: dict[str, Outcome] = {"face": now.diameter, "rim": now.rim_diameter}
-    largest = _transient(scene, plate)
-    volumes: dict[str, Outcome] = {"face": now.volume}
-    emptied = crater_of(scene, plate, True) if scene.start is not None and scene.has_motion else None
-    depths["emptied"] = emptied.depth if emptied else "needs the start and velocities"
-    diameters["emptied"] = emptied.diameter if emptied else "needs the start and velocities"
-    volumes["emptied"] = emptied.volume if emptied else "needs the start and velocities"
-    for variants, name in ((depths, "depth"), (diameters, "diameter"), (volumes, "volume")):
-        found = largest if isinstance(largest, str) else getattr(largest, name)
-        variants["transient"] = found if isinstance(found, str) else Result(found, time=getattr(largest, "time", None))
-    return {
-        "crater_depth": depths,
-        "crater_outer_diameter": diameters,
-        "crater_volume": volumes,
-        "bulge_height": now.bulge,
+    to_rim = now.rim_diameter if isinstance(now.rim_diameter, str) else now.depth + now.rim_height
+    variants: dict[str, dict[str, Outcome]] = {
+        "depth": {"face": Result(now.depth, note=note, final=not grows), "rim": to_rim},
+        "diameter": {"face": now.diameter, "rim": now.rim_diameter},
+        "volume": {"face": now.volume},
     }
+    largest = _transient(scene, plate)
+    emptied = crater_of(scene, plate, True) if scene.start is not None and scene.has_motion else None
+    for name, one in variants.items():
+        one["emptied"] = getattr(emptied, name) if emptied else "needs the start and velocities"
+        found = largest if isinstance(largest, str) else getattr(largest, name)
+        one["transient"] = found if isinstance(found, str) else Result(found, time=getattr(largest, "time", None))
+    names = {"crater_depth": "depth", "crater_outer_diameter": "diameter", "crater_volume": "volume"}
+    return {name: variants[one] for name, one in names.items()} | {"bulge_height": now.bulge}
 
 
 def _front_surface(
@@ -352,6 +341,13 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
     mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ along
     rest = float(np.average(velocity[fixed], weights=mass[fixed]))
     depth, across = plate.depth(scene.position), plate.in_plane(scene.position)
+
+    def rear(piece: np.ndarray) -> float:
+        """Return the greatest depth of attached particles at the place of a fragment, across the layer [m]."""
+        low, high = across[piece].min(axis=0), across[piece].max(axis=0)
+        there = ((across[fixed] >= low) & (across[fixed] <= high)).all(axis=1)
+        return float(depth[fixed][there].max(initial=-np.inf))
+
     parts = scene.fragments(plate.body)
     loose = np.flatnonzero(~scene.attached_groups(plate.body) & (parts.groups.counts >= FEWEST))
     pieces = [
@@ -359,10 +355,9 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
         for piece in map(parts.__getitem__, loose.tolist())
         if piece.velocity @ along > rest
         and plate.depth(piece.centre) > 0.5 * plate.thickness
-        and plate.depth(piece.centre) > _rear(depth, across, fixed, piece.particles)
+        and plate.depth(piece.centre) > rear(piece.particles)
     ]
-    if not pieces:
-        raise UndefinedMeasureError("nothing is detached from the rear")
+    refuse_if(not pieces, "nothing is detached from the rear")
     rows = np.concatenate([piece.particles for piece in pieces])
     speed = float(np.average(velocity[rows], weights=mass[rows]))
     return {
@@ -372,19 +367,11 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
     }
 
 
-def _rear(depth: np.ndarray, across: np.ndarray, attached: np.ndarray, piece: np.ndarray) -> float:
-    """Return the greatest depth of attached particles at the place of a fragment, across the layer [m]."""
-    low, high = across[piece].min(axis=0), across[piece].max(axis=0)
-    there = ((across[attached] >= low) & (across[attached] <= high)).all(axis=1)
-    return float(depth[attached][there].max(initial=-np.inf))
-
-
 @measures("layer", "front_lip_height", "rear_lip_height")
 def lips(scene: Scene, plate: Plate) -> Outcomes:
-    """Return how far attached matter stands out of the struck face and, where there is a hole, of the rear [m]."""
+    """Return the height of attached matter above the struck face and, where there is a hole, behind the rear [m]."""
     _, depth, _ = _attached_particles(scene, plate)
-    if len(depth) == 0:
-        raise UndefinedMeasureError("nothing of the layer is attached to its rim")
+    refuse_if(len(depth) == 0, "nothing of the layer is attached to its rim")
     half = 0.5 * scene.spacing
     rear: Outcome = max(float(depth.max()) + half - plate.thickness, 0.0)
     if layer_state(scene, plate.body).state != YES:
@@ -402,7 +389,7 @@ def mass_loss(scene: Scene, plate: Plate) -> float:
 
 
 def _diameter_by_mass(scene: Scene, plate: Plate) -> Outcome:
-    """Return the diameter of the cylindrical hole through the whole thickness that the mass lost would leave [m]."""
+    """Return the diameter of the cylindrical hole of the full thickness with the mass lost [m]."""
     if scene.start is None or "density" not in scene.start.fields:
         return "the layer's density at the start is not known"
     density = float(scene.start.fields["density"][scene.start.body == plate.body].mean())

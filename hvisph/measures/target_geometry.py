@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class Plate:
         return np.asarray(position @ np.array(self.basis[1:]).reshape(-1, position.shape[1]).T - np.array(self.entry))
 
     def outward(self, across: np.ndarray) -> np.ndarray:
-        """Return how far (n,) of the way from the shot line to the edges points in the plane are; 1 is on an edge."""
+        """Return the distance of points in the plane from the shot line over that of the edge (n,); 1 is on an edge."""
         if across.shape[1] == 0:
             return np.zeros(len(across))
         if self.edges:
@@ -76,7 +77,7 @@ class Plate:
         return np.asarray(share.max(axis=1))
 
     def is_beyond(self, across: np.ndarray, share: float) -> np.ndarray:
-        """Return whether points in the plane are a `share` of the way to the edges or further out, shape (n,)."""
+        """Return whether the distance of points in the plane is a `share` of that of the edge or more, shape (n,)."""
         out = np.ones(len(across), dtype=bool)
         if self.edges and min(self.edges) > 0.0:  # points nearer than the nearest edge are not
             out = (across**2).sum(axis=1) >= (share * min(self.edges) * (1.0 - 1e-9)) ** 2
@@ -86,10 +87,16 @@ class Plate:
     @classmethod
     def from_dict(cls, plain: Plain) -> Plate:
         """Return what `as_dict` was made from."""
-        rows = tuple(tuple(map(float, row)) for row in plain["basis"])
-        entry, low, high, edges = (tuple(map(float, plain.get(key, ()))) for key in ("entry", "low", "high", "edges"))
-        return cls(int(plain["body"]), rows, float(plain["front"]), float(plain["thickness"]), entry, low, high, edges,
-                   bool(plain.get("open")), bool(plain.get("clear")), int(plain.get("pieces", 1)))  # fmt: skip
+        return cls(**{name: to_tuples(value) for name, value in plain.items()})
+
+
+def to_tuples(value: object) -> Any:
+    """Return a number of a plain form as it is, and a list of them as a tuple; raises `TypeError` for anything else."""
+    if isinstance(value, list | tuple):
+        return tuple(map(to_tuples, value))
+    if not isinstance(value, int | float):
+        raise TypeError(f"{value!r} is no number")
+    return value
 
 
 def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) -> Plate:
@@ -108,7 +115,7 @@ def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) 
     entry = _crossing(basis, axis, front)
     return Plate(
         body,
-        _rows(basis),
+        tuple(map(tuple, basis.tolist())),
         front,
         float(np.ptp(near) + spacing),
         tuple(entry.tolist()),
@@ -160,10 +167,6 @@ def _basis(normal: np.ndarray) -> np.ndarray:
     first = along - normal[0] * normal
     first /= np.sqrt((first**2).sum())
     return np.array([normal, first, np.cross(normal, first)])
-
-
-def _rows(basis: np.ndarray) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(row) for row in basis.tolist())
 
 
 RADIUS = 1.5  # [dx] of the balls: half the width of a way
@@ -222,7 +225,7 @@ class Grid:
 
     @cached_property
     def edge_mask(self) -> np.ndarray:
-        """Whether cells across the layer are within its edges: a disc has no corners, through which there is a way."""
+        """Whether cells across the layer are within its edges: the corners of the grid around a disc are not."""
         counts = [count - 2 * self.pad for count in self.shape[1:]]
         if not self.plate.edges:
             return np.ones(counts, dtype=bool)
@@ -296,33 +299,17 @@ def with_openings(
     place = place_of(plate, position, own, spacing)
     grid = Grid.about(plate, spacing, [place])
     cells = grid.fill(place)
-    if _is_full(grid, cells, RADIUS * spacing):
+    free = grid.free(place, RADIUS * spacing)
+    if (~(free & grid.edge_mask)).reshape(len(free), -1).all(axis=1).any():  # a slice across it is closed
         return plate
     from scipy import ndimage
 
     _, pieces = ndimage.label(cells, structure=np.ones([3] * cells.ndim))
     if pieces > 1:  # of cells, which may be more than of particles linked at 2 dx
         pieces = len(np.unique(connected_groups(position, own)))
-    opened = is_open(plate, place, spacing)
-    return replace(plate, open=opened, pieces=max(pieces, 1), clear=opened and _clear(position, projectile, spacing))
-
-
-def _is_full(grid: Grid, cells: np.ndarray, radius: float) -> bool:
-    """Whether all cells of a slice across the layer are within `radius` [m] of particles: it is closed."""
-    near = cells.copy()
-    for _ in range(int(radius / grid.cell)):
-        grown = near.copy()
-        for axis in range(cells.ndim):
-            for step in (-1, 1):
-                grown |= np.roll(near, step, axis)  # what wraps round comes from the pad, which is empty
-        near = grown
-    near = near[(slice(None), *[slice(grid.pad, -grid.pad)] * (cells.ndim - 1))]
-    return bool((near | ~grid.edge_mask).reshape(len(near), -1).all(axis=1).any())
-
-
-def _clear(position: np.ndarray, projectile: np.ndarray, spacing: float) -> bool:
-    """Whether nothing at `position` is in the projectile's way along x."""
+    if not (opened := grid.leads_through(free)):
+        return replace(plate, pieces=max(pieces, 1))
     from scipy.spatial import cKDTree
 
-    nearest = cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=LINED_UP * spacing)[0]
-    return not bool(np.isfinite(nearest).any())
+    way = cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=LINED_UP * spacing)[0]
+    return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(way).any()))

@@ -16,7 +16,7 @@ from .lengths import length_of
 from .measurement_frame import Scene, memoize
 from .perforation import NO, NOT_YET, YES, is_behind, layer_state
 from .residual_projectile import HALF
-from .result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, weighted_quantile
+from .result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, refuse_if, weighted_quantile
 from .target_geometry import Plate
 
 
@@ -57,8 +57,7 @@ def layer_measures(scene: Scene) -> tuple[LayerMeasures, ...]:
 def layer_perforation(scene: Scene, plate: Plate) -> float:
     """Return whether a layer is perforated: 1 or 0."""
     found = layer_state(scene, plate.body)
-    if found.state not in (YES, NO):
-        raise UndefinedMeasureError(f"{NOT_YET}: {found.reason}" if found.state else found.reason)
+    refuse_if(found.state not in (YES, NO), f"{NOT_YET}: {found.reason}" if found.state else found.reason)
     return float(found.state == YES)
 
 
@@ -66,41 +65,34 @@ def layer_perforation(scene: Scene, plate: Plate) -> float:
 def target_perforation(scene: Scene) -> float:
     """Return whether all layers are perforated: 1 or 0."""
     states = [(scene.name(body), layer_state(scene, body)) for body in scene.layers]
-    if not states:
-        raise UndefinedMeasureError("there is no layer")
+    refuse_if(not states, "there is no layer")
     if any(one.state == NO for _, one in states):
         return 0.0
     for name, one in sorted(states, key=lambda pair: pair[1].state != ""):
-        if one.state != YES:
-            raise UndefinedMeasureError(f"{'not yet: ' if one.state else ''}{name}: {one.reason}")
+        refuse_if(one.state != YES, f"{'not yet: ' if one.state else ''}{name}: {one.reason}")
     return 1.0
 
 
 def verdict(layers: Sequence[LayerMeasures], unitless: bool = False) -> str:
     """Return in one line which layers are perforated, in the order along the shot line; empty where undefined."""
-    return "; ".join(_layer_verdict(layer, unitless) for layer in layers if layer.state or layer.opening)
+    return "; ".join(f"{one.body}: {_layer_verdict(one, unitless)}" for one in layers if one.state or one.opening)
 
 
 def _layer_verdict(layer: LayerMeasures, unitless: bool) -> str:
     if layer.opening:
-        return f"{layer.body}: open from the start, without a new path through it"
-    if layer.state != YES:
-        return f"{layer.body}: not perforated{' yet' if layer.state == NOT_YET else ''}{_spall(layer, unitless)}"
-    time = layer.results["perforation_time"]
-    if time.value is None:
-        return f"{layer.body}: perforated"
-    display = format_of("perforation_time", "s", unitless)
-    value, spread = (f"{display.factor * figure:.3g}" for figure in (time.value, time.uncertainty or 0.0))
-    return f"{layer.body}: perforated at {value} ± {spread} {display.unit}".rstrip()
-
-
-def _spall(layer: LayerMeasures, unitless: bool) -> str:
-    """Return the words for the spall behind a layer, by which a wall fails as by a hole; empty without any."""
-    mass = layer.results.get("spall_mass")
-    if mass is None or not mass.value:
-        return ""
+        return "open from the start, without a new path through it"
+    time, mass = layer.results["perforation_time"], layer.results.get("spall_mass")
+    if layer.state == YES and time.value is not None:
+        display = format_of("perforation_time", "s", unitless)
+        value, spread = (f"{display.factor * figure:.3g}" for figure in (time.value, time.uncertainty or 0.0))
+        return f"perforated at {value} ± {spread} {display.unit}".rstrip()
+    if layer.state == YES:
+        return "perforated"
+    text = f"not perforated{' yet' if layer.state == NOT_YET else ''}"
+    if mass is None or not mass.value:  # spall, by which a wall fails as by a hole
+        return text
     display = format_of("spall_mass", mass.unit, unitless)
-    return f", {display.factor * mass.value:.2g} {display.unit}".rstrip() + " of spall behind it"
+    return f"{text}, {display.factor * mass.value:.2g} {display.unit}".rstrip() + " of spall behind it"
 
 
 NEAR = 2.0  # [dx] before the struck face
@@ -132,8 +124,7 @@ def impulse(scene: Scene, plate: Plate) -> float:
 @measures("layer", "loaded_diameter")
 def loaded_diameter(scene: Scene, plate: Plate) -> float:
     """Return the diameter about the shot line that holds 90 % of the mass that has arrived [m]."""
-    if not is_struck(scene, plate):
-        raise UndefinedMeasureError("nothing has reached the layer")
+    refuse_if(not is_struck(scene, plate), "nothing has reached the layer")
     rows = arrived_particles(scene, plate)
     across = np.sqrt((plate.in_plane(scene.position[rows]) ** 2).sum(axis=1))
     return 2.0 * weighted_quantile(across, scene.now.fields["mass"][rows], MOST) + scene.spacing
@@ -148,8 +139,7 @@ def mean_pressure(scene: Scene, plate: Plate) -> float:
     number = scene.layers.index(plate.body)
     first = timeline.first(lambda moment: moment.struck[number])
     since = timeline.moment(0).time if first is None else timeline.interval(first)[0]
-    if not scene.now.time > since:
-        raise UndefinedMeasureError("nothing has reached the layer")
+    refuse_if(not scene.now.time > since, "nothing has reached the layer")
     area = 0.25 * np.pi * width**2 if scene.space == 3 else width
     return float(impulse(scene, plate) / (area * (scene.now.time - since)))
 
@@ -230,10 +220,9 @@ class Timeline:
 
 @measures("layer", "perforation_time")
 def perforation_time(scene: Scene, plate: Plate) -> Result:
-    """Return the time at which a layer was perforated [s], as sharp as the snapshots are dense."""
+    """Return the time at which a layer was perforated [s], to half the interval of the snapshots."""
     found, timeline = layer_state(scene, plate.body), scene.timeline
-    if found.state != YES:
-        raise UndefinedMeasureError(f"not perforated: {found.reason}" if found.state else found.reason)
+    refuse_if(found.state != YES, f"not perforated: {found.reason}" if found.state else found.reason)
     opened = None if timeline is None else timeline.first(lambda moment: moment.state(plate.body) == YES)
     if timeline is None or opened is None:
         raise UndefinedMeasureError("a single moment does not contain the time")

@@ -5,10 +5,12 @@ name. A kill at any moment leaves at most a `.partial` file, which the next writ
 Nothing is written through a link, or over one.
 """
 
+import csv
 import errno
+import io
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -97,8 +99,20 @@ def write_text(path: str | Path, text: str) -> None:
     write_bytes(path, text.encode("utf-8"))
 
 
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as CSV, floats with the fewest digits that give them back exactly."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def write_csv(path: str | Path, rows: Iterable[Iterable[object]]) -> None:
+    """Write rows as CSV, beside and renamed; raises `OutputError` as `replacing`."""
+    write_text(path, csv_text(rows))
+
+
 def reason(error: OSError) -> str:
-    """Return what the operating system says was wrong, without its number and without the path."""
+    """Return the message of the operating system, without its number and without the path."""
     return (error.strerror or str(error) or type(error).__name__).lower()
 
 

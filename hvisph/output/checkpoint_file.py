@@ -41,7 +41,7 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class Ordered:
-    """An array of which rows are taken in another order when they are asked for."""
+    """An array whose rows are reordered on access."""
 
     # the rows, and which row of them each is
     values: np.ndarray
@@ -122,21 +122,19 @@ def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
                 arrays[name] = node[...] if not lazily else np.zeros(0)
 
         h5[_ARRAYS].visititems(keep)
-        kept = Derived(arrays, lambda name: _array(path, name)) if lazily else arrays
-        return Checkpoint(int(header["step"]), dict(header["content"]), kept)
+        content = dict(header["content"])
 
+    def array(name: str) -> np.ndarray:
+        with reading(path, "a checkpoint", verified=False) as h5:
+            return np.asarray(h5[_ARRAYS][name][...])
 
-def _array(path: str | Path, name: str) -> np.ndarray:
-    with reading(path, "a checkpoint", verified=False) as h5:
-        return np.asarray(h5[_ARRAYS][name][...])
+    return Checkpoint(int(header["step"]), content, Derived(arrays, array) if lazily else arrays)
 
 
 def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: bool = False) -> Checkpoint | None:
     """Return the newest checkpoint that is whole; None where there is none at all.
 
-    `folder`: where they are.
     `tell`: called with the reason for each that is skipped.
-    `lazily`: as for `read_checkpoint`.
 
     Raises `OutputError` when there are some and none is whole; `CaseError` when another version of hvisph wrote it.
     """

@@ -93,10 +93,8 @@ def snapshot_of_another_code(
 ) -> Snapshot:
     """Return a snapshot of another code's points and arrays.
 
-    `points`: positions, shape (n, 2) or (n, 3).
     `point_data`: arrays with one row a point, by name.
     `field_data`: arrays of the file, by name; `TimeValue` or `Time` among them is the time.
-    `convention`: names and units of the file.
     `step`: number of steps done; 0 where the file does not tell.
 
     Raises `OutputError` when there are no points, no array has a name that was given, positions are not finite, masses

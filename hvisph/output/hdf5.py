@@ -53,9 +53,6 @@ PLAIN = Form()
 def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None:
     """Write `snapshot` to `path`, complete or not at all.
 
-    `path`, `snapshot`: the file, and what goes into it.
-    `form`: how it is stored.
-
     Raises `OutputError` when it cannot be written; an earlier file of that name is then untouched.
     """
     with writing(path) as h5:
@@ -124,7 +121,7 @@ def _array(h5: h5py.File, place: str, sums: Mapping[str, int]) -> np.ndarray:
 
 
 def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarray]:
-    """Return what a snapshot leaves to another one beside it, of the same particles."""
+    """Return the constant arrays of a snapshot that are stored in another one of the same particles."""
     beside = path.with_name(name)
     if not file_names.PATTERNS[file_names.SNAPSHOTS].fullmatch(name):
         raise OutputError(f"cannot read {path}: '{name[:64]}' is no snapshot beside it")
@@ -239,17 +236,12 @@ def read_eos_table(path: Path) -> dict[str, np.ndarray]:
         raise CaseError("there is no such file", file=str(path))
     try:
         with h5py.File(path, "r") as file:
-            return _arrays(_holder(file, path), path)
+            for place in (file, *(file[name] for name in file if hasattr(file[name], "keys"))):
+                if set(NAMES) <= set(place.keys()):
+                    return _arrays(place, path)
+            raise CaseError(f"holds no datasets {', '.join(NAMES)}", file=str(path))
     except (OSError, KeyError, ValueError, TypeError, RuntimeError):  # of what it holds nothing is repeated
         raise CaseError("cannot be read as a table of an equation of state in HDF5", file=str(path)) from None
-
-
-def _holder(file: h5py.File, path: Path) -> h5py.Group:
-    """Return the group that has all four datasets."""
-    for place in (file, *(file[name] for name in file if hasattr(file[name], "keys"))):
-        if set(NAMES) <= set(place.keys()):
-            return place
-    raise CaseError(f"holds no datasets {', '.join(NAMES)}", file=str(path))
 
 
 def _arrays(place: h5py.Group, path: Path) -> dict[str, np.ndarray]:

@@ -8,15 +8,11 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Any
 
 from hvisph.core.errors import OutputError
 from hvisph.core.text import PlainMapping
 
-from .atomic_write import reason, write_errors, write_text
-
-PLAIN = {float, int, str}
+from .atomic_write import csv_text, reason, write_errors, write_text
 
 
 class NoHistory:
@@ -44,14 +40,13 @@ class HistoryWriter:
     and written together, as whole lines in one write, when `flush_seconds` have passed.
 
     `path`: the file; an earlier one is replaced.
-    `columns`: names of the columns.
     `flush_seconds`: wall-clock time [s] after which records are written out.
 
     Raises `OutputError` here and in every method, when the file cannot be written; it then ends with a whole line.
     """
 
     def __init__(self, path: str | Path, columns: Sequence[str], flush_seconds: float = 1.0):
-        write_text(path, _lines([columns]))
+        write_text(path, csv_text([columns]))
         self._start(Path(path), columns, flush_seconds)
 
     @classmethod
@@ -77,7 +72,7 @@ class HistoryWriter:
             raise OutputError(f"cannot read {path}: {reason(error)}") from error
         except (ValueError, csv.Error) as error:
             raise OutputError(f"cannot go on with {path}: it is not a history ({error})") from error
-        write_text(path, _lines([header, *kept]))
+        write_text(path, csv_text([header, *kept]))
         writer = cls.__new__(cls)
         writer._start(Path(path), columns, flush_seconds)
         writer.last_step = int(kept[-1][at]) if kept else None
@@ -111,7 +106,7 @@ class HistoryWriter:
         self._last = time.monotonic()
         if not self._pending or self._handle is None:
             return
-        block = _lines(self._pending).encode("utf-8")
+        block = csv_text(self._pending).encode("utf-8")
         try:
             if not os.path.exists(self.path):
                 raise FileNotFoundError(2, "it has vanished")
@@ -146,19 +141,5 @@ class HistoryWriter:
     def __enter__(self) -> HistoryWriter:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
-
-
-def _lines(records: Sequence[Sequence[object]]) -> str:
-    buffer = io.StringIO()
-    plain = [[value if type(value) in PLAIN else _plain(value) for value in record] for record in records]
-    csv.writer(buffer, lineterminator="\n").writerows(plain)  # floats by their shortest exact form
-    return buffer.getvalue()
-
-
-def _plain(value: Any) -> object:
-    """Return a number of numpy as one of Python, and anything else as its text."""
-    return value.item() if hasattr(value, "item") else str(value)

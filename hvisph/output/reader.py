@@ -88,7 +88,6 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
     """Read a snapshot by what the file holds, whatever its name: HDF5 or VTU, or points of another code.
 
     `path`: HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
-    `convention`: names and units of another code's file.
     `lazily`: whether fields of an HDF5 file are read whenever they are asked for, and not kept: it must stay as it is.
 
     Raises `OutputError` when it is missing, truncated, damaged or of no known kind.

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from types import TracebackType
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.text import sanitize
@@ -121,11 +120,9 @@ class RunFolder:
             refuse_links(folder)
             lock = _lock_folder(folder)
             try:
-                if _content(folder):
+                if any(path.name != file_names.LOCK for path in folder.iterdir()):  # beside its mark
                     if not force:
-                        raise CaseError(
-                            f"{folder} holds a run; --force replaces it; nothing was changed", where="--out"
-                        )
+                        raise CaseError(f"{folder} holds a run; --force replaces it; unchanged", where="--out")
                     for path in filter(file_names.is_plain, file_names.own_files(folder)):
                         path.unlink()
                 for name in file_names.MADE:
@@ -137,7 +134,7 @@ class RunFolder:
 
     @classmethod
     def open(cls, path: str | Path) -> RunFolder:
-        """Lock the folder of an earlier run, to go on with it.
+        """Lock the folder of an earlier run in order to continue it.
 
         Raises `CaseError` when there is no such folder, it is not a run's, or a link stands where hvisph writes;
         `OutputError` when another run is writing it.
@@ -192,9 +189,7 @@ class RunFolder:
     def __enter__(self) -> RunFolder:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
 
@@ -225,9 +220,7 @@ def looks_like_a_run(folder: Path) -> bool:
 
 def refuse_links(folder: Path) -> None:
     """Raise `CaseError` where a link, or anything else that is no plain file or folder, has a name of hvisph's."""
-    odd = [
-        folder / name for name in file_names.FOLDERS if not _plain_or_absent(folder / name, file_names.is_plain_folder)
-    ]
+    odd = [folder / one for one in file_names.FOLDERS if not _plain_or_absent(folder / one, file_names.is_plain_folder)]
     odd += [
         path
         for path in (folder / file_names.LOCK, *file_names.own_files(folder))
@@ -263,11 +256,6 @@ def _lock_folder(folder: Path) -> FileLock:
         raise OutputError(f"cannot write {folder}: {reason(error)}") from error
 
 
-def _content(folder: Path) -> list[Path]:
-    """Return what the folder holds beside its mark."""
-    return [path for path in folder.iterdir() if path.name != file_names.LOCK]
-
-
 def _stem(number: int | str) -> str:
     return f"{number:06d}" if isinstance(number, int) else number
 
@@ -285,7 +273,7 @@ def forget_snapshots(path: Path, last: bool) -> None:
         if not file_names.is_plain_folder(folder):
             continue
         numbered = sorted(
-            file for file in folder.iterdir() if file_names.is_own(file) and file_names.number_of(file) is not None
+            one for one in folder.iterdir() if file_names.is_own(one) and file_names.number_of(one) is not None
         )
         kept = numbered[-1:] if last and name not in (file_names.CHECKPOINT, file_names.REGIONS) else []
         for file in numbered:

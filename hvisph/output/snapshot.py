@@ -22,7 +22,6 @@ class Snapshot:
     """All particles at one time, ordered by `id`.
 
     `time`, `step`: time since the start of the run [s] and number of steps done.
-    `dimensions`: 1, 2 or 3.
     `fields`: arrays by the names of `hvisph.core.fields.CATALOGUE`: shape (n,) for scalars, (n, components) for others,
         with the components of the run's dimensions. SI units. Those of a running simulation, and of large files that
         are read `lazily`, are made anew whenever they are asked for.
@@ -99,7 +98,7 @@ def to_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
 
 
 def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
-    """Return everything of `snapshot` but its arrays, and what there is `more` to say, as JSON text."""
+    """Return all of `snapshot` except its arrays, and the further entries `more`, as JSON text."""
     header = {
         "format_version": FORMAT_VERSION,
         "time": float(snapshot.time),

@@ -136,8 +136,7 @@ def _string(root: h5py.Group, name: str, outlines: Sequence[_Outline]) -> None:
     at = 0
     for one in outlines:
         shape, dtype, file = one.arrays[name]
-        layout[at : at + shape[0]] = h5py.VirtualSource(
-            f"{file_names.SNAPSHOTS}/{file}", f"VTKHDF/{name}", shape, dtype
-        )
+        source = h5py.VirtualSource(f"{file_names.SNAPSHOTS}/{file}", f"VTKHDF/{name}", shape, dtype)
+        layout[at : at + shape[0]] = source
         at += shape[0]
     root.create_virtual_dataset(name, layout)

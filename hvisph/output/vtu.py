@@ -59,7 +59,7 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
 
 
 def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
-    """Read a snapshot from a VTU file, hvisph's own exactly, another code's as far as names tell.
+    """Read a snapshot from a VTU file: hvisph's own exactly, another code's by the names of its arrays.
 
     See `hvisph.output.foreign` for how the arrays of other codes are understood.
 
@@ -84,7 +84,6 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
 def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
     """Write the series of VTU files that ParaView opens as one, beside and renamed.
 
-    `path`: the `.pvd` file.
     `entries`: time [s] and file of each snapshot, the file relative to the folder of `path`.
 
     Raises `OutputError` when it cannot be written.

@@ -9,7 +9,9 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -29,11 +31,9 @@ from hvisph.simulation.run_files import Outcome
 def complete(
     entry: Entry, *, threads: int | None = None, force: bool = False, listener: Listener | None = None
 ) -> Outcome | None:
-    """Run the case of an entry, or go on with it where it was interrupted; None where it has been run.
+    """Run the case of an entry, or continue it where it was interrupted; None where it has been run.
 
-    `entry`: an entry of `hvisph.postprocessing.comparison.entries`.
     `threads`, `listener`: as of `hvisph.simulation.run.run`.
-    `force`: run cases again that have been run.
 
     Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process is
     running the case.
@@ -110,7 +110,10 @@ def compare(*sources: str | os.PathLike[str]) -> list[Row]:
 
 def is_run(entry: Entry) -> bool:
     """Return whether the run of an entry has ended."""
-    return entry.case is None or _status(entry.folder) in ENDED
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        summary = json.loads((entry.folder / file_names.SUMMARY).read_text(encoding="utf-8"))
+        return entry.case is None or summary["status"] in ENDED
+    return entry.case is None
 
 
 def _entries_of(source: Path, runs: Path) -> Iterator[Entry]:
@@ -169,18 +172,9 @@ def _hash(folder: Path) -> str | None:
     return match[1] if match else None
 
 
-def _status(folder: Path) -> str | None:
-    try:
-        return str(json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))["status"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-
-
 def _distinct(made: list[Entry]) -> list[Entry]:
     """Return the entries with names of their own: of those that share one, the group goes before it."""
-    counts: dict[str, int] = {}
-    for entry in made:
-        counts[entry.name] = counts.get(entry.name, 0) + 1
+    counts = Counter(entry.name for entry in made)
     distinct: list[Entry] = []
     taken: set[str] = set()
     for entry in made:

@@ -21,7 +21,7 @@ from hvisph.exact.wave_curves import State
 from hvisph.exact.wave_fronts import Tracked
 from hvisph.measures.compare import mean_difference
 from hvisph.output import file_names
-from hvisph.output.atomic_write import write_errors, write_text
+from hvisph.output.atomic_write import write_csv, write_errors
 from hvisph.output.reader import read_history
 from hvisph.setup.bodies import PlacedBody, placed_bodies
 from hvisph.setup.materials import material_of
@@ -111,7 +111,7 @@ def exact_solution(case: Case) -> ExactSolution:
     )
     tracked = (layered_impact if barotropic else with_reflections)(layers, case.time.end)
     gauges = [
-        _gauge(name, model, placed, tracked, barotropic) for name, model in case.gauges.items() if model.type != "fixed"
+        _gauge(name, one, placed, tracked, barotropic) for name, one in case.gauges.items() if one.type != "fixed"
     ]
     return ExactSolution(tracked, tuple(gauges), barotropic)
 
@@ -172,7 +172,8 @@ def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list
     title = f"{case.title}, exact" if case.title else "exact"
     if panels:
         files.append(curves_picture(panels, folder / "gauges.png", title=title, unitless=unitless))
-    moments = _moments(case)
+    every = case.snapshot_interval  # the end itself is the first moment that the waves are not followed through
+    moments = [min(k * every, end * (1.0 - 1e-12)) for k in range(1, int(np.ceil(end / every - 1e-9)) + 1)]
     drawn = set(np.linspace(0, len(moments) - 1, MOST_DRAWN).round().astype(int)) if moments else set()
     profiles: dict[str, list[Curve]] = {}
     for number, time in enumerate(moments):
@@ -186,16 +187,8 @@ def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list
     return files
 
 
-def _moments(case: Case) -> list[float]:
-    end, every = case.time.end, case.snapshot_interval
-    # the end itself is the first moment that the waves are not followed through
-    return [min(number * every, end * (1.0 - 1e-12)) for number in range(1, int(np.ceil(end / every - 1e-9)) + 1)]
-
-
 def _write_table(path: Path, table: dict[str, np.ndarray]) -> Path:
-    rows = zip(*(map(float, values) for values in table.values()), strict=True)
-    lines = [",".join(table), *(",".join(map(repr, row)) for row in rows)]
-    write_text(path, "\n".join(lines) + "\n")
+    write_csv(path, [table, *zip(*(map(float, values) for values in table.values()), strict=True)])
     return path
 
 

@@ -109,7 +109,7 @@ def compare_hugoniot(
 
 
 def worst_bin(beside: Sequence[tuple[float, float, float]]) -> tuple[float, float, float] | None:
-    """Return how far off the worst bin of measured points is in its mean [%], where [m/s], and the points' own scatter.
+    """Return the largest mean difference of a bin of measured points [%], its place [m/s], and the points' scatter.
 
     Bins hold some five points next to each other. The scatter is the standard deviation of single points
     about the mean of their bin [%]: what no curve can be nearer to. None for less than eight points.
@@ -129,7 +129,6 @@ def worst_bin(beside: Sequence[tuple[float, float, float]]) -> tuple[float, floa
 def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes: Notes | None = None) -> Path:
     """Draw Hugoniot, release, strength against strain, rate, temperature and pressure of materials, and store it.
 
-    `models`: materials of cases.
     `notes`: what the library says of the first: measured points and published fits to them are drawn.
     """
     up = "particle velocity [km/s]"

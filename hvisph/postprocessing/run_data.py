@@ -205,11 +205,7 @@ class RunProgress:
 
     `status`: ``running`` or how it ended.
     `progress`: time, steps and step in words.
-    `histories`: columns of the history by name.
     `measures`: plain measures of the newest snapshot, or of the summary.
-    `answer`: verdict on the layers.
-    `ended`: whether there is a summary.
-    `snapshots`: how many there are.
     """
 
     status: str
@@ -222,7 +218,7 @@ class RunProgress:
 
 
 def run_progress(folder: Path) -> RunProgress:
-    """Return the state of a run; files that do not exist yet are left out."""
+    """Return the state of a run from the files that exist."""
     history: Mapping[str, np.ndarray] = {}
     summary: Plain = {}
     count, measures, answer = 0, {}, ""
@@ -232,8 +228,8 @@ def run_progress(folder: Path) -> RunProgress:
         count = len(list_snapshots(folder))
     with suppress(OutputError):
         summary = read_summary(folder)
-    histories = {name: _numbers(history[name]) for name in COLUMNS if name in history}
-    histories = {name: values for name, values in histories.items() if values}
+    columns = {name: [one for one in history[name] if str(one)] for name in COLUMNS if name in history}  # not empty
+    histories = {name: [float(one) for one in values] for name, values in columns.items() if values}
     progress = "nothing is written yet"
     if len(history.get("time", ())):
         time, step, dt, criterion = (history[name][-1] for name in ("time", "step", "dt", "criterion"))
@@ -248,22 +244,13 @@ def run_progress(folder: Path) -> RunProgress:
     return RunProgress("running, or cut off", progress, histories, measures, answer, False, count)
 
 
-def _numbers(column: np.ndarray) -> list[float]:
-    try:
-        return [float(value) for value in column]
-    except ValueError:  # empty cells
-        return [float(value) for value in column if value]
-
-
 def shown_moments(
     path: Path, at: Sequence[float] | str | None, named: bool, bodies: Sequence[str] | None = None
 ) -> list[Moment]:
     """Return moments of a run, or a snapshot's file, with time, spacing and formulation as their titles.
 
-    `path`: folder of a run, or a snapshot.
     `at`: times [s], ``all``, or None for the last.
     `named`: whether titles begin with the run's name.
-    `bodies`: names of those to show; None for all.
 
     Raises `CaseError` when there is no such run or body, or the run holds no snapshot; `OutputError` when one is
     damaged.

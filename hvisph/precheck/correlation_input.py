@@ -11,25 +11,14 @@ from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.geometry.placement import rotation_matrix
-from hvisph.measures.correlations import (
-    GROUNDS,
-    GURNEY_VELOCITY,
-    HEAVIEST,
-    LIGHTEST,
-    Correlation,
-    Impact,
-    Wall,
-    alloy_of,
-    correlations,
-    driven,
-    plate_velocity,
-    shell_velocity,
-)
+from hvisph.measures.correlations import GROUNDS, Correlation, Impact, Wall, alloy_of, correlation, correlations
 from hvisph.setup.shapes import shape_of
 
 from .impact_pair import TOUCHING, body_boxes, impact_pair
 
 WIDE = 4.0  # width of a slab of explosive over its thickness, above which little is lost at its edges
+GURNEY_VELOCITY = {"tnt": 2370.0, "composition-b": 2700.0, "c-4": 2660.0, "petn": 2930.0, "pbx-9404": 2900.0}  # [m/s]
+LIGHTEST, HEAVIEST = 0.1, 10.0  # metal over the mass of the explosive, where the balance of energy holds
 SHELLS = {("cylinder", "tube"): 0.5, ("sphere", "hollow_sphere"): 0.6}  # share of the products that moves with them
 
 
@@ -61,7 +50,7 @@ def _driven_bodies(case: Case) -> Iterator[Correlation]:
         if inside.type == "cylinder":
             ratio *= inside.length / outside.length
         if LIGHTEST <= ratio <= HEAVIEST:
-            yield driven(name, shell_velocity(gurney, ratio, products))
+            yield correlation("gurney", name, gurney / math.sqrt(ratio + products), unit="m/s")
     if len(size) > 1 and (size[1:].min() < WIDE * size[0] or charge.shape.type not in ("box", "rectangle", "cylinder")):
         return
     sides: dict[int, tuple[str, float]] = {}  # before the explosive, behind it: body and its mass over the explosive's
@@ -82,7 +71,10 @@ def _driven_bodies(case: Case) -> Iterator[Correlation]:
         if 1 - side in held:  # half of a slab with such a plate on both faces
             ratio = other = 0.5 * ratio
         if LIGHTEST <= ratio <= HEAVIEST:
-            yield driven(name, plate_velocity(gurney, ratio, other))
+            lever = (1.0 + 2.0 * ratio) / (1.0 + 2.0 * other)
+            products = (1.0 + lever**3) / (3.0 * (1.0 + lever))
+            velocity = gurney / math.sqrt(products + other * lever**2 + ratio)
+            yield correlation("gurney", name, velocity, unit="m/s")
 
 
 def _gurney_velocity(body: Body) -> float:

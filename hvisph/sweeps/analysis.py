@@ -8,24 +8,14 @@ import numpy as np
 
 from hvisph.case import sweep as models
 from hvisph.core.measure_catalogue import NumberFormat, format_of, main_measures
-from hvisph.core.text import Plain, PlainMapping, format_value
+from hvisph.core.text import Plain, PlainMapping, format_value, last_name
 
+from . import statistics
 from .calibration import Calibration, parameter_text
 from .comparison import against_experiment
 from .design import converge_cases, distribution, variants
 from .folder import ENDED, Row
 from .parameters import FACTORS, Scale, Values, product, split
-from .statistics import (
-    Bracket,
-    bracket,
-    combine_uncertainties,
-    convergence,
-    lambert_jonas,
-    logistic_limit,
-    next_values,
-    sensitivity,
-    spread,
-)
 
 
 def verdict(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], record: Sequence[str] | None = None) -> Plain:
@@ -35,7 +25,7 @@ def verdict(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], record: 
         "cases": len(rows),
         "done": sum(row["status"] == "done" for row in rows),
         "failures": [
-            {key: row[key] for key in ("number", "status", "message")} for row in rows if row["status"] in ENDED[1:]
+            {k: row[k] for k in ("number", "status", "message")} for row in rows if row["status"] in ENDED[1:]
         ],
     }
     done = [row for row in rows if row["status"] == "done"]
@@ -67,8 +57,8 @@ def following(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], points
         if len(decided) < len(group):  # the shot first has to go on to a later time
             continue
         scale = Scale(vary.path, [*vary.bracket, vary.tolerance, *(row["values"][vary.path] for row in group)], base)
-        known = bracket(scale.numbers[3:], [yes for _, yes in decided], beyond < without)
-        cases += [fixed | {vary.path: scale.value(number)} for number in next_values(known, points, width)]
+        known = statistics.bracket(scale.numbers[3:], [yes for _, yes in decided], beyond < without)
+        cases += [fixed | {vary.path: scale.value(number)} for number in statistics.next_values(known, points, width)]
     return cases
 
 
@@ -104,7 +94,9 @@ def _add_uncertainty(vary: models.Bisect, base: PlainMapping, limits: Sequence[P
         half = 0.5 * abs(finest["above"] - finest["below"])
         correlation = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
         count = len(spacings)
-        finest["uncertainty"] = combine_uncertainties(spacings, values[:count], half, values[count:], correlation)
+        finest["uncertainty"] = statistics.combine_uncertainties(
+            spacings, values[:count], half, values[count:], correlation
+        )
 
 
 def _outcome(event: models.Event, row: Row) -> bool | None:
@@ -126,7 +118,7 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
     rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
     scale = Scale(vary.path, [*vary.bracket, *(row["values"][vary.path] for row in rows)], base)
     (without, beyond), numbers = scale.numbers[:2], scale.numbers[2:]
-    limits = bracket(numbers, happened, beyond < without)
+    limits = statistics.bracket(numbers, happened, beyond < without)
     shots = [
         {
             "number": row["number"],
@@ -140,12 +132,12 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
     through = [shot for shot in shots if shot["happened"] and shot["residual"] is not None]
     if scale.unit in FACTORS:  # the fit is in m/s
         factor = FACTORS[scale.unit]
-        curve = lambert_jonas(
+        curve = statistics.lambert_jonas(
             [factor * s["value"] for s in through],
             [abs(s["residual"]) for s in through],
-            bracket([factor * number for number in numbers], happened),
+            statistics.bracket([factor * number for number in numbers], happened),
         )
-    v50 = logistic_limit(numbers, happened) if limits.mixed else None
+    v50 = statistics.logistic_limit(numbers, happened) if limits.mixed else None
     if v50 is None and limits.below is not None and limits.above is not None:  # equally likely within the bracket
         v50 = 0.5 * (limits.below + limits.above), abs(limits.above - limits.below) / sqrt(12.0)
     return {
@@ -161,7 +153,9 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
     }
 
 
-def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[object], undecided: Sequence[int]) -> str:
+def _open(
+    limits: statistics.Bracket, without: float, beyond: float, decided: Sequence[object], undecided: Sequence[int]
+) -> str:
     """Return why no limit was found, with the remedy; empty where one was."""
     if undecided:
         which = ", ".join(map(str, undecided))
@@ -199,7 +193,7 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
             continue
         values = [float(measure["value"]) for measure, _ in known]
         uncertain = [_noise(measure) for measure, _ in known]
-        verdicts[name] = asdict(convergence(values, [h for _, h in known], uncertain)) | {
+        verdicts[name] = asdict(statistics.convergence(values, [h for _, h in known], uncertain)) | {
             "unit": known[0][0]["unit"],
             "spacings": [h for _, h in known],
             "values": values,
@@ -210,10 +204,9 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
             finest = min(known, key=lambda one: one[1])[0]
             time = (finest.get("uncertainty_by") or {}).get("swing", 0.0)
             others = [None if row is None else row["measures"].get(name, {}).get("value") for row in perturbed]
-            correlation = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
-            verdicts[name]["uncertainty"] = combine_uncertainties(
-                [h for _, h in known], values, time, others, correlation
-            )
+            related = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
+            combined = statistics.combine_uncertainties([h for _, h in known], values, time, others, related)
+            verdicts[name]["uncertainty"] = combined
     return verdicts
 
 
@@ -227,7 +220,7 @@ def _noise(measure: PlainMapping) -> float | None:
 
 def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Plain:
     drawn = {
-        path: distribution(path, one, base) for path, one in vary.values.items() if not isinstance(one, models.Choice)
+        key: distribution(key, one, base) for key, one in vary.values.items() if not isinstance(one, models.Choice)
     }
     verdicts = {}
     for name in dict.fromkeys(name for row in rows for name in row["measures"]):
@@ -235,23 +228,18 @@ def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Pla
         if not chosen:
             continue
         results = np.array([float(row["measures"][name]["value"]) for row in chosen])
-        verdicts[name] = {"unit": chosen[0]["measures"][name]["unit"], **spread(results.tolist())}
+        verdicts[name] = {"unit": chosen[0]["measures"][name]["unit"], **statistics.spread(results.tolist())}
         if len(drawn) < len(vary.values) or not (scale := {path: one for path, (one, _) in drawn.items()}):
             continue
         inputs = np.array([[split(path, row["values"][path])[0] for path in drawn] for row in chosen])
-        found = sensitivity(inputs, results, [one for _, one in drawn.values()])
+        found = statistics.sensitivity(inputs, results, [one for _, one in drawn.values()])
         if found:
             verdicts[name]["sensitivity"] = found | {"inputs": {path: one.unit for path, one in scale.items()}}
     return verdicts
 
 
 def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequence[str] | None = None) -> str:
-    """Return the results of a sweep in words, the main measure first; empty without any.
-
-    `results`: content of ``results.json``.
-    `rows`: cases that are done.
-    `record`: the measures of interest; all unless given.
-    """
+    """Return the results of a sweep in words, the main measure first; empty without any."""
     if results.get("fit"):
         fit = results["fit"]
         text = "; ".join(parameter_text(path, one) for path, one in fit["parameters"].items())
@@ -264,7 +252,7 @@ def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequenc
             return sentence(format_of(name), results[kind][name])
     numbers: dict[str, list[tuple[float, str]]] = {}
     for row in rows:
-        where = ", ".join(f"{_last_name(path)} {format_value(one)}" for path, one in row["values"].items())
+        where = ", ".join(f"{last_name(path)} {format_value(one)}" for path, one in row["values"].items())
         for name, one in row["measures"].items():
             wanted = name != "perforated" and (record is None or name in record)
             if wanted and isinstance(one.get("value"), int | float):
@@ -285,14 +273,8 @@ def _main_measure(names: PlainMapping) -> str:
     return main_measures([name for name in names if name != "perforated"] or list(names))[0]
 
 
-def _last_name(path: str) -> str:
-    """Return the last name of a path, with the number that follows it."""
-    *_, before, last = ["", *path.split(".")]
-    return f"{before}.{last}" if last.isdigit() else last
-
-
 def _limit_text(one: PlainMapping) -> str:
-    where = "".join(f"{_last_name(path)} = {value}: " for path, value in one["parameters"].items())
+    where = "".join(f"{last_name(path)} = {value}: " for path, value in one["parameters"].items())
     if one["open"] or one["v50"] is None:
         return f"{where}No limit: {one['open']}."
     value, deviation = one["v50"]
@@ -306,9 +288,8 @@ def _limit_text(one: PlainMapping) -> str:
 def _convergence_text(display: NumberFormat, one: PlainMapping) -> str:
     finest = one["values"][one["spacings"].index(min(one["spacings"]))]
     display = display.scale_to(abs(finest))
-    text = (
-        f"The {display.label} is {finest * display.factor:.4g} {display.unit} at the finest spacing: {one['verdict']}"
-    )
+    value = f"{finest * display.factor:.4g} {display.unit}"
+    text = f"The {display.label} is {value} at the finest spacing: {one['verdict']}"
     return text + uncertainty_text(one.get("uncertainty"), display.factor, display.unit) + "."
 
 

@@ -28,11 +28,10 @@ from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.result import weighted_quantile
 from hvisph.output.reader import read_history, read_summary
 
-from .parameters import EXPERIMENT, Scale, Values, plain
+from .parameters import EXPERIMENT, MATERIAL, Scale, Values, plain
 from .statistics import Surrogate
 
 SHOT = f"{EXPERIMENT}shot"
-MATERIAL = "material."
 OUTLINE, HISTORY = "outline", "gauge."
 PRIOR = 12.0  # inverse variance of a uniform distribution over 0..1
 DETERMINED = 0.5  # of the deviation of that distribution; a parameter with a larger one is not determined
@@ -64,9 +63,7 @@ class Datum:
         if self.quantity in CATALOGUE:
             found = measures.get(self.quantity, {})
             if found.get("value") is None:
-                raise OutputError(
-                    f"{folder} ({self.shot}) has no {self.quantity}: {found.get('reason', 'not measured')}"
-                )
+                raise OutputError(f"{folder} ({self.shot}): no {self.quantity}: {found.get('reason', 'not measured')}")
             return float(found["value"]) / self.factor
         at = self.at or 0.0
         if self.quantity == OUTLINE and profile:
@@ -86,7 +83,7 @@ def _results(folder: str) -> tuple[Plain, Plain, dict[str, np.ndarray]]:
 
 
 def with_data(fit: Fit, folder: Path) -> Fit:
-    """Return the fit with the rows of its files in place of their names; raises `CaseError` for what cannot be used."""
+    """Return the fit with the rows of its files in place of their names; raises `CaseError` for invalid rows."""
     shots = {str(row.get("shot", "")): row for row in _rows(fit.shots, folder, "shots")}
     chosen = [name for name in shots if fit.only is None or any(fnmatchcase(name, one) for one in fit.only)]
     if "" in shots:
@@ -121,7 +118,7 @@ def _rows(source: str | Sequence[PlainMapping], folder: Path, where: str) -> Seq
 
 
 def _datum(row: PlainMapping) -> Datum:
-    """Return a row of measured numbers; raises `CaseError` for what cannot be used."""
+    """Return a measured number from its row; raises `CaseError` for an invalid one."""
     quantity, unit, where = str(row.get("quantity")), str(row.get("unit") or ""), f"measured.{row.get('shot')}"
     if quantity not in CATALOGUE and quantity != OUTLINE and not quantity.startswith(HISTORY):
         raise CaseError(f"there is no measure '{quantity}'{suggest_nearest(quantity, list(CATALOGUE))}", where=where)
@@ -150,8 +147,6 @@ class Calibration:
     """A fit, the data it is held against and the runs that are done.
 
     `fit`: with its data, see `with_data`.
-    `base`: the case as read.
-    `rows`: cases that are done.
     """
 
     def __init__(self, fit: Fit, base: PlainMapping, rows: Sequence[PlainMapping] = ()):
@@ -190,7 +185,7 @@ class Calibration:
         return values
 
     def cases(self, points: np.ndarray) -> list[Values]:
-        """Return the cases of all shots at points of the unit cube, those that are done left out."""
+        """Return the cases of all shots at points of the unit cube that are not done."""
         cases = {}
         for u in points:
             values = self._parameters(u)
@@ -261,13 +256,8 @@ class Calibration:
         text = f"least squares, {found.nfev} iterations"
         if found.status == 0:
             text += ", not converged: give more `iterations` or another start"
-        return self._result(
-            found.x,
-            covariance,
-            bounds,
-            self._evaluate(found.x[None])[0],
-            {"method": text, "converged": found.status > 0},
-        )
+        computed = self._evaluate(found.x[None])[0]
+        return self._result(found.x, covariance, bounds, computed, {"method": text, "converged": found.status > 0})
 
     def _design(self) -> np.ndarray:
         """Return the points of a surrogate."""
@@ -301,25 +291,18 @@ class Calibration:
                 draws = np.atleast_2d(proposal.rvs(DRAWS).T).T
                 draws = draws[((draws >= 0.0) & (draws <= 1.0)).all(axis=1)]
                 density = proposal.logpdf(draws)
-        bounds = np.array(
-            [[weighted_quantile(column, weights, share) for column in draws.T] for share in (0.025, 0.975)]
-        )
+        bounds = np.array([[weighted_quantile(one, weights, share) for one in draws.T] for share in (0.025, 0.975)])
         sobol = [surface.sobol([uniform()] * len(mean)) if len(mean) > 1 else None for surface in surfaces]
-        return self._result(
-            mean,
-            covariance,
-            bounds,
-            predict(mean[None])[0],
-            {
-                "method": f"posterior of a response surface of {self.fit.count} points",
-                "converged": True,
-                "effective_draws": float(1.0 / (weights**2).sum()),
-                "surrogates": [
-                    {"kind": one.kind, "error": one.error, "share": one.share, "sobol": indices}
-                    for one, indices in zip(surfaces, sobol, strict=True)
-                ],
-            },
-        )
+        more = {
+            "method": f"posterior of a response surface of {self.fit.count} points",
+            "converged": True,
+            "effective_draws": float(1.0 / (weights**2).sum()),
+            "surrogates": [
+                {"kind": one.kind, "error": one.error, "share": one.share, "sobol": indices}
+                for one, indices in zip(surfaces, sobol, strict=True)
+            ],
+        }
+        return self._result(mean, covariance, bounds, predict(mean[None])[0], more)
 
     def _result(
         self, u: np.ndarray, covariance: np.ndarray, bounds: np.ndarray, computed: np.ndarray, more: Plain

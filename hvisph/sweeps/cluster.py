@@ -26,10 +26,7 @@ KINDS = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "sge": "SGECluster"}
 class DaskCrew:
     """Workers of a sweep, each a task of a Dask cluster that starts the command of a worker.
 
-    `folder`: the sweep's.
     `client`: a client of `distributed`.
-    `threads`: threads of each worker.
-    `options`: further options of the command.
     `tell`: takes what a user has to know while the sweep waits: that no worker is there, and that there are some again.
     """
 
@@ -56,7 +53,7 @@ class DaskCrew:
         self.alone: float | None = None  # no worker has been there since
 
     def keep(self, wanted: int) -> int:
-        """Submit workers until as many are under way as wanted; say so where the cluster has none.
+        """Submit workers until the wanted number is running; report a cluster without workers.
 
         Raises `OutputError` when the scheduler has gone, or workers end with an error again and again.
         """

@@ -37,7 +37,7 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
         numbers, measured, computed = (list(column) for column in zip(*pairs, strict=True))
         off = [(c - m) / abs(m) for m, c in zip(measured, computed, strict=True) if m != 0.0]
         unit = next(
-            row["measures"][name]["unit"] for row in rows if row["measures"].get(name, {}).get("unit") is not None
+            one["measures"][name]["unit"] for one in rows if one["measures"].get(name, {}).get("unit") is not None
         )
         verdicts[name] = {
             "unit": unit,
@@ -67,8 +67,6 @@ def beside_limit(plan: Plan, limit: PlainMapping) -> Plain:
 
     Nothing where a velocity is not what varies, or where a correlation does not hold: those of plates are for spheres
     on aluminium, Recht and Ipson's for a cylinder that pushes a plug of its own diameter out of one plate.
-
-    `limit`: one of its limits, as in ``results.json``.
     """
     if limit["limit"] is None or "velocity" not in limit["path"] or limit["unit"] not in FACTORS:
         return {}

@@ -64,7 +64,6 @@ def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
     """Return the values of each case that is known before anything runs.
 
     `vary`: what the sweep varies: a model of `hvisph.case.sweep`.
-    `base`: the case as read.
     `folder`: where a table that the sweep names is looked for.
 
     Returns for each case the values of its settings by path; a list's columns of an experiment among them. Raises
@@ -93,30 +92,25 @@ def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
 
 def converge_cases(vary: models.Converge, base: PlainMapping) -> list[Values]:
     """Return the spacings of a convergence study, and the coarsest with each parameter of the material raised."""
-    values = _unlike(vary, base)
-    numbers = Scale(vary.path, vary.values, base).numbers
-    coarsest = values[numbers.index(max(numbers))]
-    raised = perturbations(vary.fit, base)
-    return [{vary.path: value} for value in values] + [{vary.path: coarsest} | one for one in raised]
-
-
-def variants(vary: models.Bisect, base: PlainMapping) -> list[Values]:
-    """Return the settings for each of which a limit is looked for, for its uncertainty; a single empty one for none."""
-    if not vary.resolutions:
-        return [{}, *perturbations(vary.fit, base)]
-    numbers = Scale("resolution", vary.resolutions, base).numbers
-    coarsest = vary.resolutions[numbers.index(max(numbers))]
-    raised = perturbations(vary.fit, base)
-    return [{"resolution": value} for value in vary.resolutions] + [{"resolution": coarsest} | one for one in raised]
-
-
-def _unlike(vary: models.Converge, base: PlainMapping) -> list[object]:
-    """Return the values of a convergence study; raises `CaseError` where two are the same."""
     numbers = Scale(vary.path, vary.values, base).numbers
     for value, number in zip(vary.values, numbers, strict=True):
         if numbers.count(number) > 1:
             raise CaseError(f"has {value} twice: what does not change shows no convergence", where="values")
-    return list(vary.values)
+    return _spacings(vary.path, vary.values, numbers, perturbations(vary.fit, base))
+
+
+def _spacings(path: str, values: Any, numbers: list[float], raised: list[Values]) -> list[Values]:
+    """Return a setting for each spacing, and the coarsest one with each of the `raised` parameters."""
+    coarsest = values[numbers.index(max(numbers))]
+    return [{path: value} for value in values] + [{path: coarsest} | one for one in raised]
+
+
+def variants(vary: models.Bisect, base: PlainMapping) -> list[Values]:
+    """Return the settings with which the limit is computed for its uncertainty; a single empty one without any."""
+    if not vary.resolutions:
+        return [{}, *perturbations(vary.fit, base)]
+    numbers = Scale("resolution", vary.resolutions, base).numbers
+    return _spacings("resolution", vary.resolutions, numbers, perturbations(vary.fit, base))
 
 
 def _axis(path: str, axis: Any, base: PlainMapping) -> Iterator[Any]:

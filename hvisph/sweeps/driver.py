@@ -55,7 +55,6 @@ class Failures:
         """Record the end of a worker; raises `OutputError` after too many failures.
 
         `code`: its exit code; negative for one that was killed, whose case tells for itself how often that was.
-        `output`: the end of its standard error.
         """
         if code <= 0 or code == INTERRUPTED:
             self.count = 0 if code == 0 else self.count
@@ -67,12 +66,7 @@ class Failures:
 
 
 class LocalCrew:
-    """Worker processes on this machine, each with its threads.
-
-    `folder`: the sweep's.
-    `threads`: threads of each worker.
-    `options`: further options of the command, such as a selection.
-    """
+    """Worker processes on this machine, each with its threads."""
 
     waits_for_first = False  # workers wait for loops that others compile
 
@@ -115,12 +109,7 @@ def worker_command(folder: SweepFolder, threads: int, options: Sequence[str] = (
 
 
 class Driver:
-    """Execution of a sweep.
-
-    `folder`: the sweep's, begun.
-    `workers`: how many of them.
-    `selection`: which cases are to be computed.
-    """
+    """Execution of a sweep."""
 
     def __init__(self, folder: SweepFolder, crew: Crew, workers: int, selection: Selection | None = None):
         self.folder, self.crew, self.workers = folder, crew, workers
@@ -161,11 +150,8 @@ class Driver:
         atomic_write.write_text(self.folder.path / RESULTS, json.dumps(results, indent=2, ensure_ascii=False) + "\n")
         return results
 
-    def _left(self) -> list[Member]:
-        return [member for member in self.members if self.selection.takes(member, self.folder.standing(member))]
-
     def _round(self) -> Iterator[Row]:
-        left = self._left()
+        left = [member for member in self.members if self.selection.takes(member, self.folder.standing(member))]
         failures = len(self._failures())
         while left:
             begun = time.monotonic()
@@ -188,7 +174,7 @@ class Driver:
             time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
 
     def _prolong(self) -> bool:
-        """Let shots of a limit that are not decided go on to twice their time; False where none may."""
+        """Extend undecided shots of a limit to twice their time; return False where none may be extended."""
         numbers = set(undecided_shots(self.sweep.vary, rows(self.folder, self.members)))
         prolonged = False
         for member in self.members:

@@ -8,7 +8,6 @@ for each start and end, so that a case which kills its worker repeatedly is left
 from __future__ import annotations
 
 import csv
-import io
 import json
 import os
 import re
@@ -66,7 +65,7 @@ class SweepFolder:
             known = self.members()
             if any(old.digest != new.digest for old, new in zip(known, members, strict=False)):
                 raise CaseError(
-                    f"{self.path} holds a sweep of other cases; nothing was changed: give another folder", where="--out"
+                    f"{self.path} holds a sweep of other cases, unchanged: give another folder", where="--out"
                 )
             if len(known) >= len(members):
                 return known
@@ -112,13 +111,12 @@ class SweepFolder:
     def write_members(self, members: Sequence[Member]) -> None:
         """Write the list of cases."""
         paths = list(dict.fromkeys(path for member in members for path in member.values))
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["number", "hash", "cost", *paths])
+        rows: list[list[object]] = [["number", "hash", "cost", *paths]]
         for member in members:
-            cells = [_cell(member.values.get(path, "")) for path in paths]
-            writer.writerow([member.number, member.digest, f"{member.cost:.3g}", *cells])
-        atomic_write.write_text(self.path / CASES, text.getvalue())
+            values = [member.values.get(path, "") for path in paths]
+            cells = [json.dumps(one) if isinstance(one, bool | list | dict | None) else one for one in values]
+            rows.append([member.number, member.digest, f"{member.cost:.3g}", *cells])
+        atomic_write.write_csv(self.path / CASES, rows)
 
     def run_folder(self, member: Member) -> Path:
         """Return the folder of a case's run."""
@@ -170,8 +168,10 @@ class SweepFolder:
             return Standing("error", str(last.get("message", "")))
         if summary.get("status") in ("done", "failed") and not starts:
             return Standing(summary["status"], str((summary.get("failure") or {}).get("message", "")), summary)
-        if starts and not held and self._is_claimed(member):
-            return Standing("running")
+        if starts and not held:
+            with self.claim(member) as mine:
+                if not mine:
+                    return Standing("running")
         if starts >= MOST_STARTS:
             return Standing("killed", f"the process that computed it ended {starts} times without a report")
         if events:
@@ -190,8 +190,6 @@ class SweepFolder:
     def _events(self, member: Member) -> list[Plain]:
         try:
             text = (self.path / CLAIMS / f"{member.number:05d}.jsonl").read_text(encoding="utf-8")
-        except FileNotFoundError:
-            return []
         except (OSError, UnicodeDecodeError):
             return []
         events = []
@@ -203,10 +201,6 @@ class SweepFolder:
             if isinstance(event, dict) and "event" in event:
                 events.append(event)
         return events
-
-    def _is_claimed(self, member: Member) -> bool:
-        with self.claim(member) as mine:
-            return not mine
 
 
 def _vain_starts(events: Sequence[Plain]) -> int:
@@ -236,10 +230,6 @@ def _summary(folder: Path) -> Plain:
         }
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
-
-
-def _cell(value: object) -> object:
-    return value if isinstance(value, int | float | str) and not isinstance(value, bool) else json.dumps(value)
 
 
 def plain_or_json(cell: str) -> object:
@@ -321,8 +311,8 @@ def rows(folder: SweepFolder, members: Sequence[Member]) -> list[Row]:
     return [row(folder, member, folder.standing(member)) for member in members]
 
 
-def table_text(shown: Sequence[Row], record: Sequence[str] | None) -> str:
-    """Return rows as CSV; measures in SI, with the unit in the head and the uncertainty beside each."""
+def table_rows(shown: Sequence[Row], record: Sequence[str] | None) -> list[list[object]]:
+    """Return heads and rows of a table; measures in SI, with the unit in the head and the uncertainty beside each."""
     paths = list(dict.fromkeys(path for one in shown for path in one["values"]))
     units: dict[str, str] = {}
     for one in shown:
@@ -330,17 +320,14 @@ def table_text(shown: Sequence[Row], record: Sequence[str] | None) -> str:
             units.setdefault(name, measure["unit"] or "")
     chosen = [name for name in (record if record is not None else units) if name in units]
     heads = [f"{name} [{units[name]}]" if units[name] else name for name in chosen]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["number", *paths, "status", *(cell for head in heads for cell in (head, f"± {head}")),
-                     "energy_drift", "wall_seconds", "folder", "message"])  # fmt: skip
+    last = ("energy_drift", "wall_seconds", "folder", "message")
+    table: list[list[object]] = [["number", *paths, "status", *(x for one in heads for x in (one, f"± {one}")), *last]]
     for one in shown:
         measures = [one["measures"].get(name, {}) for name in chosen]
         cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
         values = (format_value(one["values"][path]) if path in one["values"] else "" for path in paths)
-        writer.writerow([one["number"], *values, one["status"], *cells,
-                         one["energy_drift"], one["wall_seconds"], one["folder"], one["message"]])  # fmt: skip
-    return text.getvalue()
+        table.append([one["number"], *values, one["status"], *cells, *(one[key] for key in last)])
+    return table
 
 
 class TableKeeper:
@@ -360,8 +347,7 @@ class TableKeeper:
         except BlockingIOError:  # another process writes the same
             return
         try:
-            text = table_text(rows(self.folder, members), self.record)
-            atomic_write.write_text(self.folder.path / TABLE, text)
+            atomic_write.write_csv(self.folder.path / TABLE, table_rows(rows(self.folder, members), self.record))
         finally:
             lock.release()
         took = time.monotonic() - begun

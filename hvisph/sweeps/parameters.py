@@ -12,6 +12,7 @@ from hvisph.core.text import Plain
 
 # A column of an experiment, carried along beside the computed values.
 EXPERIMENT = "experiment."
+MATERIAL = "material."  # begins the path of a parameter of a fitted material
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 FACTORS = {"": 1.0, "m/s": 1.0, "km/s": 1000.0, "mm/us": 1000.0}  # of velocities [m/s]

@@ -44,17 +44,20 @@ class Member:
 class Plan:
     """A sweep and the case that it starts from.
 
-    `sweep`: the sweep's model.
     `base`: the case before settings, as read.
     `places`: lines of the sweep's file, for messages.
-    `folder`: where files that the sweep names are looked for.
     """
 
     def __init__(self, sweep: Sweep, base: Document, places: Mapping[Any, Place], folder: Path):
         self.sweep, self.places, self.folder = sweep, places, folder
         self.base = base
         self.counts: dict[str, float] = {}  # of particles, by spacing and shapes: estimates for the order of the cases
-        vary = self._locate(("vary",), lambda: _with_files(sweep.vary, folder))
+        vary: Any = sweep.vary  # with the content of its files, so that the sweep's folder is complete
+        if isinstance(vary, Fit):
+            vary = self._locate(("vary",), lambda: with_data(vary, folder))
+        elif getattr(vary, "fit", None) is not None:
+            fit = self._locate(("vary",), lambda: read_fit(vary.fit, folder))
+            vary = vary.model_copy(update={"fit": fit})
         self.sweep = sweep.model_copy(update={"vary": vary})
         for path, value in sweep.set.items():
             self.base = self._locate(("set", path), lambda: setting(self.base, path, value))  # noqa: B023 called at once
@@ -95,15 +98,6 @@ class Plan:
             keys = tuple(part for part in error.where.split(".") if part) if path == ("vary",) else ()
             known = (*path, *keys)
             raise locate_error(known, error.message, self.places) from None
-
-
-def _with_files(vary: Any, folder: Path) -> Any:
-    """Return the varied settings with the content of their files, so that the sweep's folder is complete."""
-    if isinstance(vary, Fit):
-        return with_data(vary, folder)
-    if getattr(vary, "fit", None) is not None:
-        return vary.model_copy(update={"fit": read_fit(vary.fit, folder)})
-    return vary
 
 
 def setting(document: Document, path: str, value: object) -> Document:

@@ -37,7 +37,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.measures.correlations import LambertJonas, lambert_jonas_velocity
 
-from .parameters import Values
+from .parameters import MATERIAL, Values
 
 SAFETY = 1.25
 LOWEST, HIGHEST = 1e-3, 20.0  # orders that are looked for
@@ -206,9 +206,6 @@ def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known
     return LambertJonas(a, p, limit, float(np.sqrt(np.mean(fit.fun**2))))
 
 
-MATERIAL = "material."
-
-
 def read_fit(source: str | PlainMapping | None, folder: Path) -> Plain | None:
     """Return name, parameters and correlation of a fit's material from its folder; raises `CaseError`."""
     if source is None or not isinstance(source, str):
@@ -232,9 +229,7 @@ def perturbations(fit: Any, base: PlainMapping) -> list[Values]:
         return []
     name = fit["material"]
     materials = {body: one.get("material") for body, one in base.get("bodies", {}).items()}
-    bodies = [
-        body for body, one in materials.items() if name in (one, one.get("base") if isinstance(one, dict) else "")
-    ]
+    bodies = [key for key, one in materials.items() if name in (one, one.get("base") if isinstance(one, dict) else "")]
     if not bodies:
         raise CaseError(f"no body is made of {name}, the material of the fit", where="fit")
     return [
@@ -252,10 +247,8 @@ def combine_uncertainties(
 ) -> Plain | None:
     """Return half-width and shares; None where a perturbed value is missing.
 
-    `spacings`, `values`: values at spacings.
     `time`: Half-width by time at the finest.
     `perturbed`: values at the coarsest spacing with one parameter raised each.
-    `correlation`: of the parameters.
     """
     if any(value is None for value in perturbed) or not values:
         return None
@@ -283,8 +276,6 @@ class Surrogate:
     """Response surface of one computed number.
 
     `x`: points, (n, d); of about 0..1 for a process.
-    `y`: numbers at the points, (n,).
-    `polynomial`: whether polynomials alone are tried.
     """
 
     def __init__(self, x: np.ndarray, y: np.ndarray, *, polynomial: bool = False):
@@ -306,8 +297,6 @@ class Surrogate:
 def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> Plain | None:
     """Return how results depend on inputs; None for too few cases.
 
-    `x`: inputs, (n, d).
-    `y`: results, (n,).
     `distributions`: of each input, frozen ones of `scipy.stats`.
 
     Returns lists by input: ``slope`` with its standard ``error``, ``swing`` (change over 5 to 95 % of the input),

@@ -1,4 +1,4 @@
-"""A worker of a sweep: claims a free case, runs or continues it, and looks for the next one.
+"""A worker of a sweep: claims a free case, runs or continues it, and takes the next one.
 
 No scheduler: any number of workers, on any machines that share the folder. Kill some, start more.
 """
@@ -24,7 +24,7 @@ LOOK = 1.0  # wall time between two looks whether it is still wanted [s]
 
 
 class _Limited(Listener):
-    """Interrupts a run after a wall time or when it is not wanted any more; tells the first step of the first case."""
+    """Interrupts a run after a wall time or at the end of the sweep; reports the first step of the first case."""
 
     def __init__(self, seconds: float | None, stepping: Callable[[], None], wanted: Callable[[], bool]):
         self.end = None if seconds is None else time.monotonic() + seconds
@@ -46,9 +46,6 @@ class _Limited(Listener):
 class Worker:
     """Computes cases until none is left.
 
-    `folder`: the sweep's.
-    `threads`: threads of each run.
-    `selection`: which cases to take.
     `wanted`: a file as long as which is there to work; None to work until nothing is left.
     """
 
@@ -96,10 +93,7 @@ class Worker:
 
     def _enough_failures(self, members: Sequence[Member]) -> bool:
         most = self.sweep.stop_after_failures
-        if most is None:
-            return False
-        failed = sum(self.folder.standing(member).status in ENDED[1:] for member in members)
-        return failed >= most
+        return most is not None and sum(self.folder.standing(one).status in ENDED[1:] for one in members) >= most
 
     def _compute(self, member: Member) -> bool:
         """Run a case to its end, its limit or a signal; False after a signal."""
@@ -111,14 +105,10 @@ class Worker:
         except KeyboardInterrupt:
             self.folder.note(member, "end", reason="signal")
             return False
-        except MemoryError:
-            self.folder.note(member, "error", message="out of memory")
-            return True
-        except HvisphError as error:
-            self.folder.note(member, "error", message=str(error))
-            return True
         except Exception as error:  # a bug in one case leaves the others alone
-            self.folder.note(member, "error", message=f"unexpected {type(error).__name__}: {error}"[:500])
+            unexpected = f"unexpected {type(error).__name__}: {error}"[:500]
+            text = "out of memory" if isinstance(error, MemoryError) else unexpected
+            self.folder.note(member, "error", message=str(error) if isinstance(error, HvisphError) else text)
             return True
         interrupted = outcome.summary["status"] == "interrupted"
         self.folder.note(member, "end", reason="limit" if listener.reached else "signal" if interrupted else "")

@@ -132,6 +132,16 @@ EULERIAN = ("riemann", "eulerian")  # those whose density may start anywhere
 ALL = (*SOLIDS, "projection")
 
 
+def computed_and_exact(
+    x: np.ndarray, computed: Mapping[str, np.ndarray], exact_x: np.ndarray, exact: Mapping[str, np.ndarray]
+) -> dict[str, list[Curve]]:
+    """Return a panel a quantity of `exact` by name: the computed curve over `x`, and the exact one over `exact_x`."""
+    return {
+        name: [Curve("computed", x, computed[name]), Curve("exact", exact_x, values, exact=True)]
+        for name, values in exact.items()
+    }
+
+
 @dataclass(frozen=True)
 class Options:
     """Options of a problem."""
@@ -147,7 +157,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Start:
-    """One run: a case without its formulation, and what a case file cannot say of the start."""
+    """One run: a case without its formulation, and changes of the start that a case file cannot describe."""
 
     case: Plain  # a mapping with the keys of a case file; of the formulation, only options that the problem is about
     # changes the bodies' particles before anything is built

@@ -122,11 +122,9 @@ def verdicts(
 ) -> Iterator[Verdict]:
     """Run a problem by each of `formulations` that can, and yield how they did, trial by trial.
 
-    `problem`, `formulations`, `options`: what, by which, and how finely.
     `settings`: settings ``path.to.key=value`` laid over every case.
     `only`: text that the names of trials must hold.
     `keep`: folder in which the runs stay; they are deleted unless given.
-    `threads`: number of threads.
     """
     able = [name for name in formulations if name in problem.formulations]
     for trial in problem.trials(options):
@@ -196,18 +194,14 @@ def with_formulation(start: Start, formulation: str, settings: Iterable[str]) ->
     """Return the case of a run by a formulation, with the settings of the problem."""
     asked = dict(start.case.get("formulation", {}))
     if formulation == "adaptive":
-        asked = {"conversion": {"strain": STRAIN, "damage": _can_fail(start.case)}} | asked
+        materials = [body["material"] for body in start.case["bodies"].values()]
+        values = [library_values(one) if isinstance(one, str) else one for one in materials]
+        grows = any(one.get("damage", {}).get("type") == "johnson_cook" for one in values)
+        asked = {"conversion": {"strain": STRAIN, "damage": grows}} | asked
     whole = start.case | {"formulation": {"type": formulation} | asked}
     whole["limits"] = LIMITS | start.case.get("limits", {})
     whole["output"] = {"formats": ["hdf5"], "checkpoint_every": None} | start.case.get("output", {})
     return load_case(whole, settings)
-
-
-def _can_fail(case: Plain) -> bool:
-    """Whether a material of the case has a damage that grows."""
-    materials = [body["material"] for body in case["bodies"].values()]
-    values = [library_values(one) if isinstance(one, str) else one for one in materials]
-    return any(one.get("damage", {}).get("type") == "johnson_cook" for one in values)
 
 
 def _compute(start: Start, case: Case, folder: Path, threads: int | None) -> Ran:

@@ -43,7 +43,6 @@ def facing_the_struck_side(
     """Return the yaw and pitch [degrees] from which an oblique plate shows its struck face, None for all else.
 
     `position`, `velocity`: shape (n, 3); `mass` (n,).
-    `planes`: axes of the mirrors.
     """
     kept = [axis for axis in range(3) if axis not in planes]
     shot = np.zeros(3)
@@ -65,11 +64,7 @@ def facing_the_struck_side(
 
 
 def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions with their images at coordinate planes, and the particle that each is of.
-
-    `position`: shape (n, dim).
-    `planes`: axes of the mirrors.
-    """
+    """Return positions with their images at coordinate planes, and the particle that each is of."""
     parts = []
     for signs in itertools.product((1.0, -1.0), repeat=len(planes)):
         factor = np.ones(position.shape[1])
@@ -99,7 +94,6 @@ def visible_discs(place: np.ndarray, radius: float, extent: tuple[float, float, 
     """Return the visible discs.
 
     `place`: right, up, towards the eye, shape (n, 3) [m].
-    `radius`: of a disc [m].
     `extent`: left, right, bottom, top of the picture [m].
     `width`: pixels across.
     """

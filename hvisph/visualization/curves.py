@@ -18,7 +18,7 @@ from hvisph.measures.measure import Measures
 from hvisph.measures.tables import columns, moments
 from hvisph.output.reader import read_history
 
-from .style import store
+from .style import new_figure, store
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
@@ -55,26 +55,20 @@ def curves_picture(
     """Draw panels below one another and store them.
 
     `panels`: curves by the name of their column, such as ``velocity_x``.
-    `path`: file to write; its ending tells the format.
-    `title`: above the picture.
     `across`: ``time``, ``x`` or ``r``: what runs along the axis.
-    `unitless`: whether the case is non-dimensional.
     `units`: SI units of panels that are not named after a field.
     `legends`: one below the picture, for panels of the same curves, or one beside each panel.
 
     Raises `CaseError` where there is nothing to draw.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     if not panels:
         raise CaseError("there is nothing to draw")
     beside = legends == "beside"
-    figure = Figure(figsize=(9.5 if beside else 7.5, 1.2 + 2.4 * len(panels)), dpi=110, layout="constrained")
+    figure = new_figure((9.5 if beside else 7.5, 1.2 + 2.4 * len(panels)))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    x_label, x_scale = label_and_scale(
-        across, unitless, shown=[curve.x for curves in panels.values() for curve in curves]
-    )
+    x_label, x_scale = label_and_scale(across, unitless, shown=[one.x for curves in panels.values() for one in curves])
     numbers: dict[str, int] = {}  # of the colours; below one another, panels show a label in the same one
     shown: Plain = {}
     for axis, (column, curves) in zip(axes, panels.items(), strict=True):
@@ -113,7 +107,6 @@ def gauge_panels(
 ) -> dict[str, list[Curve]]:
     """Return the panels of a run's gauges: one a field, one curve a gauge.
 
-    `run`: folder of the run.
     `exact`: times [s] and values of exact gauges, by their column.
     `prefix`: before the gauges' names in the legend.
 
@@ -183,13 +176,11 @@ class Panel:
 
 def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title: str = "") -> Path:
     """Draw panels beside and below one another and store them. Raises `CaseError` where there is nothing to draw."""
-    from matplotlib.figure import Figure
-
     shown = [panel for panel in panels if panel.curves]
     if not shown:
         raise CaseError("there is nothing to draw")
     down = -(-len(shown) // PER_ROW)
-    figure = Figure(figsize=(10.0, 0.6 + 3.4 * down), dpi=110, layout="constrained")
+    figure = new_figure((10.0, 0.6 + 3.4 * down))
     axes = figure.subplots(down, min(PER_ROW, len(shown)), squeeze=False).ravel()
     for axis, panel in zip(axes, shown, strict=False):
         for number, (label, x, y) in enumerate(panel.curves):
@@ -219,6 +210,12 @@ KINDS = {
     "ratio": "",
     "number": "",
 }
+# Columns of the fragments that are drawn, with their labels.
+FRAGMENT_COLUMNS = {
+    "number": f"fragments of {FEWEST} particles or more",
+    "largest_mass_share": "mass share of the largest",
+    "largest_velocity_x": "largest, axial velocity",
+}
 PLUG_AND_LIP = ("plug_width", "plug_thickness", "impact_diameter", "lip_height", "lip_height_max")
 
 
@@ -236,7 +233,8 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
     panels: dict[str, list[Curve]] = {kind: [] for kind in KINDS}
     units = dict(KINDS)
     for name, column in columns(measured).items():
-        if np.isfinite(column.values).any() and _is_drawn(name):
+        own = name.rpartition(".")[2] if name.startswith("fragments.") else ""  # variants are in the CSV file
+        if np.isfinite(column.values).any() and (own in FRAGMENT_COLUMNS or "." not in name):
             kind = _panel_kind(name, column.unit)
             units[kind] = column.unit
             panels[kind].append(Curve(_column_label(name), time, column.values, marked=True))
@@ -244,33 +242,19 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
     return curves_picture(panels, path, title=measured.title, unitless=measured.unitless, units=units, legends="beside")
 
 
-def _is_drawn(name: str) -> bool:
-    """Whether a column is drawn; duplicates and rarely needed ones are not."""
-    if not name.startswith("fragments."):
-        return "." not in name  # variants are in the CSV file
-    return name.rpartition(".")[2] in ("number", "largest_mass_share", "largest_velocity_x")
-
-
 def _panel_kind(name: str, unit: str) -> str:
     if name == "target_fragments" or name.endswith(".number"):
         return "number"
     if unit == "m" and name in PLUG_AND_LIP:
         return "length, plug and lip"
-    return next(
-        kind for kind, own in KINDS.items() if own in (unit, unit.removesuffix("/m"), unit.removesuffix("/m^2"))
-    )
+    return next(one for one, own in KINDS.items() if own in (unit, unit.removesuffix("/m"), unit.removesuffix("/m^2")))
 
 
 def _column_label(name: str) -> str:
     if not name.startswith("fragments."):
         return format_of(name).label
     body, _, what = name.removeprefix("fragments.").rpartition(".")
-    words = {
-        "number": f"fragments of {FEWEST} particles or more",
-        "largest_mass_share": "mass share of the largest",
-        "largest_velocity_x": "largest, axial velocity",
-    }
-    return f"{body}: {words[what]}"
+    return f"{body}: {FRAGMENT_COLUMNS[what]}"
 
 
 CELLS = 60  # of the map, each way
@@ -282,14 +266,12 @@ def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "")
 
     Raises `CaseError` without a plane, or where nothing arrives there.
     """
-    from matplotlib.figure import Figure
-
     came = cloud.arrivals
     if came is None or len(came.when) == 0:
         reason = next((result.reason for result in cloud.results.values() if result.reason), "no particle flies there")
         raise CaseError(f"no witness plane receives anything: {reason}")
     flat = came.where.shape[1] == 1
-    figure = Figure(figsize=(5.2 if flat else 10.0, 4.2), dpi=110, layout="constrained")
+    figure = new_figure((5.2 if flat else 10.0, 4.2))
     axes = figure.subplots(1, 1 if flat else 2, squeeze=False)[0]
     if not flat:
         reach = float(np.sort(came.radius)[int(WIDE * (len(came.radius) - 1))])

@@ -1,4 +1,4 @@
-"""Pictures and animations of all particles: moments or runs side by side, from the side, the front or turned."""
+"""Pictures and animations of all particles: moments or runs side by side, in any view."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hvisph.output.atomic_write import replacing
 from hvisph.output.snapshot import Snapshot
 
 from .camera import RADIUS, SHADES, VIEWS, copies, facing_the_struck_side, revolve, rotate_view, visible_discs
-from .style import BODY_COLOURS, OUTSIDE, SHARES, appearance, field_of, field_range, lengths, store
+from .style import OUTSIDE, SHARES, appearance, body_colour, field_of, field_range, lengths, new_figure, store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +62,7 @@ class Moment:
 
 
 def usual_view(moment: Moment) -> str | tuple[float, float]:
-    """Return how a moment is seen unless set otherwise: turned in 3D, an oblique plate from where it is struck."""
+    """Return the default view of a moment: in 3D turned, towards the struck face of an oblique plate."""
     state = moment.snapshot
     if state.dimensions < 3:
         return "side"
@@ -85,8 +85,6 @@ def view_picture(moments: Sequence[Moment], path: str | os.PathLike[str], look: 
 
 def draw(moments: Sequence[Moment], look: Look, ends: Ends | None = None, extent: Extent | None = None) -> Figure:
     """Return the figure of moments; `ends` and `extent` keep scales of other figures."""
-    from matplotlib.figure import Figure
-
     count, dimensions = len(moments), {moment.snapshot.dimensions for moment in moments}
     if len(dimensions) > 1 or count > MOST:
         reason = "runs of different dimensions have no axes in common" if count <= MOST else f"more than {MOST} panels"
@@ -99,9 +97,7 @@ def draw(moments: Sequence[Moment], look: Look, ends: Ends | None = None, extent
     across = max(1, min(count, round(math.sqrt(count * 1.4 * height / width)) or 1))
     down = -(-count // across)
     panel = min(WIDTH / across, TALLEST * width / height)
-    figure = Figure(
-        figsize=(panel * across + 1.3, panel * height / width * down + 0.55 * down + 0.5), dpi=130, layout="constrained"
-    )
+    figure = new_figure((panel * across + 1.3, panel * height / width * down + 0.55 * down + 0.5), 130)
     axes = np.atleast_1d(figure.subplots(down, across)).ravel()
     for one in axes[count:]:
         one.remove()
@@ -109,7 +105,14 @@ def draw(moments: Sequence[Moment], look: Look, ends: Ends | None = None, extent
         if curves:
             _profile(one, moment, look, ends, extent)
         else:
-            _panel(one, moment, place, owner, look, ends, extent)
+            image = _image(moment.snapshot, (place, owner), look, ends, extent, PIXELS)
+            unit, factor = lengths(moment.snapshot, extent)
+            left, right, bottom, top = (end * factor for end in extent)
+            one.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
+            side = "r" if moment.snapshot.is_axisymmetric else "y"
+            names = ("x", side) if look.view == "side" else ("across", "up")
+            one.set(xlabel=f"{names[0]}{unit}", ylabel=f"{names[1]}{unit}")
+            one.set_title(moment.name, fontsize=9)
     if not curves:
         _legend(figure, axes[:count], moments, look, ends)
     titles = dict.fromkeys(str(moment.snapshot.metadata.get("title", "")) for moment in moments)
@@ -121,7 +124,7 @@ def draw(moments: Sequence[Moment], look: Look, ends: Ends | None = None, extent
 def thumbnail(moment: Moment, look: Look, ends: Ends, width: int) -> np.ndarray:
     """Return a small picture of a moment without axes: RGB from 0 to 1, shape (height, width, 3), the top row first."""
     projected = _project(moment, look)
-    return _image(moment.snapshot, *projected, look, ends, extent_of([projected], [moment], look), width)[::-1]
+    return _image(moment.snapshot, projected, look, ends, extent_of([projected], [moment], look), width)[::-1]
 
 
 def scale_of(moments: Sequence[Moment], look: Look) -> Ends:
@@ -171,20 +174,6 @@ def _project(moment: Moment, look: Look) -> Projected:
     return rotate_view(place, yaw, pitch), owner
 
 
-def _panel(
-    axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, look: Look, ends: Ends, extent: Extent
-) -> None:
-    image = _image(moment.snapshot, place, owner, look, ends, extent, PIXELS)
-    unit, factor = lengths(moment.snapshot, extent)
-    left, right, bottom, top = (end * factor for end in extent)
-    axes.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
-    side = "r" if moment.snapshot.is_axisymmetric else "y"
-    across, up = ("x", side) if look.view == "side" else ("across", "up")
-    axes.set_xlabel(f"{across}{unit}")
-    axes.set_ylabel(f"{up}{unit}")
-    axes.set_title(moment.name, fontsize=9)
-
-
 def _profile(axes: Axes, moment: Moment, look: Look, ends: tuple[float, float], extent: Extent) -> None:
     """Draw a field of a 1D moment over x, a line for each body."""
     snapshot = moment.snapshot
@@ -194,8 +183,7 @@ def _profile(axes: Axes, moment: Moment, look: Look, ends: tuple[float, float], 
     for number, name in enumerate(snapshot.bodies):
         own = np.flatnonzero(snapshot.body == number)
         own = own[np.argsort(x[own])]
-        colour = BODY_COLOURS[number % len(BODY_COLOURS)]
-        axes.plot(x[own], values[own], ".-", ms=2, lw=0.9, color=colour, label=name)
+        axes.plot(x[own], values[own], ".-", ms=2, lw=0.9, color=body_colour(number), label=name)
     margin = 0.05 * (ends[1] - ends[0])
     axes.set(xlim=(extent[0] * metres, extent[1] * metres), xlabel=f"x{unit}", ylabel=label)
     axes.set_ylim(ends[0] if look.log else ends[0] - margin, ends[1] + margin)
@@ -205,12 +193,11 @@ def _profile(axes: Axes, moment: Moment, look: Look, ends: tuple[float, float], 
     axes.set_title(moment.name, fontsize=9)
 
 
-def _image(
-    snapshot: Snapshot, place: np.ndarray, owner: np.ndarray, look: Look, ends: Ends, extent: Extent, width: int
-) -> np.ndarray:
+def _image(state: Snapshot, discs: Projected, look: Look, ends: Ends, extent: Extent, width: int) -> np.ndarray:
     """Return the image, RGB from 0 to 1, `width` pixels across, the lowest row first."""
-    sight = visible_discs(place, RADIUS * spacing_of(snapshot), extent, width)
-    colours = _colours(snapshot, look, ends)[owner]
+    place, owner = discs
+    sight = visible_discs(place, RADIUS * spacing_of(state), extent, width)
+    colours = _colours(state, look, ends)[owner]
     image = np.ones((*sight.index.shape, 3))
     there = sight.index >= 0
     bright = SHADES[0] + (SHADES[1] - SHADES[0]) * sight.shade if place[:, 2].any() else np.ones_like(sight.shade)
@@ -225,8 +212,8 @@ def _colours(snapshot: Snapshot, look: Look, ends: Ends) -> np.ndarray:
 
     if look.field in SHARES:
         number = snapshot.body if look.field == "body" else snapshot.material
-        table = np.array([to_rgb(colour) for colour in BODY_COLOURS])
-        return table[number % len(table)]
+        table = np.array([to_rgb(body_colour(k)) for k in range(int(number.max(initial=0)) + 1)])
+        return table[number]
     _, factor, colours, _ = appearance(snapshot, look.field)
     norm = (LogNorm if look.log else Normalize)(*ends, clip=True)
     values = np.ma.filled(norm(field_of(snapshot, look.field) * factor), 0.0)
@@ -241,10 +228,7 @@ def _legend(figure: Figure, axes: np.ndarray, moments: Sequence[Moment], look: L
     first = moments[0].snapshot
     if look.field in SHARES:
         names = first.bodies if look.field == "body" else first.materials
-        marks = [
-            Line2D([], [], ls="", marker="o", color=BODY_COLOURS[k % len(BODY_COLOURS)], label=name)
-            for k, name in enumerate(names)
-        ]
+        marks = [Line2D([], [], ls="", marker="o", color=body_colour(k), label=one) for k, one in enumerate(names)]
         axes[0].legend(handles=marks, fontsize=8, loc="upper left")
         return
     label, _, colours, _ = appearance(first, look.field)
@@ -258,25 +242,21 @@ FORMATS = (".gif", ".mp4")
 def animate(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look, seconds: float = 6.0) -> Path:
     """Draw every moment on one scale and store them as one moving picture.
 
-    `moments`: in order of time.
     `path`: file to write: ``.gif`` or ``.mp4``.
-    `look`: how particles are shown.
-    `seconds`: how long it lasts.
 
     Raises `CaseError` when the ending is unknown, or ffmpeg is not there for an MP4.
     """
     target = Path(path)
-    if target.suffix.lower() not in FORMATS:
-        raise CaseError(
-            f"{target}: an animation is no '{target.suffix}'{suggest_nearest(target.suffix, FORMATS)}", where="-o"
-        )
-    if target.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+    ending = target.suffix.lower()
+    if ending not in FORMATS:
+        raise CaseError(f"{target}: no animation is '{ending}'{suggest_nearest(ending, FORMATS)}", where="-o")
+    if ending == ".mp4" and shutil.which("ffmpeg") is None:
         raise CaseError("an MP4 needs ffmpeg, which is not installed; write a .gif", where="-o")
     ends = scale_of(moments, look)
     extent = extent_of([_project(moment, look) for moment in moments], moments, look)
     pictures = [_draw_frame(moment, look, ends, extent) for moment in moments]
     pace = max(seconds / len(pictures), 0.04)
-    if target.suffix.lower() == ".gif":
+    if ending == ".gif":
         images = [picture.quantize(128) for picture in pictures]
         with replacing(target) as file:
             images[0].save(

@@ -13,8 +13,8 @@ import numpy as np
 
 from hvisph.core.measure_catalogue import axis_unit
 
-from .camera import revolve
-from .style import BODY_COLOURS, DISC, store
+from .camera import revolve, rotate_view
+from .style import DISC, body_colour, new_figure, store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MOST_SHOWN = 60_000  # particles of a view; more would not be labels apart
 UNDER = 34  # [points] from the axes to the names under them
-TURN, RAISE = np.radians(-35.0), np.radians(22.0)  # from where a view is seen
+SEEN_FROM = (-35.0, -22.0)  # yaw and pitch of a view [degrees]
 
 
 @dataclass(frozen=True)
@@ -79,19 +79,13 @@ class Setup:
 
 
 def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
-    """Draw a set-up and store it: of solids a section along the shot line and a view, else the particles.
-
-    `setup`: Set-up.
-    `path`: file to write; its ending tells the format.
-    """
+    """Draw a set-up and store it: of solids a section along the shot line and a view, else the particles."""
     return store(setup_figure(setup), path)
 
 
 def setup_figure(setup: Setup) -> Figure:
     """Return the figure of a set-up."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13.0 if setup.solid else 9.0, 7.0), dpi=130, layout="constrained")
+    figure = new_figure((13.0 if setup.solid else 9.0, 7.0), 130)
     panels = figure.subplots(1, 2) if setup.solid else [figure.add_subplot()]
     _section(panels[0], setup)
     if setup.solid:
@@ -104,12 +98,14 @@ def setup_figure(setup: Setup) -> Figure:
 
 def _section(axes: Axes, setup: Setup) -> None:
     """Draw the plane through the shot line: x and y, or in 1D x alone; of axisymmetric particles both halves."""
-    from matplotlib.collections import EllipseCollection
     from matplotlib.transforms import ScaledTranslation
 
     unit = setup.factor
     everything = np.concatenate([body.positions for body in setup.bodies]) * unit
-    middle = _shot_line(setup)
+    first: Any = setup.bodies[0].positions  # the shot line: its middle, moved onto planes of symmetry
+    middle = (first.min(axis=0) + first.max(axis=0)) / 2
+    for axis, at in setup.planes:
+        middle[axis] = at
     corners = []
     for number, body in enumerate(setup.bodies):
         places, spacing, clamped = body.positions, body.spacing, body.held
@@ -125,13 +121,8 @@ def _section(axes: Axes, setup: Setup) -> None:
         if setup.dim == 1:
             x = np.column_stack([x, np.zeros(len(x))])
         size = DISC * spacing[shown] * unit
-        colour = BODY_COLOURS[number % len(BODY_COLOURS)]
-        edges = ["#111111" if held else colour for held in clamped[shown]]
-        axes.add_collection(
-            EllipseCollection(
-                size, size, 0 * size, units="xy", offsets=x, transOffset=axes.transData, facecolors=edges, lw=0.0
-            )
-        )
+        colour = body_colour(number)
+        _discs(axes, x, size, ["#111111" if held else colour for held in clamped[shown]], lw=0.0)
         if len(x):
             corners += [x.min(axis=0), x.max(axis=0)]
         axes.plot([], [], "o", color=colour, label=body.label)
@@ -227,22 +218,13 @@ def _view(axes: Axes, setup: Setup) -> None:
     # of too many any, larger by as much: every second or third around the axis would be a stripe
     chosen = np.sort(np.random.default_rng(0).permutation(len(positions))[:MOST_SHOWN])
     spacing = spacing * np.sqrt(len(positions) / len(chosen))
-    x, y, z = positions[chosen].T
-    ahead = np.cos(TURN) * x + np.sin(TURN) * z
-    depth = -np.sin(TURN) * x + np.cos(TURN) * z
-    up = np.cos(RAISE) * y + np.sin(RAISE) * depth
-    far = np.cos(RAISE) * depth - np.sin(RAISE) * y
+    ahead, up, far = rotate_view(positions[chosen], *SEEN_FROM).T
     order = np.argsort(-far)
-    colours = np.array([to_rgb(BODY_COLOURS[k % len(BODY_COLOURS)]) for k in owner[chosen]])
+    colours = np.array([to_rgb(body_colour(k)) for k in owner[chosen]])
     share = ((far - far.min()) / max(float(np.ptp(far)), 1e-30))[:, None]
     colours = colours + (1 - colours) * 0.55 * share
-    from matplotlib.collections import EllipseCollection
-
-    size = DISC * spacing[chosen][order]
-    axes.add_collection(
-        EllipseCollection(size, size, 0 * size, units="xy", offsets=np.column_stack([ahead, up])[order],
-                          transOffset=axes.transData, facecolors=colours[order], lw=0.15, edgecolors="#00000055")
-    )  # fmt: skip
+    places, size = np.column_stack([ahead, up])[order], DISC * spacing[chosen][order]
+    _discs(axes, places, size, colours[order], lw=0.15, edgecolors="#00000055")
     margin = 0.04 * max(float(np.ptp(ahead)), float(np.ptp(up)))
     axes.set_xlim(ahead.min() - margin, ahead.max() + margin)
     axes.set_ylim(up.min() - margin, up.max() + margin)
@@ -251,10 +233,9 @@ def _view(axes: Axes, setup: Setup) -> None:
     axes.set_title("view", fontsize=9)
 
 
-def _shot_line(setup: Setup) -> np.ndarray:
-    """Return a point of the shot line: the first body's middle, moved onto the planes of symmetry beside it."""
-    first: Any = setup.bodies[0].positions
-    middle = (first.min(axis=0) + first.max(axis=0)) / 2
-    for axis, at in setup.planes:
-        middle[axis] = at
-    return np.asarray(middle)
+def _discs(axes: Axes, places: np.ndarray, size: np.ndarray, colours: Any, **style: Any) -> None:
+    """Draw discs at `places` (n, 2) of diameters `size` (n,), in the unit of the axes."""
+    from matplotlib.collections import EllipseCollection
+
+    options = {"units": "xy", "transOffset": axes.transData, "offsets": places, "facecolors": colours}
+    axes.add_collection(EllipseCollection(size, size, 0 * size, **options, **style))

@@ -36,8 +36,20 @@ SHARES = ("body", "material")  # fields coloured by number
 OUTSIDE = 0.005  # share of particles that a colour scale may leave beyond each of its ends
 
 
+def body_colour(number: int) -> str:
+    """Return the colour of a body or material by its number."""
+    return BODY_COLOURS[number % len(BODY_COLOURS)]
+
+
+def new_figure(size: tuple[float, float], dpi: int = 110) -> Figure:
+    """Return an empty figure of a size [in]."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=size, dpi=dpi, layout="constrained")
+
+
 def store(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to `path`, whose ending tells the format, whole or not at all."""
+    """Write a figure to `path`, completely or not at all; its ending is the format."""
     target = Path(path)
     ending = target.suffix.lstrip(".").lower() or "png"
     allowed = sorted(figure.canvas.get_supported_filetypes())

@@ -12,10 +12,10 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import NumberFormat, format_of
-from hvisph.core.text import PlainMapping, format_differences
+from hvisph.core.text import PlainMapping, format_differences, last_name
 from hvisph.measures.correlations import LambertJonas
 
-from .style import store
+from .style import new_figure, store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,8 +37,6 @@ def sweep_picture(
 
     `results`: content of the sweep's ``results.json``.
     `rows`: its cases, for a sweep without a verdict: measures over the first value that varies.
-    `path`: file to write; its ending tells the format.
-    `title`: above the picture.
     `record`: measures to draw; the first of all unless given.
 
     Raises `CaseError` when there is nothing to draw.
@@ -68,11 +66,9 @@ def _choose_names(names: Iterable[str], record: Sequence[str] | None) -> list[st
 
 
 def _figure(count: int) -> tuple[Figure, list[Axes]]:
-    from matplotlib.figure import Figure
-
     across = min(3, count)
     down = -(-count // across)
-    figure = Figure(figsize=(4.2 * across, 3.2 * down + 0.4), dpi=150, layout="constrained")
+    figure = new_figure((4.2 * across, 3.2 * down + 0.4), 150)
     axes = np.atleast_1d(figure.subplots(down, across)).ravel()
     for one in axes[count:]:
         one.remove()
@@ -89,6 +85,10 @@ def _panels(verdicts: PlainMapping, draw: Any) -> Figure:
     return figure
 
 
+def _label(display: NumberFormat) -> str:
+    return f"{display.label} [{display.unit}]" if display.unit else display.label
+
+
 def _convergence(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
     """Results over spacing, with their uncertainties, and the curve to infinite resolution."""
     h, f = np.array(one["spacings"]), np.array(one["values"]) * display.factor
@@ -103,7 +103,7 @@ def _convergence(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
         note = f"order {one['order']:.2f}, index {100 * one['index']:.2g} %"
     axes.set_xlim(left=0.0)
     axes.set_xlabel(f"spacing [{one['spacing_unit']}]" if one.get("spacing_unit") else "spacing")
-    axes.set_ylabel(f"{display.label} [{display.unit}]" if display.unit else display.label)
+    axes.set_ylabel(_label(display))
     axes.set_title(note, fontsize=9)
 
 
@@ -175,13 +175,9 @@ def _limits(verdicts: Sequence[PlainMapping]) -> Figure:
             x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(one["unit"]), 200)
             axes.plot(x / _to_si(one["unit"]), LambertJonas(**curve).residual(x), color=FAINT)
         if "recht_ipson" in one:
-            axes.plot(
-                [s["value"] for s in shots], one["recht_ipson"]["residuals"], "--", color=FAINT, label="Recht-Ipson"
-            )
+            axes.plot([s["value"] for s in shots], one["recht_ipson"]["residuals"], "--", c=FAINT, label="Recht-Ipson")
         for correlation in one.get("correlations", []):
-            axes.axvline(
-                correlation["value"] / _to_si(one["unit"]), color=FAINT, linestyle=":", label=correlation["name"]
-            )
+            axes.axvline(correlation["value"] / _to_si(one["unit"]), color=FAINT, ls=":", label=correlation["name"])
         axes.set_xlabel(f"{one['path']} [{one['unit'] or 'SI'}]")
         axes.set_ylabel("residual velocity [m/s]")
         axes.legend(title="went through", fontsize=8)
@@ -195,9 +191,11 @@ def _to_si(unit: str) -> float:
 
 def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Figure:
     """Measures over the first value that varies, in as many colours as the others have values."""
+    from matplotlib import colormaps
+
     done = [row for row in rows if row["status"] == "done"]
     found = dict.fromkeys(
-        name for row in done for name, one in row["measures"].items() if isinstance(one["value"], int | float)
+        k for row in done for k, one in row["measures"].items() if isinstance(one["value"], int | float)
     )
     names = _choose_names(found, record)[:MOST_PANELS]
     if not names:
@@ -208,12 +206,13 @@ def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Fig
     first, *others = varied
     groups: dict[str, list[int]] = {}
     for k, cells in enumerate(texts):
-        groups.setdefault(", ".join(f"{_end(paths[j])} {cells[j]}" for j in others), []).append(k)
+        groups.setdefault(", ".join(f"{last_name(paths[j])} {cells[j]}" for j in others), []).append(k)
     x, ticks, label = _places([cells[first] for cells in texts], paths[first])
     figure, panels = _figure(len(names))
     for name, axes in zip(names, panels, strict=True):
         display = format_of(name)
-        for colour, (group, members) in zip(_colours(len(groups)), groups.items(), strict=True):
+        for number, (group, members) in enumerate(groups.items()):
+            colour = INK if len(groups) == 1 else colormaps["viridis"](0.85 * number / (len(groups) - 1))
             values = {k: done[k]["measures"].get(name, {}).get("value") for k in members}
             shown = sorted((k for k in members if isinstance(values[k], int | float)), key=x.__getitem__)
             axes.plot(
@@ -229,16 +228,10 @@ def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Fig
         if name == "perforated":
             axes.set_yticks([0, 1], ["no", "yes"])
         axes.set_xlabel(label)
-        axes.set_ylabel(f"{display.label} [{display.unit}]" if display.unit else display.label)
+        axes.set_ylabel(_label(display))
     if 1 < len(groups) <= MOST_GROUPS:
         panels[0].legend(fontsize=7)
     return figure
-
-
-def _end(path: str) -> str:
-    """Return the last key of a path, a number with the key that it belongs to."""
-    *_, above, last = ("", *path.split("."))
-    return f"{above}.{last}" if last.isdigit() else last
 
 
 def _places(cells: Sequence[str], path: str) -> tuple[list[float], list[str], str]:
@@ -250,15 +243,6 @@ def _places(cells: Sequence[str], path: str) -> tuple[list[float], list[str], st
             return [float(number) for number, _, _ in parts], [], f"{path}{unit}"
     ticks = list(dict.fromkeys(cells))
     return [float(ticks.index(cell)) for cell in cells], ticks, path
-
-
-def _colours(count: int) -> list[object]:
-    """Return colours of a number of series, from dark to bright."""
-    if count == 1:
-        return [INK]
-    from matplotlib import colormaps
-
-    return [colormaps["viridis"](0.85 * k / (count - 1)) for k in range(count)]
 
 
 def result_lines(results: PlainMapping, record: Sequence[str] | None = None) -> list[list[str]]:

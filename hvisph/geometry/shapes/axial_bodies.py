@@ -187,10 +187,8 @@ class RoundedCylinder(Profile):
         return np.sqrt(np.maximum(self.edge_radius**2 - along**2, 0.0)) + self.diameter / 2 - self.edge_radius
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        edge = self.edge_radius
-        rounded = (
-            box_distance(self._nose_coordinate(x) - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
-        )
+        edge, along = self.edge_radius, self._nose_coordinate(x)
+        rounded = box_distance(along - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
         return np.maximum(rounded, -self.length / 2 - x)
 
     def _nose_coordinate(self, x: np.ndarray) -> np.ndarray:
@@ -199,7 +197,7 @@ class RoundedCylinder(Profile):
 
 @dataclass(frozen=True)
 class Nosed(Centred):
-    """A profile turned about its axis (3D), or its section through the axis (2D)."""
+    """A profile revolved about its axis (3D), or its section through the axis (2D)."""
 
     profile: Profile  # meridian
     dim: int = field(default=3)  # 2 or 3

@@ -13,6 +13,8 @@ from hvisph.core.errors import CaseError
 
 from .shape import AXES, SURFACE_MARGIN, Axial, Centred, box_distance, require_sizes, require_smaller
 
+PARTS = {2: 4, 3: 6}  # of pi d^dim: the area of a disc, and the volume of a sphere
+
 
 class Symmetric(Centred):
     """A shape that is symmetric about the origin."""
@@ -21,16 +23,21 @@ class Symmetric(Centred):
         return np.zeros(self.dim)
 
 
+@dataclass(frozen=True)
 class Ball(Symmetric):
     """All points nearer to the origin than half a diameter, in any number of dimensions."""
 
-    diameter: float
+    diameter: float  # diameter [m]
 
     def __post_init__(self) -> None:
         require_sizes(self.kind, diameter=self.diameter)
 
     def extent(self) -> tuple[float, ...]:
         return (self.diameter,) * self.dim
+
+    @property
+    def volume(self) -> float:
+        return math.pi * self.diameter**self.dim / PARTS[self.dim]
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         return _within_ball(points, self.diameter)
@@ -72,30 +79,16 @@ class Interval(Rectangular):
         return self.length
 
 
-@dataclass(frozen=True)
 class Disc(Ball):
     """A disc (2D): the cross-section of an infinite cylinder across the plane."""
 
-    diameter: float  # diameter [m]
-
     dim = 2
 
-    @property
-    def volume(self) -> float:
-        return math.pi * self.diameter**2 / 4
 
-
-@dataclass(frozen=True)
 class Sphere(Ball):
     """A ball (3D)."""
 
-    diameter: float  # diameter [m]
-
     dim = 3
-
-    @property
-    def volume(self) -> float:
-        return math.pi * self.diameter**3 / 6
 
 
 @dataclass(frozen=True)
@@ -164,10 +157,11 @@ def _beyond_ball(points: np.ndarray, diameter: float) -> np.ndarray:
     return np.sqrt(np.einsum("ij,ij->i", points, points)) - diameter / 2
 
 
+@dataclass(frozen=True)
 class HollowBall(Symmetric):
     """All points between two radii from the origin, in any number of dimensions."""
 
-    outer_diameter: float
+    outer_diameter: float  # diameters [m]
     inner_diameter: float
 
     def __post_init__(self) -> None:
@@ -176,39 +170,25 @@ class HollowBall(Symmetric):
     def extent(self) -> tuple[float, ...]:
         return (self.outer_diameter,) * self.dim
 
+    @property
+    def volume(self) -> float:
+        return math.pi * (self.outer_diameter**self.dim - self.inner_diameter**self.dim) / PARTS[self.dim]
+
     def distance(self, points: np.ndarray) -> np.ndarray:
         return _wall(points, self.outer_diameter, self.inner_diameter)
 
 
-@dataclass(frozen=True)
 class Annulus(HollowBall):
     """A disc with a concentric hole (2D): the cross-section of a long tube."""
 
-    # diameters [m]
-    outer_diameter: float
-    inner_diameter: float
-
     dim = 2
 
-    @property
-    def volume(self) -> float:
-        return math.pi * (self.outer_diameter**2 - self.inner_diameter**2) / 4
 
-
-@dataclass(frozen=True)
 class HollowSphere(HollowBall):
     """A ball with a concentric cavity (3D)."""
 
-    # diameters [m]
-    outer_diameter: float
-    inner_diameter: float
-
     kind = "hollow sphere"
     dim = 3
-
-    @property
-    def volume(self) -> float:
-        return math.pi * (self.outer_diameter**3 - self.inner_diameter**3) / 6
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 
-from .shape import Shape, box_distance, integrated_volume
+from .shape import Shape, box_distance, integrate
 
 # A repeated shape of more copies than this looks only at the copies beside a point.
 ALL_COPIES = 16
@@ -19,7 +19,7 @@ ROUNDS = 4  # over the vectors, for points beyond the lattice: with 60 degrees b
 
 @dataclass(frozen=True)
 class Placed(Shape):
-    """A shape that has been turned about its origin and then moved."""
+    """A shape rotated about its origin and then moved."""
 
     shape: Shape  # the shape in its own coordinates
     position: np.ndarray  # where its origin goes, (dim,) [m]
@@ -65,13 +65,14 @@ class Measured(Shape):
 
     @cached_property
     def volume(self) -> float:
-        return integrated_volume(self)
+        return integrate(self)
 
 
+@dataclass(frozen=True)
 class OfParts(Measured):
     """Combination of shapes."""
 
-    parts: Sequence[Shape]
+    parts: Sequence[Shape]  # shapes of the same number of dimensions
 
     def __post_init__(self) -> None:
         _require_parts(self.parts)
@@ -94,11 +95,8 @@ class OfParts(Measured):
         return found
 
 
-@dataclass(frozen=True)
 class Union(OfParts):
     """All that lies in one of the parts."""
-
-    parts: Sequence[Shape]  # shapes of the same number of dimensions
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         lows, highs = self._corners
@@ -108,11 +106,8 @@ class Union(OfParts):
         return self._reduce_distance(points, np.minimum)
 
 
-@dataclass(frozen=True)
 class Intersection(OfParts):
     """All that lies in every part."""
-
-    parts: Sequence[Shape]  # shapes of the same number of dimensions
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -289,9 +284,8 @@ class Honeycomb(Shape):
         nearest = np.full(len(points), np.inf)
         # the cell of a point is that of the nearest centre: two rectangular lattices hold all centres
         step = self.cell * np.array([1.0, math.sqrt(3.0)])
-        offsets = [
-            points[:, 1:] - shift - step * np.rint((points[:, 1:] - shift) / step) for shift in (0.0 * step, 0.5 * step)
-        ]
+        moved = [points[:, 1:] - shift for shift in (0.0 * step, 0.5 * step)]
+        offsets = [one - step * np.rint(one / step) for one in moved]
         first, second = ((offset**2).sum(axis=1) for offset in offsets)
         own = np.where((first <= second)[:, None], *offsets)
         for normal, part in zip(normals, half, strict=True):

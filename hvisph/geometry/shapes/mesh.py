@@ -76,7 +76,7 @@ class Mesh(Shape):
         return np.asarray(ahead % 2 == 1).ravel()
 
     def doubtful(self) -> np.ndarray | None:
-        """Return a place (3,) [m] that the surface has within it twice, or turned inside out; None if there is none."""
+        """Return a point (3,) [m] that the surface encloses twice or with inverted normals; None if there is none."""
         low, high = self.bounds()
         size = float((high - low).max())
         steps = (np.arange(RAYS) + 0.4142) / RAYS
@@ -142,7 +142,7 @@ class Mesh(Shape):
         return np.where(self.contains(points)[:, None], -ways, ways)
 
     def _nearest_sample(self, points: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
-        """Return how far a sample of the surface is (n,), the way from it and its normal (n, 3), and their product."""
+        """Return distance (n,) and vector from the nearest sample, its normal, (n, 3) each, and their product (n,)."""
         samples, normals, tree = self._surface
         away, nearest = tree.query(points, eps=SLACK)
         apart, facing = points - samples[nearest], normals[nearest]
@@ -224,7 +224,6 @@ def _side(a: np.ndarray, b: np.ndarray, p: np.ndarray) -> np.ndarray:
 def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     """Return the solid within the surface in a file.
 
-    `path`: an STL, OBJ, PLY or OFF file.
     `scale`: metres per unit of the file.
 
     Raises `CaseError` when there is no such file, it cannot be read, or the surface is open or within itself: where it

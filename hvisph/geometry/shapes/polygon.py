@@ -61,9 +61,8 @@ class Polygon(Shape):
         start = self.corners
         edge = np.roll(start, -1, axis=0) - start
         step = max(1, AT_ONCE // len(start))
-        return np.concatenate(
-            [_to_edges(points[k : k + step], start, edge) for k in range(0, len(points), step)] or [np.empty(0)]
-        )
+        parts = [_to_edges(points[k : k + step], start, edge) for k in range(0, len(points), step)]
+        return np.concatenate(parts or [np.empty(0)])
 
 
 def _to_edges(points: np.ndarray, start: np.ndarray, edge: np.ndarray) -> np.ndarray:
@@ -88,9 +87,8 @@ def _crossing(corners: np.ndarray) -> tuple[int, int] | None:
     start, end = corners, np.roll(corners, -1, axis=0)
 
     def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-        return np.asarray(
-            (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
-        )
+        u, v = b - a, c - a
+        return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
     for i in range(n - 2):
         others = np.arange(i + 2, n - (i == 0))
@@ -103,7 +101,7 @@ def _crossing(corners: np.ndarray) -> tuple[int, int] | None:
 
 @dataclass(frozen=True)
 class Prism(Axial):
-    """A plane shape drawn out along an axis (3D), from -length/2 to length/2."""
+    """A plane shape extruded along an axis (3D), from -length/2 to length/2."""
 
     section: Shape  # a shape in 2D, in the two other coordinates in the order x, y, z
     length: float  # full length [m]
@@ -143,7 +141,7 @@ class Ring(Axial):
         least = float(self.section.bounds()[0][1]) + self.radius
         if not (math.isfinite(self.radius) and least >= -1e-9 * max(self.section.extent())):
             raise CaseError(
-                f"the ring's section reaches over the axis, to r = {least:g}; enlarge the radius", where="radius"
+                f"the ring's section crosses the axis, to r = {least:g}; enlarge the radius", where="radius"
             )
 
     @property

@@ -4,17 +4,17 @@ A shape has its own coordinates, with the origin where `position` puts it and ab
 the centre of all shapes but those given by points, by a file or by parts. All lengths in metres (or in
 the case's own unit where it has none).
 
-Volumes and moments of shapes without a formula follow from their signed distance
-(`integrated_volume`). A box around the shape is halved along all axes again and again. A cell whose
-centre is farther from the surface than its corners is wholly in or out; the rest at the end
-lies along the surface, and a cell of it of size s with its centre at the signed distance d counts
-clip(1/2 - d/s, 0, 1). Over a smooth surface the errors of the cells cancel and along edges they go
+Volumes and moments of shapes without a formula follow from their signed distance (`integrate`). A box around the shape
+is halved along all axes again and again. A cell whose centre is farther from the surface than its corners is wholly in
+or out; the rest at the end lies along the surface, and a cell of it of size s with its centre at the signed distance d
+counts clip(1/2 - d/s, 0, 1). Over a smooth surface the errors of the cells cancel and along edges they go
 like s^2, which the last two sizes tell (Richardson's extrapolation).
 """
 
 import itertools
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 
@@ -112,7 +112,7 @@ class Centred(Shape):
 
 
 class Axial(Shape):
-    """A solid about, or drawn out along, one of the axes (3D): a dataclass with a field `axis`, its name."""
+    """A solid of revolution about, or extruded along, one of the axes (3D); its field `axis` is the axis's name."""
 
     dim = 3
     axis: str
@@ -136,6 +136,22 @@ class Axial(Shape):
         return points[:, self.axis_column], np.delete(points, self.axis_column, axis=1)
 
 
+def push_inside(shape: Shape, points: np.ndarray, depth: float, tolerance: float, step: float) -> np.ndarray:
+    """Return `points` (n, dim) with those nearer than `depth` to the surface, or beyond it, put back to that depth.
+
+    `tolerance`, `step`: how far off a point may remain, and over which length slopes are taken [m].
+    """
+    left = np.arange(len(points))
+    for _ in range(3):  # a point that is deep enough stays where it is
+        d = shape.distance(points[left]) + depth
+        out = d > tolerance
+        left = left[out]
+        if len(left) == 0:
+            break
+        points[left] -= d[out, None] * shape.outward(points[left], step)
+    return points
+
+
 def require_sizes(shape: str, **sizes: float) -> None:
     """Raise `CaseError` for the first of `sizes` that is not positive and finite."""
     for name, value in sizes.items():
@@ -146,9 +162,7 @@ def require_sizes(shape: str, **sizes: float) -> None:
 def require_smaller(shape: str, small: tuple[str, float], large: tuple[str, float]) -> None:
     """Raise `CaseError` unless the size `small` (name, value) is below the size `large`."""
     if not small[1] < large[1]:
-        raise CaseError(
-            f"the {shape}'s {small[0]} of {small[1]:g} must be below its {large[0]} of {large[1]:g}", where=small[0]
-        )
+        raise CaseError(f"its {small[0]} of {small[1]:g} must be below its {large[0]} of {large[1]:g}", where=small[0])
 
 
 def box_distance(*beyond: np.ndarray) -> np.ndarray:
@@ -178,20 +192,16 @@ DEEPEST = 24
 AT_ONCE = 250_000
 
 
-def integrated_volume(shape: Shape) -> float:
-    """Return the area or volume of `shape`, to about 1e-5 of its box [m^dim]."""
-    return _integral(shape, None, 0.0)
-
-
 def first_moment(shape: Shape, axis: int, offset: float) -> float:
     """Return the integral of (coordinate `axis` + `offset`) over `shape` [m^(dim+1)]."""
     exact = shape.centroid()
     if exact is not None:
         return shape.volume * (exact[axis] + offset)
-    return _integral(shape, axis, offset)
+    return integrate(shape, lambda points: points[:, axis] + offset)
 
 
-def _integral(shape: Shape, axis: int | None, offset: float) -> float:
+def integrate(shape: Shape, weight: Callable[[np.ndarray], np.ndarray] = lambda points: np.ones(len(points))) -> float:
+    """Return the integral of `weight` over the shape, without one its volume, to about 1e-5 of its box [m^dim]."""
     dim = shape.dim
     low, high = shape.bounds()
     size = float((high - low).max())
@@ -202,30 +212,21 @@ def _integral(shape: Shape, axis: int | None, offset: float) -> float:
     # an irrational shift keeps faces off the planes between cells
     start = (low + high) / 2 - np.array(counts) * side / 2 + side * 0.0137 * np.array([1.0, 0.618, 0.367][:dim])
     counts = [n + 1 for n in counts]
-    cells = np.stack([g.ravel() for g in np.meshgrid(*map(np.arange, counts), indexing="ij")], axis=1)
-    centres = start + cells * side
+    centres = start + grid([np.arange(n) for n in counts]) * side
     corners = np.array(list(itertools.product((-0.25, 0.25), repeat=dim)))
     total, coarser, depth = 0.0, math.nan, 0
     while True:
-        d = _distances(shape, centres)
+        parts = [shape.distance(centres[k : k + AT_ONCE]) for k in range(0, len(centres), AT_ONCE)]
+        d = np.concatenate(parts) if parts else np.empty(0)
         reach = side * math.sqrt(dim) / 2
         inside, along = d <= -reach, np.abs(d) < reach
-        total += _weight(centres[inside], axis, offset).sum() * side**dim
+        total += weight(centres[inside]).sum() * side**dim
         centres, d = centres[along], d[along]
         depth += 1
         share = np.clip(0.5 - d / side, 0.0, 1.0)
-        integral = float(total + (share * _weight(centres, axis, offset)).sum() * side**dim)
+        integral = float(total + (share * weight(centres)).sum() * side**dim)
         if len(centres) * 2**dim > MOST_CELLS or depth >= DEEPEST or len(centres) == 0:
             return integral + (integral - coarser) / 3 if depth > 3 else integral
         coarser = integral
         centres = (centres[:, None, :] + side * corners).reshape(-1, dim)
         side /= 2
-
-
-def _weight(points: np.ndarray, axis: int | None, offset: float) -> np.ndarray:
-    return np.ones(len(points)) if axis is None else points[:, axis] + offset
-
-
-def _distances(shape: Shape, points: np.ndarray) -> np.ndarray:
-    parts = [shape.distance(points[k : k + AT_ONCE]) for k in range(0, len(points), AT_ONCE)]
-    return np.concatenate(parts) if parts else np.empty(0)

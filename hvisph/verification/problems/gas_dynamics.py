@@ -18,7 +18,7 @@ from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.particles import Particles
 from hvisph.core.text import Plain
 from hvisph.exact.wave_curves import bracketed_root
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, computed_and_exact, limit, vectors
 from hvisph.visualization.curves import Curve
 
 
@@ -82,7 +82,7 @@ class RiemannSolution:
 
 
 def riemann(left: GasState, right: GasState, gamma: float) -> RiemannSolution:
-    """Solve the Riemann problem of an ideal gas. Raises `RunError` if the gases part and leave a vacuum."""
+    """Solve the Riemann problem of an ideal gas. Raises `RunError` if the gases separate by a vacuum."""
 
     def change(p: float, state: GasState) -> float:
         """Velocity by which a wave to the pressure `p` slows the state's gas."""
@@ -181,7 +181,7 @@ def tube(states: tuple[GasState, GasState], end: float, lengths: tuple[float, fl
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         x, computed, right = profiles(runs[0])
-        return {n: [Curve("computed", x, computed[n]), Curve("exact", x, right[n], exact=True)] for n in COLUMNS}
+        return computed_and_exact(x, computed, x, {name: right[name] for name in COLUMNS})
 
     return Trial(f"dx {dx:g}", [Start(case)], figures, curves)
 
@@ -259,14 +259,8 @@ def trial(gas: Implosion, options: Options) -> Trial:
         r = np.linalg.norm(vectors(last, "position"), axis=1)
         order = np.argsort(r)
         order = order[r[order] < 2.0 * exact.front * last.time]
-        right = exact.sample(r[order], last.time)
-        return {
-            name: [
-                Curve("computed", r[order], last.fields[name][order]),
-                Curve("exact", r[order], right[name], exact=True),
-            ]
-            for name in ("density", "pressure")
-        }
+        right = {name: exact.sample(r[order], last.time)[name] for name in ("density", "pressure")}
+        return computed_and_exact(r[order], {name: last.fields[name][order] for name in right}, r[order], right)
 
     return Trial(gas.name, [Start(case, state=inwards)], figures, curves)
 

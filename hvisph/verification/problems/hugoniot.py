@@ -23,6 +23,7 @@ from hvisph.verification.problem import (
     Start,
     Trial,
     body_material,
+    computed_and_exact,
     fluid,
     limit,
     stress_xx,
@@ -78,9 +79,8 @@ def _trials(options: Options) -> Iterator[Trial]:
 
 
 def _trial(projectile: str, target: str, speed: float, dx: float, along: int, across: int = 0) -> Trial:
-    return flat_impact(
-        f"{projectile} on {target}", fluid(METALS[projectile]), fluid(METALS[target]), speed, dx, along, across
-    )
+    first, second = fluid(METALS[projectile]), fluid(METALS[target])
+    return flat_impact(f"{projectile} on {target}", first, second, speed, dx, along, across)
 
 
 def flat_impact(
@@ -123,15 +123,11 @@ def _exact(ran: Ran) -> Impact:
     return impedance_match(body_material(ran.case, "projectile"), body_material(ran.case, "target"), speed)
 
 
-def _distance(ran: Ran) -> np.ndarray:
-    """Return how many particles each one started from the interface, shape (n,)."""
-    return np.floor(np.abs(vectors(ran.first, "position")[:, 0]) / ran.dx)
-
-
 def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
     (ran,) = runs
     exact, last = _exact(ran), ran.last
-    steps, axis = _distance(ran), np.ones(last.count, bool)
+    axis = np.ones(last.count, bool)
+    steps = np.floor(np.abs(vectors(ran.first, "position")[:, 0]) / ran.dx)  # particles from the interface at the start
     if last.dimensions > 1:
         axis = vectors(ran.first, "position")[:, 1] < STRIP[2] * ran.dx
     heated = 0
@@ -160,26 +156,16 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         order = order[vectors(ran.first, "position")[order, 1] < ran.dx]
     t, u = last.time, exact.interface_velocity
     edges = [x.min(), exact.projectile_shock_velocity * t, u * t, exact.target_shock_velocity * t, x.max()]
-    states = (None, exact.projectile, exact.target, None)
-    cold = [body_material(ran.case, body) for body in ("projectile", "target")]
-    at_rest = [cold[0], None, None, cold[1]]
-    panels = {}
-    for column, computed in (
-        ("pressure", last.fields["pressure"]),
-        ("density", last.fields["density"]),
-        ("internal_energy", last.fields["internal_energy"]),
-    ):
-        values = [
-            {"pressure": s.pressure, "density": s.density, "internal_energy": s.energy}[column]
-            if s
-            else (m.density if column == "density" and m else 0.0)
-            for s, m in zip(states, at_rest, strict=True)
-        ]
-        panels[column] = [
-            Curve("computed", x[order], computed[order]),
-            Curve("exact", np.repeat(edges, 2)[1:-1], np.repeat(values, 2), exact=True),
-        ]
-    return panels
+    states = (exact.projectile, exact.target)
+    cold = [body_material(ran.case, body).density for body in ("projectile", "target")]
+    exact_values = {
+        "pressure": [0.0, *(state.pressure for state in states), 0.0],
+        "density": [cold[0], *(state.density for state in states), cold[1]],
+        "internal_energy": [0.0, *(state.energy for state in states), 0.0],
+    }
+    right = {name: np.repeat(values, 2) for name, values in exact_values.items()}
+    computed = {name: last.fields[name][order] for name in right}
+    return computed_and_exact(x[order], computed, np.repeat(edges, 2)[1:-1], right)
 
 
 PROBLEM = Problem("hugoniot", "flat impacts of metals from 0.6 to 24 km/s: state behind the shocks", _trials)

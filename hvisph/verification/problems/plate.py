@@ -14,7 +14,7 @@ from hvisph.core.text import Plain
 from hvisph.exact.plate_impact import PlateImpact, impact, with_reflections
 from hvisph.exact.wave_fronts import Tracked
 from hvisph.materials.material_table import Material
-from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, body_material
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, body_material, computed_and_exact
 from hvisph.visualization.curves import Curve
 from hvisph.visualization.curves import steps as corners
 
@@ -67,16 +67,15 @@ def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         begin, end = at / elastic.speed, at / plastic.speed
         inside = _in_interval(time, begin + 0.5 * (end - begin), begin + 0.75 * (end - begin))
         computed = -ran.history[f"gauge.{gauge}.stress_xx"][inside].mean()
-        yield Figure(
-            f"precursor (HEL) at {1e3 * at:g} mm",
-            float(computed),
-            plastic.ahead.stress,
-            0.03,
-            "Pa",
-            why="a front of some particles must settle within the step",
-        )
+        why = "a front of some particles must settle within the step"
+        name = f"precursor (HEL) at {1e3 * at:g} mm"
+        yield Figure(name, float(computed), plastic.ahead.stress, 0.03, "Pa", why=why)
     yield from _levels(ran, waves, first.stress)
-    yield from _parting(ran, waves)
+    left = SPEED - interface_slowdown(waves)  # after parting each keeps what it had at the first tension between them
+    why = "of the slower plate: the momentum that stays with it"
+    yield Figure("flyer velocity after separation", float(ran.mean_velocity(0)[0]), left, 0.03, "m/s", why=why)
+    right = SPEED - left
+    yield Figure("target velocity after separation", float(ran.mean_velocity(1)[0]), right, 0.03, "m/s", left, why)
 
 
 def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
@@ -91,33 +90,14 @@ def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
     # until the release is over: the next wave comes from the other surface
     last = low[np.flatnonzero(np.diff(low) > 1)[0]] if (np.diff(low) > 1).any() else low[-1]
     inside = _middle(time, time[low[0]], min(time[last], WAVES))
-    yield Figure(
-        "velocity behind the release",
-        float(ran.history["gauge.middle.velocity_x"][inside].mean()),
-        float(velocity[inside].mean()),
-        0.01,
-        "m/s",
-    )
+    computed = ran.history["gauge.middle.velocity_x"][inside].mean()
+    yield Figure("velocity behind the release", float(computed), float(velocity[inside].mean()), 0.01, "m/s")
     times, values = waves.surface()
     arrival = times[1:][np.abs(np.diff(values)).argmax()]
     inside = _in_interval(time, arrival + 0.2e-6, arrival + 0.8e-6)
     exact = values[np.searchsorted(times, time[inside], side="right") - 1]
-    yield Figure(
-        "velocity of the free surface",
-        float(ran.history["gauge.surface.velocity_x"][inside].mean()),
-        float(exact.mean()),
-        0.01,
-        "m/s",
-    )
-
-
-def _parting(ran: Ran, waves: Tracked) -> Iterator[Figure]:
-    """Yield the plates' velocities after they have parted: each keeps what it had at the first tension between them."""
-    left = SPEED - interface_slowdown(waves)
-    why = "of the slower plate: the momentum that stays with it"
-    yield Figure("flyer velocity after separation", float(ran.mean_velocity(0)[0]), left, 0.03, "m/s", why=why)
-    right = SPEED - left
-    yield Figure("target velocity after separation", float(ran.mean_velocity(1)[0]), right, 0.03, "m/s", left, why)
+    computed = ran.history["gauge.surface.velocity_x"][inside].mean()
+    yield Figure("velocity of the free surface", float(computed), float(exact.mean()), 0.01, "m/s")
 
 
 def parting_time(waves: Tracked) -> float:
@@ -164,16 +144,11 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     stress = np.array([-state.stress for state in moments])
     exact = {"stress_xx": (gauge, stress), "velocity_x": (surface, values)}
     gauges = {"stress_xx": "gauge.far.stress_xx", "velocity_x": "gauge.surface.velocity_x"}
-    panels = {}
+    panels: dict[str, list[Curve]] = {}
     for column, (times, right) in exact.items():
-        kept = times < until
-        panels[column] = [
-            Curve("computed", time, ran.history[gauges[column]][shown]),
-            Curve("exact", *corners(times[kept], right[kept], until), exact=True),
-        ]
+        x, values = corners(times[times < until], right[times < until], until)
+        panels |= computed_and_exact(time, {column: ran.history[gauges[column]][shown]}, x, {column: values})
     return panels
 
 
-PROBLEM = Problem(
-    "plate", "elastic-plastic plates at 600 m/s: precursor, plateau, release, surface, separation", _trials
-)
+PROBLEM = Problem("plate", "elastic-plastic plates at 600 m/s: precursor, plateau, release, surface, parting", _trials)

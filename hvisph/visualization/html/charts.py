@@ -1,4 +1,4 @@
-"""Pictures that a page holds, charts of the history, and the moments worth a display."""
+"""Embedded pictures, charts of the history, and the main moments of a run."""
 
 from __future__ import annotations
 
@@ -33,11 +33,7 @@ def chart(
 ) -> dict[str, str]:
     """Return a chart of lines over time: its SVG and its caption.
 
-    `time`: shape (n,) [s].
     `lines`: values by label, each (n,), in `unit`.
-    `unit`: of the values, for the axis.
-    `caption`: what it shows.
-    `unitless`: whether the case has no units.
     `bands`: what lines are uncertain by, each (n,), by their labels: drawn as bands, and the values as marks.
     """
     from matplotlib import rc_context
@@ -50,9 +46,8 @@ def chart(
         word, factor = ("", 1.0) if unitless else axis_unit("us", time[-1:])
         for label, values in lines.items():
             spread = (bands or {}).get(label)
-            (line,) = axes.plot(
-                time[thin] * factor, values[thin], label=label, linewidth=1.3, marker="" if spread is None else "."
-            )
+            mark = "" if spread is None else "."
+            (line,) = axes.plot(time[thin] * factor, values[thin], label=label, linewidth=1.3, marker=mark)
             if spread is not None:
                 low, high = (values + sign * np.nan_to_num(spread) for sign in (-1.0, 1.0))
                 axes.fill_between(time[thin] * factor, low[thin], high[thin], color=line.get_color(), alpha=0.2, lw=0)
@@ -196,24 +191,19 @@ def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 def moments(
     history: Mapping[str, np.ndarray], last: Snapshot, measures: PlainMapping, layers: Sequence[PlainMapping] = ()
 ) -> list[tuple[str, float]]:
-    """Return the moments of a run that are worth a display, by name, in order of time [s]."""
+    """Return the main moments of a run by name, in order of time [s]."""
     end = last.time
-    named: list[tuple[str, object]] = [("contact", _contact(history))] if len(last.bodies) > 1 else []
+    named: list[tuple[str, object]] = []
+    if len(last.bodies) > 1 and "kinetic_energy" in history:  # contact: the first record with less kinetic energy
+        energy = _column(history, "kinetic_energy")
+        less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[:1])
+        named.append(("contact", float(np.asarray(history["time"], float)[less[0]]) if len(less) else None))
     named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
     for layer in layers:
         time = layer["measures"].get("perforation_time", {}).get("value")
         named.append((f"perforation of {layer['body']}", time))
     marks = [("begin", 0.0), *((name, float(t)) for name, t in named if isinstance(t, int | float) and 0.0 < t < end)]
     return [*sorted(marks, key=lambda one: one[1]), ("end", end)]
-
-
-def _contact(history: Mapping[str, np.ndarray]) -> float | None:
-    """Return when the bodies have touched: the first record with less kinetic energy; None where it is unknown."""
-    if "kinetic_energy" not in history:
-        return None
-    energy = _column(history, "kinetic_energy")
-    less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[:1])
-    return float(np.asarray(history["time"], float)[less[0]]) if len(less) else None
 
 
 def criteria(history: Mapping[str, np.ndarray]) -> Sequence[tuple[str, float]]:

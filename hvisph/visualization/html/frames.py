@@ -17,7 +17,7 @@ from hvisph.measures.impact_geometry import spacing_of
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.html.charts import COLOURS
-from hvisph.visualization.style import BODY_COLOURS, appearance, field_of, field_range
+from hvisph.visualization.style import appearance, body_colour, field_of, field_range
 
 MOST_PARTICLES = 20_000
 MOST_POINTS = 400_000  # particles times frames
@@ -41,10 +41,10 @@ class Frames:
 def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
     """Return the moments of a run, thinned to the capacity of a page.
 
-    `paths`: its snapshots in order of time.
     `planes`: axes whose coordinate plane is a mirror of the model.
     """
-    chosen = _spread(paths)
+    places = np.unique(np.linspace(0, len(paths) - 1, min(len(paths), MOST_FRAMES)).round().astype(int))
+    chosen = [paths[k] for k in places]  # evenly, first and last among them
     first, last = read_snapshot(chosen[0]), read_snapshot(chosen[-1])
     ids = np.union1d(first.id, last.id)
     most = max(min(MOST_PARTICLES, MOST_POINTS // len(chosen)), 1)
@@ -57,19 +57,25 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
         kept = ids[np.unique(np.linspace(0, len(ids) - 1, most).astype(int))]
         remarks.append(f"{len(kept)} of {len(ids)} particles are shown")
     moments = [read_snapshot(path) for path in chosen]
-    names = _fields(moments)
+    names = [name for name in FIELDS if all(name in moment.fields for moment in moments)]
+    names = [name for name in names if any(np.any(moment.fields[name]) for moment in moments)][:MOST_FIELDS]
     dim = first.dimensions
     positions = np.stack([_align_values(moment, moment.fields["position"], kept) for moment in moments])
     low, high = _box(positions)
     view = _view(positions)
-    parts = [_bytes16(_quantise(positions[..., axis], low[axis], high[axis])) for axis in range(dim)]
+    parts = []
+    for axis in range(dim):
+        steps = np.rint((positions[..., axis] - low[axis]) / (high[axis] - low[axis]) * STEPS)
+        number = np.where(np.isfinite(steps), np.clip(steps, 0, STEPS), NOWHERE).astype(np.uint16)
+        parts += [part.astype(np.uint8).tobytes() for part in (number >> 8, number & 255)]  # high bytes compress well
     headers = []
     for name in names:
         label, factor, colours, symmetric = appearance(first, name)
         values = [field_of(moment, name) * factor for moment in moments]
         ends = field_range(np.concatenate(values), symmetric)
         aligned = np.stack([_align_values(moment, value, kept) for moment, value in zip(moments, values, strict=True)])
-        parts.append(_bytes8(aligned, *ends))
+        scaled = np.rint((aligned - ends[0]) / (ends[1] - ends[0]) * (COLOURS - 1))
+        parts.append(np.clip(np.nan_to_num(scaled), 0, COLOURS - 1).astype(np.uint8).tobytes())
         headers.append({"name": name, "label": label.replace("$^3$", "³"), "colours": colours, "ends": ends})
     body = _align_values(first, first.body.astype(float), kept)
     body = np.where(np.isnan(body), _align_values(last, last.body.astype(float), kept), body).astype(np.uint8)
@@ -85,11 +91,9 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
         "high": high.tolist(),
         "view": [ends.tolist() for ends in view],
         "fields": headers,
-        "bodies": [
-            {"name": name, "colour": BODY_COLOURS[k % len(BODY_COLOURS)]} for k, name in enumerate(first.bodies)
-        ],
+        "bodies": [{"name": name, "colour": body_colour(k)} for k, name in enumerate(first.bodies)],
         "planes": list(planes),
-        "data": _pack(b"".join([*parts, body.tobytes()])),
+        "data": base64.b64encode(zlib.compress(b"".join([*parts, body.tobytes()]), 9)).decode(),
     }
     return Frames(content, tuple(remarks))
 
@@ -100,18 +104,6 @@ def _units(snapshot: Snapshot, box: np.ndarray, end: float) -> dict[str, tuple[s
         return {"length": ("", 1.0), "time": ("", 1.0)}
     unit, factor = axis_unit("us", [end])
     return {"length": axis_unit("mm", box.ravel()), "time": (unit.replace("us", "µs"), factor)}
-
-
-def _spread(paths: Sequence[Path]) -> list[Path]:
-    """Return at most MOST_FRAMES of the snapshots, evenly, first and last among them."""
-    places = np.unique(np.linspace(0, len(paths) - 1, min(len(paths), MOST_FRAMES)).round().astype(int))
-    return [paths[k] for k in places]
-
-
-def _fields(moments: Sequence[Snapshot]) -> list[str]:
-    """Return the fields to show: those that all moments have and that are not zero throughout."""
-    there = [name for name in FIELDS if all(name in moment.fields for moment in moments)]
-    return [name for name in there if any(np.any(moment.fields[name]) for moment in moments)][:MOST_FIELDS]
 
 
 def _align_values(moment: Snapshot, values: np.ndarray, kept: np.ndarray) -> np.ndarray:
@@ -133,7 +125,7 @@ def _box(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _view(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the initial view box, without the few particles that are far off where these enlarge it by half."""
+    """Return the initial view box, without the outermost particles where these enlarge it by half."""
     low, high = _box(positions)
     first = _box(positions[:1])
     ends = np.nanpercentile(positions.reshape(-1, positions.shape[-1]), OUTSIDE, axis=0)
@@ -141,22 +133,3 @@ def _view(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     near_low = np.maximum(np.minimum(ends[0] - margin, first[0]), low)
     near_high = np.minimum(np.maximum(ends[1] + margin, first[1]), high)
     return (near_low, near_high) if np.any(high - low > 1.5 * (near_high - near_low)) else (low, high)
-
-
-def _quantise(x: np.ndarray, low: float, high: float) -> np.ndarray:
-    steps = np.rint((x - low) / (high - low) * STEPS)
-    return np.where(np.isfinite(steps), np.clip(steps, 0, STEPS), NOWHERE).astype(np.uint16)
-
-
-def _bytes16(values: np.ndarray) -> bytes:
-    """Return 16-bit numbers as their high bytes, then their low bytes: the former compress well."""
-    return (values >> 8).astype(np.uint8).tobytes() + (values & 255).astype(np.uint8).tobytes()
-
-
-def _bytes8(values: np.ndarray, low: float, high: float) -> bytes:
-    scaled = np.rint((values - low) / (high - low) * (COLOURS - 1))
-    return np.clip(np.nan_to_num(scaled), 0, COLOURS - 1).astype(np.uint8).tobytes()
-
-
-def _pack(data: bytes) -> str:
-    return base64.b64encode(zlib.compress(data, 9)).decode()

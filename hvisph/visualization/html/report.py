@@ -14,6 +14,7 @@ import numpy as np
 from hvisph.casefile.document import symmetry_axes
 from hvisph.core.measure_catalogue import format_share, format_time
 from hvisph.core.text import Plain
+from hvisph.measures.fragments import FEWEST
 from hvisph.measures.measure import debris, measure
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result
@@ -32,7 +33,7 @@ from .setup_section import RunFiles
 MOST_PIECES = 12
 MOST_MEASURED = 1_000_000  # particles times snapshots that are measured for charts
 LARGE_DRIFT = 1e-3  # of the total energy: beyond it a remark
-# Shares of the mass: name, below which it is good news, in words.
+# Mass fractions: name, limit below which it is favourable, and text.
 SHARES = (
     ("negative_energy", 1e-2, "has an internal energy below zero"),
     ("failed", 2.0, "has failed"),
@@ -54,11 +55,15 @@ class RunReport(RunFiles):
         shown = [row for row in table if row.value != "-" or row.passed is not None]
         status = self.summary.get("status", "unfinished")
         verdict, mood = self.verdict()
+        main = []  # the measures that matter for the kind of the case
+        if "measures" in self.summary:
+            results = {name: Result.from_dict(one) for name, one in headline(self.summary).items()}
+            main = rows(results, self.summary.get("expected", ()), self.unitless)
         return {
             "name": self.name,
             "verdict": verdict,
             "mood": mood,
-            "main_rows": [asdict(row) for row in self._headline() or shown[:8]],
+            "main_rows": [asdict(row) for row in main or shown[:8]],
             "layers": self._layers(),
             "all_rows": [asdict(row) for row in self._rows(variants=True)],
             "bodies": body_rows(self.summary, self.unitless),
@@ -72,18 +77,11 @@ class RunReport(RunFiles):
             "health": self._health(status),
             "picture": setup_section.picture(self),
             "setup": setup_section.facts(self),
-            "materials": setup_section.materials(self),
+            "materials": {} if self.case is None else self.case.bodies,
             "case": self.text(file_names.CASE),
             "reproduce": setup_section.reproduce(self),
             "files": setup_section.files(self),
         }
-
-    def _headline(self) -> list[Row]:
-        """Return the rows of the measures that matter for the kind of the case."""
-        if "measures" not in self.summary:
-            return []
-        found = {name: Result.from_dict(one) for name, one in headline(self.summary).items()}
-        return rows(found, self.summary.get("expected", ()), self.unitless)
 
     def frames(self) -> Frames:
         """Return the moments for the player."""
@@ -139,27 +137,23 @@ class RunReport(RunFiles):
     def _debris(self) -> list[Plain]:
         if self.last.dimensions == 1:
             return []
-        tables: list[Plain] = []
-        for body in debris(Scene.from_snapshot(self.last, read_snapshot(self.paths[0]))):
-            for fragment, role in zip(body.fragments, body.roles, strict=True):
-                velocity = np.atleast_1d(fragment.velocity)
-                speed = float(np.linalg.norm(velocity))
-                angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
-                share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
-                tables.append(
-                    {
-                        "name": f"{body.body}{': ' + role if role else ''}",
-                        "particles": fragment.count,
-                        "share": f"{100.0 * share:.3g} %",
-                        "speed": f"{speed:.4g}",
-                        "angle": "-" if angle is None else f"{angle:.0f}",
-                    }
-                )
-        tables.sort(key=lambda row: -row["particles"])
-        return [row for row in tables if row["particles"] >= 5][:MOST_PIECES]
+        pieces = [
+            (body, fragment, role)
+            for body in debris(Scene.from_snapshot(self.last, read_snapshot(self.paths[0])))
+            for fragment, role in zip(body.fragments, body.roles, strict=True)
+            if fragment.count >= FEWEST
+        ]
+        rows = []
+        for body, fragment, role in sorted(pieces, key=lambda one: -one[1].count)[:MOST_PIECES]:
+            velocity, speed = np.atleast_1d(fragment.velocity), fragment.speed
+            angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
+            share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
+            name = f"{body.body}{': ' + role if role else ''}"
+            rows.append({"name": name, "particles": fragment.count, "share": share, "speed": speed, "angle": angle})
+        return rows
 
     def _health(self, status: str) -> list[tuple[bool, str]]:
-        """Return remarks on whether the run can be trusted, each with whether it is good news."""
+        """Return remarks on the reliability of the run, each with whether it is favourable."""
         remarks: list[tuple[bool, str]] = [(status == "done", f"status: {status}")]
         conservation = self.summary.get("conservation") or {}
         drift = conservation.get("energy_drift")
@@ -248,14 +242,17 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
         When the file cannot be written.
     """
     reports = [RunReport(Path(run)) for run in runs]
-    _distinct(reports)
+    names = [one.name for one in reports]
+    for one in reports:
+        if names.count(one.name) > 1:  # the folder's name as well
+            one.name = f"{one.folder.resolve().parent.name}/{one.name}"
     contents = [one.content() for one in reports]
     tables = colour_tables([field["colours"] for one in contents for field in one["frames"]["fields"]])
     target = Path(path) if path is not None else reports[0].folder / REPORT
     packed = {"colours": tables, "runs": [one["frames"] for one in contents]}
     titles = {one["frames"]["title"] for one in contents}
-    names = "" if len(contents) == 1 else " / ".join(one["name"] for one in contents)
-    title = ": ".join(part for part in (titles.pop() if len(titles) == 1 else "", names) if part)
+    runs_of = "" if len(contents) == 1 else " / ".join(one["name"] for one in contents)
+    title = ": ".join(part for part in (titles.pop() if len(titles) == 1 else "", runs_of) if part)
     text = template("report.html.j2").render(
         title=title or contents[0]["name"],
         sections=SECTIONS,
@@ -271,16 +268,8 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     return target
 
 
-def _distinct(reports: Sequence[RunReport]) -> None:
-    """Give runs of one name their folder's name as well."""
-    names = [one.name for one in reports]
-    for one in reports:
-        if names.count(one.name) > 1:
-            one.name = f"{one.folder.resolve().parent.name}/{one.name}"
-
-
 def _differences(reports: Sequence[RunReport]) -> list[Plain]:
-    """Return the measures of several runs side by side; none for a single one."""
+    """Return the measures of several runs side by side; empty for a single run."""
     if len(reports) < 2:
         return []
     tables = [{row.name: row for row in one._rows()} for one in reports]

@@ -93,7 +93,7 @@ def facts(run: RunFiles) -> list[tuple[str, str]]:
     if run.case is not None:
         rows.append(("formulation", run.case.formulation.type))
         for name, body in run.case.bodies.items():
-            velocity = ", ".join(f"{part:.4g}" for part in _parts(body.velocity))
+            velocity = ", ".join(f"{float(part):.4g}" for part in body.velocity)
             speed = f"velocity ({velocity}){'' if run.unitless else ' m/s'}"
             rows.append((f"body {name}", f"{_describe_shape(body.shape, run.unitless)}; {speed}"))
     for key, label in (
@@ -107,21 +107,6 @@ def facts(run: RunFiles) -> list[tuple[str, str]]:
             value = run.summary[key]
             rows.append((label, f"{value:.4g}" if isinstance(value, float) else str(value)))
     return [(name, text) for name, text in rows if text]
-
-
-def materials(run: RunFiles) -> list[dict[str, str]]:
-    """Return the material of each body: its models and its source."""
-    if run.case is None:
-        return []
-    return [
-        {
-            "body": name,
-            "name": body.material.name or "own",
-            "models": ", ".join((body.material.eos.type, body.material.strength.type, body.material.damage.type)),
-            "source": body.material.source,
-        }
-        for name, body in run.case.bodies.items()
-    ]
 
 
 def reproduce(run: RunFiles) -> str:
@@ -145,12 +130,8 @@ def files(run: RunFiles) -> list[tuple[Path, str]]:
     return [*files, (run.paths[0].parent, f"{len(run.paths)} snapshots")]
 
 
-def _parts(value: object) -> Sequence[float]:
-    return [float(part) for part in value] if isinstance(value, Sequence) and not isinstance(value, str) else []
-
-
 def _describe_shape(shape: Any, unitless: bool) -> str:
-    """Return a shape's kind and sizes in words: of combined ones and of those drawn out, kinds of parts alone."""
+    """Return a shape's kind and sizes as text; of combined and swept shapes only the kinds of their parts."""
     sizes, parts = [], []
     for key, field in type(shape).model_fields.items():
         value = getattr(shape, key)

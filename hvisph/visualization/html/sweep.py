@@ -11,7 +11,7 @@ import numpy as np
 
 from hvisph.casefile.document import read_yaml, symmetry_axes
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.text import Plain, PlainMapping
+from hvisph.core.text import Plain
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT
 from hvisph.output.reader import list_snapshots, read_snapshot
@@ -78,14 +78,17 @@ def sweep_report(
             with suppress(OutputError, CaseError):  # it keeps a summary only, or has not been run
                 run_report([_run(home, row)])
     said_heads, *said_rows = result_lines(results) or [[]]
+    svg = ""  # where there is nothing to draw
+    with suppress(CaseError):
+        svg = embed_figure(sweep_figure(results, _plain(rows)), "What the sweep says")
     text = template("sweep.html.j2").render(
         title=title,
         css=(PAGE / "report.css").read_text(encoding="utf-8"),
-        verdict=_verdict(results),
+        results=results,
         failures=results.get("failures", []),
         said_heads=said_heads,
         said_rows=said_rows,
-        svg=_picture(results, rows),
+        svg=svg,
         heads=heads,
         rows=[_row(home, heads, row) for row in rows],
         pictures=_pictures(home, rows),
@@ -111,33 +114,6 @@ def _table(home: Path) -> tuple[list[str], list[dict[str, str]]]:
         raise OutputError(f"cannot read {home / TABLE}: {error}") from error
     heads = [head for head in (rows[0] if rows else {}) if not head.startswith("± ") and head != "folder"]
     return [head for head in heads if any(row[head] for row in rows)], rows
-
-
-def _verdict(results: PlainMapping) -> str:
-    text = (
-        f"{results.get('done', 0)} of {results.get('cases', 0)} cases are done. {results.get('finding', '')}".rstrip()
-    )
-    for limit in results.get("limits", []):
-        where = "".join(f"{path} = {value}: " for path, value in limit["parameters"].items())
-        if limit.get("open") or limit["limit"] is None:
-            text += f" {where}No limit was found: {limit.get('open') or 'all values tried lie on one side'}."
-        elif limit["mixed"]:
-            text += f" {where}mixed between {limit['above']:.5g} and {limit['below']:.5g} {limit['unit']}."
-        else:
-            lower, higher = sorted((limit["below"], limit["above"]))
-            text += f" {where}The limit is between {lower:.5g} and {higher:.5g} {limit['unit']}."
-        for one in limit.get("correlations", []):
-            text += f" {one['name']} has {one['value']:.0f} m/s."
-    return text
-
-
-def _picture(results: PlainMapping, rows: Sequence[Mapping[str, str]]) -> str:
-    """Return the sweep's picture as an element of the page; empty where there is nothing to draw."""
-    try:
-        figure = sweep_figure(results, _plain(rows))
-    except CaseError:
-        return ""
-    return embed_figure(figure, "What the sweep says")
 
 
 def _plain(rows: Sequence[Mapping[str, str]]) -> list[Plain]:
@@ -173,7 +149,7 @@ def _run(home: Path, row: Mapping[str, str]) -> Path:
 
 
 def _pictures(home: Path, rows: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
-    """Return the last states of the runs as small pictures, each with what it varies and the way to its page."""
+    """Return small pictures of the last states of the runs, with the varied settings and links to their pages."""
     if not rows:
         return []
     names = list(rows[0])
