@@ -126,6 +126,19 @@ def test_energy_and_momentum_are_counted(formulation, tmp_path):
     assert columns["edge_energy"][-1] > 0.0
 
 
+def test_energy_is_counted_about_an_axis(tmp_path):
+    """Images across the axis and the dashpot of its pairs act in pairs with the layer, too."""
+    shape = {"type": "cylinder", "diameter": 4e-3, "length": 3e-3}
+    case = block(
+        kinematics="axisymmetric",
+        bodies={"block": {"material": METAL, "shape": shape, "position": [1.5e-3, 0.0]}},
+        edges=[{"axis": "x", "at": 3e-3, "keep": "below"}, {"axis": "y", "at": 2e-3, "keep": "below"}],
+    )
+    summary = run(case, tmp_path / "run").summary
+    assert abs(summary["conservation"]["energy_drift"]) < 1e-12
+    assert summary["energies"]["edge_energy"] > 0.0
+
+
 def test_the_same_bits_after_a_resume(tmp_path):
     case = block(time={"end": 5e-7}, output={"every": 2e-7})
     run(case, tmp_path / "whole")

@@ -192,8 +192,7 @@ def accumulate(near, n, rows, i, constants, out):
         if EDGES:
             outgoing = outgoing_jump(jump, e, subtract(beyond, own_beyond), zta / za)
             excess = multiply(1.0 - matter, subtract(outgoing, jump))
-            jump = add(jump, excess)
-            du_n = dot(jump, e)
+            du_n += dot(excess, e)
 
         # Own traction, its jump and the jump of velocity, normal and tangential.
         ta = symmetric_dot(s, e)
@@ -202,7 +201,8 @@ def accumulate(near, n, rows, i, constants, out):
         ta_n, dt_n = dot(ta, e), dot(step, e)
         du_t = dt_t = ta_t = 0.0
         if DIM > 1:
-            du_t, dt_t = tangential_part(jump, du_n, e), tangential_part(step, dt_n, e)
+            apart = add(jump, excess) if EDGES else jump
+            du_t, dt_t = tangential_part(apart, du_n, e), tangential_part(step, dt_n, e)
             ta_t = tangential_part(ta, ta_n, e)
         velocity, own_traction, stress = (du_n, du_t), (ta_n, ta_t), (dt_n, dt_t)
         elastic = corrected = pulled = 1.0
