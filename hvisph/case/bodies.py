@@ -84,8 +84,6 @@ class TableField(StrictModel):
 
 _Rigid = UniformField | SpinField
 VelocityField = Annotated[_Rigid | RadialField | LinearField | TableField, Field(discriminator="type")]
-
-
 __all__ = ["Axis", "Body", "Position", "Rotation", "Shape"]
 
 if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue

@@ -91,7 +91,6 @@ DEFAULTS: dict[str, Plain] = {
 }
 _VECTORS = ("velocity", "position")
 SNAPSHOTS = 20  # of a run after its start, unless a case says how often
-
 BodyName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,63}$")]
 
 

@@ -18,7 +18,6 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 PROBLEMS = "problems"
-
 Path = tuple[str | int, ...]  # keys and places in lists, from the outermost in
 Problem = tuple[str, str]  # dotted path of the key to blame, from the checked block on; fault, allowed values, remedy
 AnyCase = Any  # a case in the checks of its parts, which its class imports

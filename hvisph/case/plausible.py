@@ -38,7 +38,6 @@ HEAT = Range(50.0, 6000.0, "J/(kg K)")
 # Ends of a run over the time that the slowest crossing takes, by sound or by flight.
 END = Range(1e-3, 1e4)
 _LIKELY = Range(0.1, 1e2)
-
 _TIMES = (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
 _PRESSURES = (("TPa", 1e12), ("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.0))
 # What a slip of a unit multiplies by, the likeliest first.

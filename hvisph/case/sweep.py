@@ -18,10 +18,7 @@ Settings = dict[Annotated[str, Field(pattern=r"^[A-Za-z_][\w.-]*$", max_length=2
 Text = Annotated[str, Field(min_length=1, max_length=80)]
 File = Annotated[str, Field(min_length=1, max_length=4096)]  # as long as paths may be
 Bound = str | int | float
-
 MOST_CASES = 100_000
-
-
 Span = create_model(  # `from` is a word of Python's
     "Span",
     __base__=StrictModel,
@@ -32,8 +29,6 @@ Span = create_model(  # `from` is a word of Python's
         "count": (Annotated[int, Field(strict=True, ge=2, le=10_000)], key("How many, at least 2")),
     },
 )
-
-
 Values = Annotated[
     Annotated[Span, Tag("span")] | Annotated[list[Value], Tag("list")],  # type: ignore[valid-type]
     Discriminator(lambda value: "span" if isinstance(value, dict | Span) else "list"),

@@ -56,7 +56,6 @@ INVERSE_PRESSURE = Dimension("an inverse pressure", "1/Pa", "65.2e-12 1/Pa", "1/
 INVERSE_TEMPERATURE = Dimension("an inverse temperature", "1/K", "0.616e-3 1/K", "1/K=1")
 VISCOSITY = Dimension("a viscosity", "Pa s", "0.012 MPa s", "Pa_s=1 MPa_s=1e6")
 NUMBER = Dimension("a number", "", "0.3")
-
 DIMENSIONS = tuple(value for value in list(globals().values()) if isinstance(value, Dimension))
 # Decimal factors make "27.6 GPa" the float nearest to 27.6e9. A test compares every entry with pint.
 COMMON_UNITS = {

@@ -22,7 +22,6 @@ from hvisph.core.text import Plain
 
 MOST_DEEP = 32
 MOST_NODES = 100_000
-
 _LOADER: type[yaml.SafeLoader] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(

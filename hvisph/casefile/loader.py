@@ -20,11 +20,9 @@ from hvisph.casefile.spellings import renamed_key
 from hvisph.core.errors import CaseError, suggest_nearest
 
 __all__ = ["bundled_cases", "case_hash", "dump_case", "library", "load_case", "load_material", "material_names"]
-
 MOST_BASES = 8
 ENDINGS = (".yaml", ".yml", ".json")  # of files that a case may be based on
 _QUOTED = re.compile(r"'[^']*'")
-
 Source = str | os.PathLike[str] | Mapping[str, object]
 
 

@@ -27,7 +27,6 @@ _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
 _ENDINGS = (".yaml", ".yml")
 MOST_BASES = 8
 ON_A_LINE = 16  # points at which a material is held against a published fit
-
 Confidence = Literal["opened", "derived", "memory", "memory-low"]
 CONFIDENCE = {
     "opened": "",

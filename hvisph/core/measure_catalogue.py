@@ -104,12 +104,10 @@ def _read_catalogue() -> dict[str, dict[str, Measure]]:
 
 SECTIONS = _read_catalogue()
 CATALOGUE = SECTIONS["run"]
-
 # The main measures, and the number of measures in a table of several runs.
 _OF_TARGET = ("perforated", "crater_diameter", "penetration", "residual_velocity")
 MAIN = (*_OF_TARGET, "final_length", "foot_diameter", "centre_pressure_peak")
 MOST_COLUMNS = 5
-
 # Measures that end a run, by the kind of its case; those of a layer are of the last one that was struck.
 HEADLINES = {
     "bar": ("final_length", "length_ratio", "foot_diameter", "undeformed_length", "temperature_max"),
@@ -121,7 +119,6 @@ HEADLINES = {
     "crater": ("layer.crater_depth", "layer.crater_outer_diameter", "layer.bulge_height", "layer.spall_mass",
                "layer.impulse", "momentum_transfer"),
 }  # fmt: skip
-
 # What a run has conserved stands in tables beside its measures.
 DRIFTS = {
     "energy_drift": NumberFormat("energy drift", "energy drift", "%", 5),

@@ -12,7 +12,6 @@ from .fields import CATALOGUE
 
 _OF_MOTION = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length")
 BASE_FIELDS = (*_OF_MOTION, "deviator", "plastic_strain", "damage")
-
 # Columns of `tags`.
 ID, BODY, MATERIAL, FLAGS = 0, 1, 2, 3
 # Bits of the column FLAGS.

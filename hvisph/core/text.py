@@ -32,7 +32,6 @@ def recommend(text: str, *settings: str) -> str:
 # The plain form of an object, as JSON knows it: numbers, text, None, lists, and mappings by name.
 Plain = dict[str, Any]
 PlainMapping = Mapping[str, Any]
-
 _WORDS = {None: "null", True: "true", False: "false"}
 
 

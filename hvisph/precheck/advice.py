@@ -244,8 +244,6 @@ FORMULATION_CONDITIONS: dict[str, Condition] = {
     ),
     "thin_walls": _thin_walls,
 }
-
-
 FEWEST_ACROSS = 5  # particles across a body, below which its waves and its bending are not resolved
 # Ratio of the time steps by contact and by material below which a warning is given.
 SHARE = 0.5

@@ -266,7 +266,6 @@ def memory_each(case: Case) -> float:
 
 
 PADDED = {"scalar": 1, "vector": 3, "symmetric": 6, "gradient": 9}  # numbers in a snapshot by rank
-
 # Time on one core, by formulation and dimensions [us a particle-step].
 MICROSECONDS = {
     "eulerian": {1: 0.15, 2: 0.25, 3: 0.85},

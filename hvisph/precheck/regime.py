@@ -95,8 +95,6 @@ PAGE = "docs/validation.md"
 THIN = 1.0  # a plate thinner than this many diameters of the sphere is perforated with a cloud behind it
 FURTHEST = 2.0  # factor of velocity beyond the shots of a set up to which its figures apply
 ENOUGH = 0.75  # least particles across over those of the validation runs for which their figures apply
-
-
 ALUMINIUM, METALS = (2600.0, 2900.0), (2600.0, 20_000.0)  # densities [kg/m^3]
 _SIMPLE = ("von_mises", "linear_hardening", "johnson_cook", "cowper_symonds")
 DUCTILE = (*_SIMPLE, "steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
@@ -292,11 +290,7 @@ class Facts:
 
 
 Values = Mapping[str, object]
-
-
 Found = bool | Values | Iterable[Values]
-
-
 Condition = Callable[[Facts], Found]
 
 

@@ -49,8 +49,6 @@ KEYS: Mapping[type, Mapping[str, str]] = {
     damage.JohnsonCookDamage: {"pressure_minimum": "pressure_cutoff"},
     Lindemann: {"gamma0": "gamma"},
 }  # fmt: skip
-
-
 MELTING = {"lindemann": Lindemann, "simon": Simon}
 
 

@@ -189,8 +189,6 @@ class ZisisDensityDissipation(StrictModel):
 
 
 DensityDissipation = Annotated[NoDensityDissipation | ZisisDensityDissipation, Field(discriminator="type")]
-
-
 # C_f without and with artificial stress (Young 2021 section 3.2).
 FACTORS = {"none": 7.5, "gray": 90.0}
 CORRECTIONS = ("shepard", "gradient", "mixed")

@@ -30,7 +30,6 @@ VARIANTS: dict[str, Plain] = {
         ("elastic", True, False, "frictional"),
     )
 }
-
 # Equations of state of what expands without end.
 GASES = ("ideal_gas", "jwl")
 # How the smoothing length of a gas follows it unless given: a fixed one does not reach through an expansion of 1.5, and

@@ -11,7 +11,6 @@ InversePressure = Annotated[float, units.Quantity(units.INVERSE_PRESSURE, minimu
 InverseTemperature = Annotated[float, units.Quantity(units.INVERSE_TEMPERATURE, minimum=0)]
 Pair = tuple[units.PositivePressure, units.PositivePressure]
 Triple = tuple[units.PositivePressure, units.PositivePressure, units.PositivePressure]
-
 _SHEAR = "Shear modulus G [Pa]; left out where the equation of state is `elastic`, which implies it"
 
 

@@ -14,8 +14,6 @@ from hvisph.cli.options import JsonOption, option
 from hvisph.core.text import Plain
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
-
-
 # Materials of two bodies: of common models, of further ones, of those with history variables, an explosive.
 # One loop of each kinematics and formulation serves all materials of such a class.
 PAIRS = (

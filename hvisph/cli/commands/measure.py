@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from hvisph.postprocessing.exact_solution import Overlay
 
 HEADING = 14  # of a column's name, which is broken where it is longer
-
 # Largest relative distance of the nearest snapshot from the requested time without a note.
 FAR = 0.1
 
