@@ -214,9 +214,7 @@ class Body(StrictModel):
     material: NamedMaterial = key("Name in the library, `{base: NAME, ...}` with changes, or a material written out")
     inclusions: Inclusions | None = key("Spheres of another material, which are part of the body", None)
     shape: Shape = key("Shape, about the body's centre")
-    arrangement: Arrangement | None = key(
-        "Particle lattice; `uniform` (1D), `square` (2D), `cubic` (3D) unless given", None
-    )
+    arrangement: Arrangement | None = key("Lattice; `uniform` (1D), `square` (2D), `cubic` (3D) unless given", None)
     mass: Literal["exact", "nominal"] = key(
         "`exact`: the spacing is stretched and the masses are scaled so that size and mass are those of "
         "the shape; `nominal`: every particle has the volume dx^dim",
@@ -267,9 +265,7 @@ class Body(StrictModel):
         None,
     )
     internal_energy: units.NonNegativeSpecificEnergy = key("Initial specific internal energy [J/kg]", 0.0)
-    temperature: units.PositiveTemperature | None = key(
-        "Initial temperature, at no pressure [K]; at rest unless given", None
-    )
+    temperature: units.PositiveTemperature | None = key("Initial temperature, at zero pressure [K]", None)
 
     def spacing(self, case: AnyCase) -> float:
         """Return the particle spacing of the body [m]: its own, or that of the case."""

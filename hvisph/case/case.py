@@ -169,9 +169,7 @@ class Case(StrictModel):
         "sphere unless given, and 0 without gravity",
         None,
     )
-    measures: tuple[MeasureName, ...] | None = key(
-        "Measures; all that are defined in these dimensions unless given", None
-    )
+    measures: tuple[MeasureName, ...] | None = key("Measures; all of these dimensions unless given", None)
     expected: Expectations = key("Expected values, by name of the measure", Expectations())
 
     @property

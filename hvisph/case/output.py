@@ -296,9 +296,7 @@ class LateStage(StrictModel):
 LateStages = Annotated[
     tuple[LateStage, ...],
     Shorthand(
-        lambda value, _: [value] if isinstance(value, dict) else value,
-        (),
-        ({"type": "object", "required": ["at"]},),
+        lambda value, _: [value] if isinstance(value, dict) else value, (), ({"type": "object", "required": ["at"]},)
     ),
 ]
 

@@ -139,9 +139,7 @@ class Event(StrictModel):
 
     measure: Text = key("A measure of the summary; true counts as 1", "perforated")
     threshold: Annotated[float, Quantity(NUMBER)] = key("The event has occurred if the measure is above it [SI]", 0.5)
-    absent: Literal["below", "above", "undecided"] = key(
-        "Meaning of no value; `undecided` ends the search", "undecided"
-    )
+    absent: Literal["below", "above", "undecided"] = key("Meaning of no value; undecided ends the search", "undecided")
 
 
 class Bisect(StrictModel):
@@ -151,9 +149,7 @@ class Bisect(StrictModel):
     path: Text = key("The setting, such as bodies.projectile.velocity.0")
     bracket: tuple[Bound, Bound] = key("A value where the event does not occur and one where it does")
     tolerance: Bound = key("Width of the bracket at which to stop, in the same unit")
-    points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = key(
-        "Shots per round; unless given the workers", None
-    )
+    points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = key("Shots per round; default: the workers", None)
     event: Event = key("What happens beyond the limit", Event())
     residual: Text = key("Measure of the residual velocity, for the fit beyond the limit", "residual_velocity")
     parameters: dict[str, list[Value]] = key("By path of a setting: values, each with a limit of its own", {})
@@ -185,12 +181,10 @@ class Fit(StrictModel):
     measured: File | list[Settings] = key("A CSV file with the heads shot, quantity, at, value, unit, scatter, source")
     only: list[Text] | None = key("Names of the shots that count, with * and ?", None)
     quantities: list[Text] | None = key("Quantities that count; all unless given", None)
-    parameters: dict[str, Parameter] = key(
-        "By path of a setting; `material.` is that of each of the bodies", min_length=1
-    )
+    parameters: dict[str, Parameter] = key("By path of a setting; `material.` is that of each body", min_length=1)
     material: FittedMaterial | None = key("The material file to write", None)
     method: Literal["least_squares", "surrogate"] = key(
-        "`surrogate`: a response surface through `count` points", "least_squares"
+        "`surrogate`: response surface of `count` points", "least_squares"
     )
     count: Count = key("Points of a surrogate", 40)
     iterations: Annotated[int, Field(ge=1, le=200)] = key("Most iterations of least squares", 20)

@@ -78,9 +78,7 @@ class Notes(StrictModel):
     sources: tuple[Source, ...] = key("Sources of the numbers", ())
     hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = key("Measured points [up, Us] [m/s]", ())
     lines: tuple[MeasuredLine, ...] = key("Published fits to measured points", ())
-    shocks: tuple[Velocity, PositiveVelocity] | None = key(
-        "Range of shock speeds within 2 % of measured ones [m/s]", None
-    )
+    shocks: tuple[Velocity, PositiveVelocity] | None = key("Particle velocities with errors up to 2 % [m/s]", None)
     beyond: str = key("Material to take outside of `shocks`, or for any where it meets none to 2 %", "")
 
     @property

@@ -39,10 +39,7 @@ SmoothingLength = Annotated[FixedSmoothingLength | VariableSmoothingLength, Fiel
 class KernelOptions(StrictModel):
     """Options of every kernel-based formulation."""
 
-    kernel: Kernel = key(
-        "Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h",
-        "cubic_spline",
-    )
+    kernel: Kernel = key("Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h", "cubic_spline")
     h_over_dx: SmoothingRatio = key("Initial smoothing length h over the resolution dx [-]", 1.4)
     smoothing_length: SmoothingLength = key("Whether h stays fixed or follows density", FixedSmoothingLength())
 

@@ -59,9 +59,7 @@ class ProjectionFormulation(KernelOptions):
     pressure_average: Annotated[float, Quantity(TIME, above=0)] = key(
         "Time over which the pressures of the history are averaged [s]: single values oscillate", 2e-7
     )
-    body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = key(
-        "Acceleration, one component per dimension [m/s^2]", ()
-    )
+    body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = key("Acceleration per dimension [m/s^2]", ())
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""

@@ -106,10 +106,7 @@ class RiemannFormulation(PairOptions):
     }
 
     type: Literal["riemann"] = "riemann"
-    kernel: Kernel = key(
-        "Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h",
-        "quartic_spline",
-    )
+    kernel: Kernel = key("Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h", "quartic_spline")
     h_over_dx: SmoothingRatio = key("Initial smoothing length h over the resolution dx [-]", 1.2)
     reconstruction: Literal["none", "minmod", "van_leer", "van_albada"] = key(
         "Slope limiter of the reconstruction of the Riemann states; `none` is first order, as published", "van_albada"

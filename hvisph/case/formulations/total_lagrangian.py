@@ -64,10 +64,7 @@ class TotalLagrangianFormulation(KernelOptions):
         "current",
     )
     correction: Literal["none", "gradient", "mixed"] = key("Of reference kernels (Young 2021 eqs. 3-5)", "mixed")
-    spatial_correction: Correction = key(
-        "Correction of kernels in the current configuration",
-        NoCorrection(),
-    )
+    spatial_correction: Correction = key("Correction of kernels in the current configuration", NoCorrection())
     viscosity_in_shear: Literal["reduced", "full"] = key(
         "Linear viscosity of Total Lagrangian particles in plastic flow: `reduced` by the volumetric share "
         "of the strain rate (to 0.88 in a plane shock, 0.1 in shear), or `full`, which raises the flow stress",

@@ -165,9 +165,7 @@ class GradyKippDamage(_Spalling):
         "to 0.05; no damage by shear unless given",
         None,
     )
-    brittle_plastic: units.PositivePressure | None = key(
-        "p_bp, above p_bd [Pa]: up to it a strain of 0.05 to 0.1", None
-    )
+    brittle_plastic: units.PositivePressure | None = key("p_bp above p_bd [Pa]: up to it a strain of 0.05 to 0.1", None)
 
     def _faults(self) -> Iterator[Problem]:
         ductile, plastic = self.brittle_ductile, self.brittle_plastic

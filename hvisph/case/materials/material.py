@@ -26,9 +26,7 @@ from .strength import (
 
 class _Temperature(StrictModel):
     heat_capacity: units.PositiveHeatCapacity | None = key("c_v [J/(kg K)]; that of the strength unless given", None)
-    room_temperature: units.PositiveTemperature | None = key(
-        "Temperature at rest [K]; that of the strength, or 300 K", None
-    )
+    room_temperature: units.PositiveTemperature | None = key("Temperature at rest [K]; of the strength, or 300 K", None)
 
 
 class IsentropeTemperature(_Temperature):
@@ -129,10 +127,8 @@ class Porosity(StrictModel):
     distension: Annotated[float, units.Quantity(units.NUMBER, above=1)] = key(
         "alpha0, density of the solid over that with pores [-]"
     )
-    elastic_pressure: units.NonNegativePressure | None = key(
-        "p_e, onset of crushing [Pa]; required without `crush`", None
-    )
-    solid_pressure: units.PositivePressure | None = key("p_s, end of crushing [Pa]; required without `crush`", None)
+    elastic_pressure: units.NonNegativePressure | None = key("p_e, onset of crushing [Pa]; or give `crush`", None)
+    solid_pressure: units.PositivePressure | None = key("p_s, end of crushing [Pa]; or give `crush`", None)
     crush: tuple[tuple[units.NonNegativePressure, Annotated[float, units.Quantity(units.NUMBER, minimum=1)]], ...] = (
         key(
             "Points [p, alpha] of the crush curve in place of the parabola, falling from alpha0 to 1, joined by lines",
