@@ -263,3 +263,7 @@ def _vapours() -> dict[str, tuple[float, float]]:
 _IN_ORDER = (_brittle, _spalling, _liquid, _held_by_hoops, _moduli_apart)
 _LATER = (_too_wide, _too_narrow, _weak_cohesion, _slow_crater, _molten)
 MATERIAL_CONDITIONS: dict[str, Condition] = {one.__name__[1:]: one for one in (*_IN_ORDER, *_LATER)}
+MATERIAL_CONDITIONS |= {
+    "no_vapour": lambda facts: _vaporised(facts, followed=False),
+    "vapour_beyond_reach": lambda facts: list(_vaporised(facts, followed=True))[:1],
+}
