@@ -12,7 +12,7 @@ from hvisph.case import units
 from hvisph.case.materials.material import NamedMaterial
 from hvisph.core.catalogues import ARRANGEMENTS
 
-from .model import SCALAR_AS_LIST, AnyCase, DataFile, Problem, Shorthand, StrictModel, expand_switch, key
+from .model import BY_TYPE, SCALAR_AS_LIST, AnyCase, DataFile, Problem, Shorthand, StrictModel, expand_switch, key
 from .shapes import UNIT_VECTORS, Axis, Direction, OptionalRotation, Position, Rotation, Shape
 
 Rate = Annotated[float, units.Quantity(units.RATE)]
@@ -83,7 +83,7 @@ class TableField(StrictModel):
 
 
 _Rigid = UniformField | SpinField
-VelocityField = Annotated[_Rigid | RadialField | LinearField | TableField, Field(discriminator="type")]
+VelocityField = Annotated[_Rigid | RadialField | LinearField | TableField, BY_TYPE]
 __all__ = ["Axis", "Body", "Position", "Rotation", "Shape"]
 
 if TYPE_CHECKING:  # a type checker cannot read types made from the catalogue

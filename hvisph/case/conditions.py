@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, create_model
 
 from .bodies import Axis, Position
-from .model import SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, expand_switch, is_scalar, key
+from .model import BY_TYPE, SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, expand_switch, is_scalar, key
 from .output import BoxRegion, Region, SymmetryPlane
 from .units import MASS, Acceleration, Length, NonNegativeTime, PositiveLength, Pressure, Quantity, Share
 
@@ -141,7 +141,7 @@ class Overburden(StrictModel):
 
 
 Gravity = Annotated[
-    Annotated[UniformGravity | SphereGravity, Field(discriminator="type")],
+    Annotated[UniformGravity | SphereGravity, BY_TYPE],
     Shorthand(
         lambda value, _: (
             {"type": "uniform", "acceleration": value} if isinstance(value, list | tuple) or is_scalar(value) else value

@@ -41,6 +41,9 @@ class StrictModel(BaseModel):
         return self
 
 
+BY_TYPE = Field(discriminator="type")  # in an annotation: the key `type` selects one of several blocks
+
+
 def key(description: str, default: Any = ..., **limits: Any) -> Any:
     """Return a field of a block: description, default (required unless given), limits of `pydantic.Field`."""
     return Field(default, description=description, **limits)

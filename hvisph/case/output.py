@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from hvisph.case import units
 from hvisph.case.bodies import Axis, Position, VelocityVector
-from hvisph.case.model import SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, is_scalar, key
+from hvisph.case.model import BY_TYPE, SCALAR_AS_LIST, AnyCase, Problem, Shorthand, StrictModel, is_scalar, key
 from hvisph.core.errors import suggest_nearest
 from hvisph.core.fields import WRITTEN, component_names, recordable
 from hvisph.core.text import Plain
@@ -154,7 +154,7 @@ class FreeSurfaceGauge(GaugeOptions):
     direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = key("Direction of the surface from `at`", "+x")
 
 
-Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, Field(discriminator="type")]
+Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, BY_TYPE]
 
 
 def gauge_problems(case: AnyCase) -> Iterator[Problem]:

@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from hvisph.core.catalogues import SHAPES
 
-from .model import SCALAR_AS_LIST, DataFile, Problem, Shorthand, StrictModel, key
+from .model import BY_TYPE, SCALAR_AS_LIST, DataFile, Problem, Shorthand, StrictModel, key
 from .units import NUMBER, Angle, Length, NonNegativeLength, Number, PositiveLength, Quantity
 
 Axis = Literal["x", "y", "z"]
@@ -350,9 +350,7 @@ _Solid = SphereShape | HollowSphereShape | BoxShape | CylinderShape | TubeShape
 _Nosed = ConeShape | FrustumShape | OgiveShape | DomeShape | RoundedCylinderShape
 _Swept = PrismShape | RingShape | HoneycombShape
 _Combined = UnionShape | IntersectionShape | DifferenceShape | RepeatShape
-Shape = Annotated[
-    _Plane | _Solid | _Nosed | _Swept | _Combined | MeshShape | ParticlesShape, Field(discriminator="type")
-]
+Shape = Annotated[_Plane | _Solid | _Nosed | _Swept | _Combined | MeshShape | ParticlesShape, BY_TYPE]
 
 for _model in (Part, PrismShape, RingShape, UnionShape, IntersectionShape, DifferenceShape, RepeatShape):
     _model.model_rebuild()

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
 
 from hvisph.core.text import Plain
 
-from .model import Problem, StrictModel, key
+from .model import BY_TYPE, Problem, StrictModel, key
 from .units import NUMBER, PositiveTime, Quantity
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
@@ -191,7 +191,7 @@ class Fit(StrictModel):
     step: Annotated[float, Field(gt=0.0, le=0.2)] = key("Step of central differences over the width of bounds", 0.03)
 
 
-Vary = Annotated[Grid | Listed | Sample | Converge | Bisect | Fit, Field(discriminator="type")]
+Vary = Annotated[Grid | Listed | Sample | Converge | Bisect | Fit, BY_TYPE]
 
 
 class Sweep(StrictModel):

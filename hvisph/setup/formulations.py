@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +60,7 @@ def formulation_of(case: Case) -> AnyFormulation:
         case "eulerian":
             return Eulerian(
                 **shared,
-                viscosity=_viscosity(model.viscosity),
+                viscosity=VISCOSITIES[model.viscosity.type](model.viscosity),
                 artificial_stress=_artificial_stress(model.artificial_stress),
                 dissipation=_dissipation(model.density_dissipation),
                 correction=_correction(model.correction),
@@ -115,25 +115,20 @@ def _correction(model: options.Correction) -> KernelCorrection:
     )
 
 
+VISCOSITIES: dict[str, Callable[[Any], MonaghanViscosity]] = {
+    "none": lambda _: NoViscosity(),
+    "monaghan": lambda model: MonaghanViscosity(model.alpha, model.beta),
+    "balsara": lambda model: BalsaraViscosity(model.alpha, model.beta),
+    "morris_monaghan": lambda model: MorrisMonaghanViscosity(share_minimum=model.alpha_min, share_decay=model.decay),
+}
+
+
 def _artificial_stress(model: options.ArtificialStress) -> GrayArtificialStress:
     return NoArtificialStress() if model.type == "none" else GrayArtificialStress(model.eps, model.n)
 
 
 def _dissipation(model: options.DensityDissipation) -> DensityDissipation:
     return NoDensityDissipation() if model.type == "none" else DensityDissipation(model.alpha)
-
-
-def _viscosity(model: options.Viscosity) -> MonaghanViscosity:
-    match model.type:
-        case "none":
-            return NoViscosity()
-        case "monaghan":
-            return MonaghanViscosity(model.alpha, model.beta)
-        case "balsara":
-            return BalsaraViscosity(model.alpha, model.beta)
-        case "morris_monaghan":
-            return MorrisMonaghanViscosity(share_minimum=model.alpha_min, share_decay=model.decay)
-    raise ValueError(model.type)
 
 
 def contact_of(model: Any) -> Pressing | Contact:
@@ -151,7 +146,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
     shared: Plain = {
         "kernel": KERNELS[model.kernel],
         "h_over_dx": model.h_over_dx,
-        "viscosity": _viscosity(model.viscosity),
+        "viscosity": VISCOSITIES[model.viscosity.type](model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
         "contact": contact_of(model.contact) if model.contact_algorithm else Welded(),
         "axisymmetric": KINEMATICS[case.kinematics].axisymmetric,

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import Field
+from hvisph.case.model import BY_TYPE
 
 from .eulerian import EulerianFormulation
 from .projection import ProjectionFormulation
@@ -11,5 +11,5 @@ from .total_lagrangian import AdaptiveFormulation, TotalLagrangianFormulation
 
 Formulation = Annotated[
     EulerianFormulation | RiemannFormulation | ProjectionFormulation | TotalLagrangianFormulation | AdaptiveFormulation,
-    Field(discriminator="type"),
+    BY_TYPE,
 ]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field
 
-from hvisph.case.model import AnyCase, Problem, StrictModel, key
+from hvisph.case.model import BY_TYPE, AnyCase, Problem, StrictModel, key
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, PositiveShare, Quantity, SmoothingRatio
 from hvisph.core.catalogues import REACH
 
@@ -33,7 +33,7 @@ class VariableSmoothingLength(StrictModel):
     )
 
 
-SmoothingLength = Annotated[FixedSmoothingLength | VariableSmoothingLength, Field(discriminator="type")]
+SmoothingLength = Annotated[FixedSmoothingLength | VariableSmoothingLength, BY_TYPE]
 
 
 class KernelOptions(StrictModel):
@@ -148,9 +148,7 @@ class MorrisMonaghanViscosity(StrictModel):
     decay: PositiveNumber = key("C1: alpha relaxes in the time h/(C1 c) [-]", 0.2)
 
 
-Viscosity = Annotated[
-    NoViscosity | MonaghanViscosity | BalsaraViscosity | MorrisMonaghanViscosity, Field(discriminator="type")
-]
+Viscosity = Annotated[NoViscosity | MonaghanViscosity | BalsaraViscosity | MorrisMonaghanViscosity, BY_TYPE]
 
 
 class NoArtificialStress(StrictModel):
@@ -167,7 +165,7 @@ class GrayArtificialStress(StrictModel):
     n: Annotated[int, Field(strict=True, ge=1, le=16)] = key("Exponent of W/W(dx) [-], a whole number from 1 to 16", 4)
 
 
-ArtificialStress = Annotated[NoArtificialStress | GrayArtificialStress, Field(discriminator="type")]
+ArtificialStress = Annotated[NoArtificialStress | GrayArtificialStress, BY_TYPE]
 
 
 class NoDensityDissipation(StrictModel):
@@ -185,7 +183,7 @@ class ZisisDensityDissipation(StrictModel):
     )
 
 
-DensityDissipation = Annotated[NoDensityDissipation | ZisisDensityDissipation, Field(discriminator="type")]
+DensityDissipation = Annotated[NoDensityDissipation | ZisisDensityDissipation, BY_TYPE]
 # C_f without and with artificial stress (Young 2021 section 3.2).
 FACTORS = {"none": 7.5, "gray": 90.0}
 CORRECTIONS = ("shepard", "gradient", "mixed")
@@ -229,9 +227,7 @@ class MixedCorrection(_Limited):
     type: Literal["mixed"] = "mixed"
 
 
-Correction = Annotated[
-    NoCorrection | ShepardCorrection | GradientCorrection | MixedCorrection, Field(discriminator="type")
-]
+Correction = Annotated[NoCorrection | ShepardCorrection | GradientCorrection | MixedCorrection, BY_TYPE]
 
 
 def fill_factor(data: object, key: str, unless_given: str) -> Any:
@@ -306,7 +302,7 @@ class PenaltyContact(StrictModel):
     )
 
 
-Contact = Annotated[FrictionalContact | BondedContact | PenaltyContact, Field(discriminator="type")]
+Contact = Annotated[FrictionalContact | BondedContact | PenaltyContact, BY_TYPE]
 
 
 def frictional_problems(contact: Any, formulation: str) -> Iterator[Problem]:

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from hvisph.case.formulations.options import Contact, FrictionalContact, PenaltyContact, separate_bodies_problems
-from hvisph.case.model import AnyCase, Problem, StrictModel, key
+from hvisph.case.model import BY_TYPE, AnyCase, Problem, StrictModel, key
 from hvisph.case.output import EulerianRegion, region_problems
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 
@@ -44,7 +44,7 @@ class ConversionLimits(StrictModel):
 
 
 # What a composite pair law knows.
-PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, Field(discriminator="type")]
+PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, BY_TYPE]
 
 
 class TotalLagrangianFormulation(KernelOptions):

@@ -3,10 +3,8 @@
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field
-
 from hvisph.case import units
-from hvisph.case.model import Problem, StrictModel, key
+from hvisph.case.model import BY_TYPE, Problem, StrictModel, key
 
 PositiveToughness = Annotated[float, units.Quantity(units.TOUGHNESS, above=0)]
 
@@ -240,4 +238,4 @@ class MaxStressDamage(StrictModel):
 
 _Isotropic = PressureCutoff | JohnsonCookDamage | GradyKippDamage | GradySpallDamage | PrincipalStressDamage
 _Coupled = CockcroftLathamDamage | JohnsonHolmquistDamage
-Damage = Annotated[NoDamage | _Isotropic | _Coupled | HashinDamage | MaxStressDamage, Field(discriminator="type")]
+Damage = Annotated[NoDamage | _Isotropic | _Coupled | HashinDamage | MaxStressDamage, BY_TYPE]

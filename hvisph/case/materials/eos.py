@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import ValidationInfo, model_validator
 
 from hvisph.case import units
-from hvisph.case.model import DataFile, Problem, StrictModel, key, refuse
+from hvisph.case.model import BY_TYPE, DataFile, Problem, StrictModel, key, refuse
 
 PoissonRatio = Annotated[float, units.Quantity(units.NUMBER, above=-1, below=0.5)]
 AdiabaticIndex = Annotated[float, units.Quantity(units.NUMBER, above=1)]
@@ -259,4 +259,4 @@ class IdealGasEos(StrictModel):
 
 _Solid = LinearEos | ElasticEos | StiffenedGasEos | MieGruneisenEos | UsUpTableEos
 _Wide = TillotsonEos | PolynomialEos | MurnaghanEos | JwlEos | TableEos | IdealGasEos
-Eos = Annotated[_Solid | _Wide, Field(discriminator="type")]
+Eos = Annotated[_Solid | _Wide, BY_TYPE]

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo
+from pydantic import ValidationInfo
 
 from hvisph.case import units
-from hvisph.case.model import Problem, Shorthand, StrictModel, key
+from hvisph.case.model import BY_TYPE, Problem, Shorthand, StrictModel, key
 from hvisph.core.errors import CaseError
 
 from .damage import Damage, JohnsonCookDamage, NoDamage, PositiveToughness
@@ -69,7 +69,7 @@ class TotalEnergyTemperature(_Temperature):
         return self.heat_capacity is not None
 
 
-Temperature = Annotated[IsentropeTemperature | TotalEnergyTemperature, Field(discriminator="type")]
+Temperature = Annotated[IsentropeTemperature | TotalEnergyTemperature, BY_TYPE]
 
 
 class ConstantMelting(StrictModel):
@@ -108,7 +108,7 @@ class SimonMelting(ConstantMelting):
     c: units.PositiveNumber = key("c [-]")
 
 
-Melting = Annotated[LindemannMelting | SimonMelting | ConstantMelting, Field(discriminator="type")]
+Melting = Annotated[LindemannMelting | SimonMelting | ConstantMelting, BY_TYPE]
 OptionalMelting = Annotated[
     Melting | None,
     Shorthand(

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hvisph.case import units
-from hvisph.case.model import StrictModel, key
+from hvisph.case.model import BY_TYPE, StrictModel, key
 
 InversePressure = Annotated[float, units.Quantity(units.INVERSE_PRESSURE, minimum=0)]
 InverseTemperature = Annotated[float, units.Quantity(units.INVERSE_TEMPERATURE, minimum=0)]
@@ -180,4 +180,4 @@ _Simple = NoStrength | ElasticStrength | VonMisesStrength | LinearHardeningStren
 _Metal = JohnsonCookStrength | SteinbergGuinanStrength | SteinbergLundStrength | ZerilliArmstrongStrength
 _Other = CowperSymondsStrength | RockStrength | JohnsonHolmquistStrength
 _Directed = OrthotropicStrength | FabricStrength
-Strength = Annotated[_Simple | _Metal | _Other | _Directed, Field(discriminator="type")]
+Strength = Annotated[_Simple | _Metal | _Other | _Directed, BY_TYPE]

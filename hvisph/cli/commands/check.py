@@ -31,6 +31,9 @@ def draw_setup(case: Case, path: str) -> Path:
     from hvisph.setup.initial_state import held_particles
     from hvisph.visualization.setup import DrawnBody, Setup, setup_picture
 
+    def number(value: float, unit: str) -> str:
+        return quantity(value, unit if case.units == "si" else "")
+
     placed = placed_bodies(case)
     bodies = []
     for body in placed:
@@ -41,9 +44,7 @@ def draw_setup(case: Case, path: str) -> Path:
         bodies.append(DrawnBody(body.name, label, body.positions, body.breadth, body.mean_velocity, held))
     notes = []
     if case.start is not None:
-        notes.append(
-            f"start {case.start.words(lambda value, unit: quantity(value, unit if case.units == 'si' else ''))}"
-        )
+        notes.append(f"start {case.start.words(number)}")
     contact = first_contact(placed)
     if contact is not None:
         time, one, other = contact
@@ -51,9 +52,7 @@ def draw_setup(case: Case, path: str) -> Path:
         notes.append(f"first contact: {one} and {other} at {shown}")
     notes += [f"{kind} {text}" for kind, text in condition_words(case) if kind.startswith(("moving", "load"))]
     if case.gravity is not None and case.gravity.type == "sphere":
-        notes.append(
-            f"gravity {case.gravity.words(lambda value, unit: quantity(value, unit if case.units == 'si' else ''))}"
-        )
+        notes.append(f"gravity {case.gravity.words(number)}")
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     pull = case.gravity.acceleration if case.gravity is not None and case.gravity.type == "uniform" else ()
     moving = {
@@ -131,13 +130,13 @@ def _plain(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> Pl
 
 
 def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> str:
+    from hvisph.case.conditions import condition_words
     from hvisph.precheck.advice import tears
+    from hvisph.precheck.estimate import SINGLE_PRECISION, available_threads, compilation, is_single, of_cores
     from hvisph.precheck.impact_pair import impact_pair
     from hvisph.precheck.regime import experience, regime
 
     si = case.units == "si"
-
-    from hvisph.case.conditions import condition_words
 
     def number(value: float, unit: str, digits: int = 4) -> str:
         return quantity(value, unit if si else "", digits)
@@ -186,8 +185,6 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
         text = f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on {pair.second} "
         text += f"at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}"
         facts += [("plane shock", text), ("", f"shock speeds {' and '.join(speeds)} into the bodies at rest")]
-    from hvisph.precheck.estimate import SINGLE_PRECISION, available_threads, compilation, is_single, of_cores
-
     threads = of_cores(taken.threads, available_threads())
     loops, seconds = compilation()
     before = f"after the compilation of {loops} loops, about {duration(seconds)}" if loops else "all loops are compiled"
