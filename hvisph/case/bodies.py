@@ -168,7 +168,7 @@ class Grading(StrictModel):
     )
     coarsest: units.PositiveLength = key("Largest spacing [m], above the resolution")
     ratio: Annotated[float, units.Quantity(units.NUMBER, above=1, maximum=1.1)] = key(
-        "Thickness of a layer over that of the layer before it [-] at most, above 1 and at most 1.1", 1.1
+        "Largest ratio of the thicknesses of successive layers [-]", 1.1
     )
     face: Literal["middle", "front", "rear"] = key(
         "Where along x the fine part lies: in the middle, at the `front` (the face at lower x), as in a "
