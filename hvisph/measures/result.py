@@ -36,29 +36,24 @@ def refuse_if(condition: object, reason: str) -> None:
 class Result:
     """A measured number in SI, or the reason why there is none.
 
-    `value`: the number in `unit`; None where the measure is undefined, and then `reason` says why.
     `scatter`: half-width by the sample that the number was taken from; None where that is not known.
-    `time`: time of a peak [s]; None for what belongs to a snapshot's own time.
     `spacing`, `support`: resolution of a length: dx [m], by which two edges together are uncertain, and the kernel's
         reach [m].
-    `discretization`: estimated error of the particle spacing of other numbers.
     `swing`: half of the range of the number over the last tenth of the run; None where that is not known.
-    `note`: what qualifies the number.
-    `final`: whether the state that it describes has come to rest.
     `variants`: the same quantity by further definitions, the first being this one.
     """
 
-    value: float | None
+    value: float | None  # the number in `unit`; None where the measure is undefined, and then `reason` says why
     unit: str = ""
     scatter: float | None = None
-    time: float | None = None
+    time: float | None = None  # time of a peak [s]; None for what belongs to a snapshot's own time
     reason: str = ""
     spacing: float | None = None
     support: float | None = None
-    discretization: float | None = None
+    discretization: float | None = None  # estimated error of the particle spacing of other numbers
     swing: float | None = None
-    note: str = ""
-    final: bool = True
+    note: str = ""  # what qualifies the number
+    final: bool = True  # whether the state that it describes has come to rest
     variants: Mapping[str, Result] = field(default_factory=dict)
 
     @property

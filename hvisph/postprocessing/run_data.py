@@ -201,17 +201,12 @@ COLUMNS = ("kinetic_energy", "internal_energy", "centre_pressure", "dt", "energy
 
 @dataclass(frozen=True)
 class RunProgress:
-    """State of a run.
+    """State of a run."""
 
-    `status`: ``running`` or how it ended.
-    `progress`: time, steps and step in words.
-    `measures`: plain measures of the newest snapshot, or of the summary.
-    """
-
-    status: str
-    progress: str
+    status: str  # ``running`` or how it ended
+    progress: str  # time, steps and step in words
     histories: Mapping[str, list[float]] = field(default_factory=dict)
-    measures: PlainMapping = field(default_factory=dict)
+    measures: PlainMapping = field(default_factory=dict)  # plain measures of the newest snapshot, or of the summary
     answer: str = ""
     ended: bool = False
     snapshots: int = 0
