@@ -101,7 +101,8 @@ class SanityChecks:
                 raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
         if not sums[column.FASTEST] <= self.speed_limit:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
-            text = f"a particle moves at {sums[column.FASTEST]:.4g} m/s, above the limit of {self.speed_limit:.4g} m/s"
+            fastest, most = sums[column.FASTEST], self.speed_limit
+            text = f"a particle moves at {fastest:.4g} m/s, more than the limit of {most:.4g} m/s"
             raise self._failure("runaway", self._setup.subdomain.worst(speed), time, step, text)
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
