@@ -133,16 +133,10 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         if spot and ours in spot.models:
             return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
         return (*path, "type"), f"unknown '{_short(tag)}'{suggest_nearest(tag, list(spot.models) if spot else [])}"
-    if kind == "literal_error" and (now := renamed_value(path[-1], value)):
-        return path, now
-    if (
-        kind == "literal_error"
-        and path[-1] == "kinematics"
-        and (other := spellings("kinematics").get(str(value).lower()))
-    ):
-        return path, f"unknown {_format_short(value)}; write {other}"
     if kind == "literal_error":
-        return path, f"unknown {_format_short(value)}{suggest_nearest(str(value), spot.choices if spot else ())}"
+        other = spellings("kinematics").get(str(value).lower()) if path[-1] == "kinematics" else None
+        remedy = f"; write {other}" if other else suggest_nearest(str(value), spot.choices if spot else ())
+        return path, renamed_value(path[-1], value) or f"unknown {_format_short(value)}{remedy}"
     if kind == "value_error":
         return path, str(detail["ctx"]["error"])
     if kind == "model_attributes_type" and spot and spot.tagged:
@@ -189,12 +183,14 @@ def _meaningless(spot: Spot, value: object, key: str) -> str:
 
 def _plain(kind: str, detail: ErrorDetails, value: object) -> str:
     """Reword the remaining messages of pydantic."""
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return f"expected a mapping of keys, found {kind_of(value)}"
-    if kind in ("tuple_type", "list_type"):
-        return f"expected a list, found {kind_of(value)}"
-    if kind == "string_type":
-        return f"expected text, found {kind_of(value)}"
+    expected = {
+        "a mapping of keys": ("model_type", "model_attributes_type", "dict_type"),
+        "a list": ("tuple_type", "list_type"),
+        "text": ("string_type",),
+    }
+    for what, kinds in expected.items():
+        if kind in kinds:
+            return f"expected {what}, found {kind_of(value)}"
     if kind in ("int_type", "int_parsing", "int_from_float"):
         return f"expected a whole number, found {_format_short(value)}"
     if kind == "string_pattern_mismatch":
