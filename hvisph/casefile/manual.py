@@ -38,7 +38,6 @@ FORMULAS = {
 }
 MANY = 6  # alternatives that a table does not list
 VARIANT = re.compile(r"µ|\*\*|m3$|degrees|\(kg\*")  # other spellings of a unit, which the list leaves out
-
 _HEAD = """\
 # The case file
 

@@ -49,8 +49,6 @@ REACH = {
     "wendland_c2": 2.0,
     "wendland_c4": 2.0,
 }
-
-
 _NOSED = ("cone", "frustum", "ogive", "dome", "rounded_cylinder")
 _COMBINED = ("union", "intersection", "difference", "repeat")
 # The shapes of each number of dimensions.
@@ -86,8 +84,6 @@ ARRANGEMENTS: dict[str, Arrangement] = {
         Arrangement("from_file", (1, 2, 3), ("particles",)),
     )
 }
-
-
 # Those of axisymmetric cases: their first row stands half a spacing from it.
 SECTION_ARRANGEMENTS = ("square", "relaxed")
 

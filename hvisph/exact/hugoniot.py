@@ -31,8 +31,7 @@ depends on energy, along the Hugoniot of the material at rest, over the peak pre
     T dS = ((V0 - V) dp + (p - p0) dV)/2
 
 Tables have their own, S = (e - A)/T where they hold the free energy A. Release is isentropic, so that the fractions
-that melt and vaporise follow from the lever at 1 bar (`measures.pressure`). Ahrens & O'Keefe 1972, The Moon 4,
-214.
+that melt and vaporise follow from the lever at 1 bar (`measures.pressure`). Ahrens & O'Keefe 1972, The Moon 4, 214.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,10 +1,9 @@
 """Exact plate impact in uniaxial strain: elastic-plastic plates, and layers without strength.
 
-A flyer plate hits a target plate; in each an elastic precursor runs ahead of a plastic shock,
-or one front where the impact is strong enough to overdrive it. `impact` gives the plateau
-between the two materials, `profile` the stress before any reflection, and `with_reflections`
-follows all later waves: release at the free surfaces, elastic first and then plastic, and what
-comes of it when waves cross.
+A flyer plate hits a target plate; in each an elastic precursor runs ahead of a plastic shock, or one front where the
+impact is strong enough to overdrive it. `impact` gives the plateau between the two materials, `profile` the stress
+before any reflection, and `with_reflections` follows all later waves: release at the free surfaces, elastic first and
+then plastic, and what comes of it when waves cross.
 
 Equations of state: any. Strength: none, elastic or von Mises.
 
@@ -133,10 +132,8 @@ def barotropic_law(material: Material) -> LinearLaw:
     Raises `CaseError` if its equation of state is not `linear` or `elastic`, or it has strength.
     """
     if not isinstance(material.eos, Linear | Elastic):
-        raise CaseError(
-            f"layered impact is exact for the 'linear' equation of state, not '{material.eos.name}'",
-            where=material.name,
-        )
+        fault = f"layered impact is exact for the 'linear' equation of state, not '{material.eos.name}'"
+        raise CaseError(fault, where=material.name)
     if material.shear_modulus != 0.0:
         raise CaseError("layered impact is exact for materials without strength", where=material.name)
     return LinearLaw.from_material(material)

@@ -65,9 +65,8 @@ class Law(Protocol):
 class LinearLaw:
     """Barotropic material p = K (rho/rho0 - 1), whose waves are known in closed form.
 
-    Shock and pieces of a rarefaction between rho_a and rho_b: j = c sqrt(rho_a rho_b), which is
-    p = rho0 u U with U = (u + sqrt(u^2 + 4 c^2))/2 from rest. A rarefaction of vanishing pieces
-    has du = c drho/rho.
+    Shock and pieces of a rarefaction between rho_a and rho_b: j = c sqrt(rho_a rho_b), which is p = rho0 u U with U =
+    (u + sqrt(u^2 + 4 c^2))/2 from rest. A rarefaction of vanishing pieces has du = c drho/rho.
     """
 
     def __init__(self, density: float, bulk_modulus: float):
@@ -163,10 +162,8 @@ class SolidLaw:
 
     def __init__(self, material: Material):
         if not isinstance(material.strength, NoStrength | ElasticStrength | VonMises):
-            raise CaseError(
-                f"no exact waves for strength '{material.strength.name}'; allowed: none, elastic, von_mises",
-                where=material.name,
-            )
+            fault = f"no exact waves for strength '{material.strength.name}'; allowed: none, elastic, von_mises"
+            raise CaseError(fault, where=material.name)
         self.material = material
         self.shear = material.shear_modulus
         yield_stress = getattr(material.strength, "yield_stress", inf if self.shear else 0.0)

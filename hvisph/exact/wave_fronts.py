@@ -184,9 +184,8 @@ def _checked_bounds(layers: Sequence[Layer]) -> np.ndarray:
 def _ending_at(waves: list[Wave], ahead: State | None, end: State, direction: int) -> Wave:
     """Let the last wave end at the velocity and stress of `end`, across which no wave is sent.
 
-    A wave left out must leave no jump of stress behind: it would push for good. The last wave
-    on the other side takes it up, in exact balance of mass and momentum, by a slight change of
-    speed.
+    A wave left out must leave no jump of stress behind: it would push for good. The last wave on the other side takes
+    it up, in exact balance of mass and momentum, by a slight change of speed.
     """
     flux, state = waves[-1]
     before = waves[-2][1] if len(waves) > 1 else ahead

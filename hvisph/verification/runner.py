@@ -46,23 +46,18 @@ def require_module(name: str) -> ModuleType:
     """Return the module `name` of the folder `validation`; raises `CaseError` with the remedy where there is none."""
     module = checkout_module(name)
     if module is None:
-        raise CaseError(
-            "the experiments are in the folder `validation` of a source checkout, which this installation is not; "
-            "take the command in a checkout as `python -m hvisph validate`"
-        )
+        fault = "the experiments are in the folder `validation` of a source checkout, which this installation is not;"
+        raise CaseError(f"{fault} take the command in a checkout as `python -m hvisph validate`")
     return module
 
 
 _GAS = (gas_dynamics.SOD_PROBLEM, gas_dynamics.BLAST_PROBLEM, gas_dynamics.NOH_PROBLEM)
 _QUICK = (hugoniot.PROBLEM, plate.PROBLEM, *_GAS, bars.PROBLEM)
 _OTHERS = checkout_module("problems")
-
 PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in _QUICK}
 PROBLEMS |= _OTHERS.PROBLEMS if _OTHERS is not None else {}
 _BLIND = checkout_module("blind")
 PROBLEMS |= {_BLIND.PROBLEM.name: _BLIND.PROBLEM} if _BLIND is not None else {}
-
-
 STRAIN = 0.85  # at which an adaptive particle turns: Young 2021
 # Limits that stop a run early would hide what it does.
 LIMITS = {"energy_drift": None, "speed_over_initial": None}

@@ -196,7 +196,6 @@ BLAST_PROBLEM = Problem(
     "blast wave, pressures 1000 : 0.01, against the Riemann problem",
     lambda options: [tube(BLAST, 0.012, (1.0, 0.6), options.dx(0.00125, 0.005))],
 )
-
 MONATOMIC, END = 5.0 / 3.0, 0.6  # ratio of specific heats and time of the implosions
 COLD = 1e-6  # specific internal energy at the start, beside 1/2 behind the shock
 READ = (0.35, 0.8)  # shares of the shock's radius between which the state is read
