@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,64 +10,82 @@ import typer
 
 from hvisph.cli.formatting import say
 from hvisph.cli.guard import parse_option
-from hvisph.cli.options import QuietOption, argument, option
+from hvisph.cli.options import QuietOption, argument, option, shared
 from hvisph.core.errors import CaseError, suggest_nearest
 
 if TYPE_CHECKING:
     from hvisph.visualization.particles import Look, Moment
 
-FieldOption = Annotated[str, option("--field NAME", "speed, pressure, damage, velocity_x, body, material ...")]
-RangeOption = Annotated[
-    str | None, option("--range A,B", "Limits of the colour scale [SI]; those of the shown values unless given.")
-]
-LogOption = Annotated[bool, option("--log", "Logarithmic colour scale.")]
-ViewOption = Annotated[
-    str | None, option("--view VIEW", "side, front, 3d, or yaw,pitch [degrees]; 3D cases are rotated unless given.")
-]
-MirrorOption = Annotated[bool, option("--mirror/--no-mirror", "Show mirror images at symmetry planes.")]
-BodiesOption = Annotated[str | None, option("--bodies A,B", "Bodies to draw; all unless given.")]
-ZoomOption = Annotated[str | None, option("--zoom Z", "Magnification, or left,right,bottom,top [m].")]
+
+@dataclass(frozen=True)
+class Drawing:
+    """Content, colours and view of a picture of particles; each field is an option of the command."""
+
+    field: Annotated[str, option("--field NAME", "speed, pressure, damage, velocity_x, body, material ...")] = "speed"
+    ends: Annotated[
+        str | None, option("--range A,B", "Limits of the colour scale [SI]; those of the shown values unless given.")
+    ] = None
+    log: Annotated[bool, option("--log", "Logarithmic colour scale.")] = False
+    view: Annotated[
+        str | None, option("--view VIEW", "side, front, 3d, or yaw,pitch [degrees]; 3D cases are rotated unless given.")
+    ] = None
+    mirror: Annotated[bool, option("--mirror/--no-mirror", "Show mirror images at symmetry planes.")] = True
+    zoom: Annotated[str | None, option("--zoom Z", "Magnification, or left,right,bottom,top [m].")] = None
+    bodies: Annotated[str | None, option("--bodies A,B", "Bodies to draw; all unless given.")] = None
+    quiet: QuietOption = False
+
+    @property
+    def names(self) -> list[str] | None:
+        """Names of the bodies to draw; None for all."""
+        return self.bodies.split(",") if self.bodies else None
+
+    def look(self, moments: list[Moment]) -> Look:
+        """Return colours and view of `moments`; raises `CaseError` for options without a meaning."""
+        from hvisph.visualization.camera import VIEWS
+        from hvisph.visualization.particles import Look, usual_view
+
+        turned: Any = self.view or usual_view(moments[0])
+        if self.view and self.view not in VIEWS:
+            numbers = _numbers(turned, "--view") if turned[:1] in "-+.0123456789" else ()
+            if len(numbers) != 2:
+                raise CaseError(f"'{turned}' is no view{suggest_nearest(turned, list(VIEWS))}", where="--view")
+            turned = numbers
+        limits = _numbers(self.ends, "--range") if self.ends else None
+        if limits is not None and (len(limits) != 2 or not limits[0] < limits[1]):
+            raise CaseError("needs a lower and a higher value, such as 0,3000", where="--range")
+        enlarged: Any = _numbers(self.zoom, "--zoom") if self.zoom else None
+        if enlarged is not None:
+            if len(enlarged) not in (1, 4) or (len(enlarged) == 1 and enlarged[0] <= 0.0):
+                raise CaseError("needs one factor above 0, or left,right,bottom,top", where="--zoom")
+            enlarged = enlarged[0] if len(enlarged) == 1 else enlarged
+        return Look(self.field, limits, self.log, turned, self.mirror, enlarged)
 
 
+@shared
 def plot(
+    how: Drawing,
     runs: list[str] = argument("RUN...", "Folders of runs, or snapshots."),
     at: str | None = option("--at TIMES", "Times, such as 2us,4us; the last unless given.", None),
-    field: FieldOption = "speed",
-    ends: RangeOption = None,
-    log: LogOption = False,
-    view: ViewOption = None,
-    mirror: MirrorOption = True,
-    zoom: ZoomOption = None,
-    bodies: BodiesOption = None,
     out: Path | None = option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.", None),
-    quiet: QuietOption = False,
 ) -> None:
     """Draw all particles at one or several times, of one or several runs, in one picture."""
     from hvisph.postprocessing.run_data import shown_moments
     from hvisph.visualization.particles import view_picture
 
-    names = bodies.split(",") if bodies else None
-    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, names)]
+    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, how.names)]
     first = Path(runs[0])
     target = out or (first if first.is_dir() else first.parent) / "plot.png"
-    look = _look(field, ends, log, view, mirror, zoom, moments)
-    path = view_picture(moments, target, look)
-    if not quiet:
+    path = view_picture(moments, target, how.look(moments))
+    if not how.quiet:
         typer.echo(str(path))
 
 
+@shared
 def animate(
+    how: Drawing,
     run: str = argument("RUN", "Folder of a run."),
     out: Path = option("--out, -o FILE", "gif, mp4, or html for a player."),
-    field: FieldOption = "speed",
-    ends: RangeOption = None,
-    log: LogOption = False,
-    view: ViewOption = None,
-    mirror: MirrorOption = True,
-    zoom: ZoomOption = None,
-    bodies: BodiesOption = None,
     seconds: float = option("--seconds", "Duration of the animation [s].", 6.0, min=0.1),
-    quiet: QuietOption = False,
 ) -> None:
     """Draw all snapshots of a run as an animation."""
     if out.suffix.lower() in (".html", ".htm"):
@@ -77,9 +96,9 @@ def animate(
         from hvisph.postprocessing.run_data import shown_moments
         from hvisph.visualization.particles import animate as draw
 
-        moments = shown_moments(Path(run), "all", False, bodies.split(",") if bodies else None)
-        path = draw(moments, out, _look(field, ends, log, view, mirror, zoom, moments), seconds)
-    if not quiet:
+        moments = shown_moments(Path(run), "all", False, how.names)
+        path = draw(moments, out, how.look(moments), seconds)
+    if not how.quiet:
         typer.echo(str(path))
 
 
@@ -88,29 +107,6 @@ def _times(at: str | None) -> list[float] | str | None:
     if at is None or at == "all":
         return at
     return [parse_option(part, "TIME", "--at", ", or all") for part in at.split(",")]
-
-
-def _look(
-    field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None, moments: list[Moment]
-) -> Look:
-    from hvisph.visualization.camera import VIEWS
-    from hvisph.visualization.particles import Look, usual_view
-
-    turned: Any = view or usual_view(moments[0])
-    if view and view not in VIEWS:
-        numbers = _numbers(turned, "--view") if turned[:1] in "-+.0123456789" else ()
-        if len(numbers) != 2:
-            raise CaseError(f"'{turned}' is no view{suggest_nearest(turned, list(VIEWS))}", where="--view")
-        turned = numbers
-    limits = _numbers(ends, "--range") if ends else None
-    if limits is not None and (len(limits) != 2 or not limits[0] < limits[1]):
-        raise CaseError("needs a lower and a higher value, such as 0,3000", where="--range")
-    enlarged: Any = _numbers(zoom, "--zoom") if zoom else None
-    if enlarged is not None:
-        if len(enlarged) not in (1, 4) or (len(enlarged) == 1 and enlarged[0] <= 0.0):
-            raise CaseError("needs one factor above 0, or left,right,bottom,top", where="--zoom")
-        enlarged = enlarged[0] if len(enlarged) == 1 else enlarged
-    return Look(field, limits, log, turned, mirror, enlarged)
 
 
 def _numbers(text: str, where: str) -> tuple[float, ...]:
