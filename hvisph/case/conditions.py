@@ -193,6 +193,14 @@ def _unsupported(case: AnyCase, acceleration: tuple[float, ...]) -> list[int]:
 def gravity_warnings(case: AnyCase) -> Iterator[str]:
     """Yield warnings about an overburden that flows, and about bodies whose sides nothing holds."""
     overburden, gravity = case.overburden, case.gravity
+    dissipation = getattr(case.formulation, "density_dissipation", None)
+    fluids = [name for name, body in case.bodies.items() if body.material.strength.type == "none"]
+    rests = gravity is not None and (overburden is not None or case.settle is not None)
+    if rests and fluids and dissipation is not None and dissipation.type == "none":
+        yield (
+            f"formulation: the pressure of '{fluids[0]}' at rest will alternate from row to row, unseen by its sums; "
+            "give `density_dissipation: {type: zisis}`"
+        )
     if overburden is None or gravity is None:
         return
     yield from _flowing(case, overburden.lateral)
