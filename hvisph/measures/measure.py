@@ -26,6 +26,8 @@ from .symmetry_completion import Whole
 from .targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
 
 History = Mapping[str, np.ndarray]
+Read = Callable[[Path], Snapshot]
+Results = Mapping[str, Result]
 LATELY = 0.1  # share of the run over which a swing counts
 MOST = 3  # earlier moments that are measured for it
 LARGE = 300_000  # particles from which on one is enough
@@ -206,9 +208,7 @@ def recent_moments(times: Sequence[float], end: float) -> list[int]:
     return recent[::step]
 
 
-def add_swing(
-    results: Mapping[str, Result], end: float, earlier: Sequence[tuple[float, Mapping[str, Result]]]
-) -> dict[str, Result]:
+def add_swing(results: Results, end: float, earlier: Sequence[tuple[float, Results]]) -> dict[str, Result]:
     """Return the results at time `end` [s] with their swing: half of their range over the last tenth of the run.
 
     A single earlier moment that lies further back gives a drift, of which the share of a tenth of the run counts.
@@ -304,7 +304,7 @@ def measure_in_time(
     start: Snapshot | None = None,
     history: History | None = None,
     source: str = "",
-    read: Callable[[Path], Snapshot] | None = None,
+    read: Read | None = None,
 ) -> Measures:
     """Measure one moment with temporal scatter and times of perforation and exit, which follow from earlier ones.
 
@@ -331,19 +331,13 @@ def measure_in_time(
     return _add_swing(measured, [measure_snapshot(one, initial) for one in reversed(recent)])
 
 
-def _loader(
-    files: Sequence[Path], initial: InitialReference | None, read: Callable[[Path], Snapshot]
-) -> Callable[[int], Scene]:
+def _loader(files: Sequence[Path], initial: InitialReference | None, read: Read) -> Callable[[int], Scene]:
     """Return what makes the scene of a snapshot by its number; of a large run no more than one is held."""
     return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read(files[number]), initial))
 
 
 def _measure_series(
-    files: Sequence[Path],
-    initial: InitialReference | None,
-    history: History | None,
-    source: str,
-    read: Callable[[Path], Snapshot],
+    files: Sequence[Path], initial: InitialReference | None, history: History | None, source: str, read: Read
 ) -> Measures:
     """Measure all moments of a run; the last one holds the series."""
     load, known = _loader(files, initial, read), dict[int, Moment]()
@@ -367,10 +361,10 @@ def _add_swing(now: Measures, earlier: Sequence[Measures]) -> Measures:
     if not earlier:
         return now
 
-    def swung(of: Callable[[Measures], Mapping[str, Result]]) -> dict[str, Result]:
+    def swung(of: Callable[[Measures], Results]) -> dict[str, Result]:
         return add_swing(of(now), now.time, [(one.time, of(one)) for one in earlier])
 
-    def of_layer(body: str) -> Callable[[Measures], Mapping[str, Result]]:
+    def of_layer(body: str) -> Callable[[Measures], Results]:
         return lambda one: next((layer.results for layer in one.layers if layer.body == body), {})
 
     layers = [replace(layer, results=swung(of_layer(layer.body))) for layer in now.layers]

@@ -5,29 +5,3 @@ from .basic import Annulus, Box, Cylinder, Disc, HollowSphere, Interval, Sphere,
 from .combinations import Difference, Honeycomb, Intersection, Placed, Repeat, Union
 from .polygon import Polygon, Prism, Ring
 from .shape import Shape
-
-__all__ = [
-    "Annulus",
-    "Box",
-    "Cylinder",
-    "Difference",
-    "Disc",
-    "Dome",
-    "Frustum",
-    "HollowSphere",
-    "Honeycomb",
-    "Intersection",
-    "Interval",
-    "Nosed",
-    "Ogive",
-    "Placed",
-    "Polygon",
-    "Prism",
-    "Repeat",
-    "Ring",
-    "RoundedCylinder",
-    "Shape",
-    "Sphere",
-    "Tube",
-    "Union",
-]

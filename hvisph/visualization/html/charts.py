@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+Charts = list[dict[str, str]]  # SVG and caption of each
 MOST_POINTS = 400  # of a line
 COLOURS = 256  # of a colour map
 
@@ -110,9 +111,7 @@ OVER_TIME = {
 TOUCHED = 1e-4  # share of the kinetic energy that is lost at contact
 
 
-def history_charts(
-    history: Mapping[str, np.ndarray], unitless: bool
-) -> tuple[list[dict[str, str]], list[dict[str, str]]]:
+def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[Charts, Charts]:
     """Return charts of measured quantities over time, and of the run's conservation."""
     time = np.asarray(history["time"], float)
     if len(time) < 2:
@@ -152,7 +151,7 @@ def _scaled_chart(
     return chart(time, shown, f"{name} [{word}]" if word else name, caption, unitless, spread)
 
 
-def measured_charts(measured: Measures) -> list[dict[str, str]]:
+def measured_charts(measured: Measures) -> Charts:
     """Return charts of the main measures over the snapshots, with their bands: lengths, and velocities."""
     shown = measured.series
     time = np.array([moment.time for moment in shown])
