@@ -64,10 +64,11 @@ def _components(count: int, pairs: np.ndarray) -> np.ndarray:
 
 def by_size(labels: np.ndarray) -> np.ndarray:
     """Return the same groups numbered by their size, and where that is the same by their first particle."""
-    _, first, inverse, sizes = np.unique(labels, return_index=True, return_inverse=True, return_counts=True)
-    rank = np.empty(len(sizes), dtype=np.int64)
+    sizes = np.bincount(labels)
+    first, rank = np.empty((2, len(sizes)), dtype=np.int64)
+    first[labels[::-1]] = np.arange(len(labels))[::-1]  # the last that is assigned remains
     rank[np.lexsort((first, -sizes))] = np.arange(len(sizes))
-    return rank[inverse]
+    return rank[labels]
 
 
 def main_body(position: np.ndarray, spacing: float | np.ndarray) -> np.ndarray:
