@@ -151,4 +151,4 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     return panels
 
 
-PROBLEM = Problem("plate", "elastic-plastic plates at 600 m/s: precursor, plateau, release, surface, separation", _trials)
+PROBLEM = Problem("plate", "plastic plates at 600 m/s: precursor, plateau, release, surface, separation", _trials)
