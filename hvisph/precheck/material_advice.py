@@ -105,7 +105,9 @@ def _moduli_apart(facts: Facts) -> Iterator[Values]:
         poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
         if poisson < LEAST_POISSON:
             usual = 1.5 * bulk * (1.0 - 2.0 * USUAL_POISSON) / (1.0 + USUAL_POISSON)
-            yield {"name": name, "poisson": poisson, "least": LEAST_POISSON, "usual": USUAL_POISSON, "shear": usual}
+            axis = "; beside the axis it takes time.cfl 0.15" if KINEMATICS[facts.case.kinematics].axisymmetric else ""
+            limits = {"least": LEAST_POISSON, "usual": USUAL_POISSON}
+            yield {"name": name, "poisson": poisson, "shear": usual, "axis": axis, **limits}
 
 
 def _weak_cohesion(facts: Facts) -> Iterator[Values]:
