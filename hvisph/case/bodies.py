@@ -134,7 +134,7 @@ class Rigid(StrictModel):
 
     @property
     def words(self) -> str:
-        """How it moves, in words."""
+        """Description of its motion."""
         if self.velocity:
             return f"{len(self.velocity)} velocities over time along {self.along}"
         names = {"moves along": self.move.along, "turns about": self.move.about}

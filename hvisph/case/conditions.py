@@ -249,7 +249,7 @@ class _Start(StrictModel):
 
     @property
     def mapping(self) -> str:
-        """How the state is taken: `same`, `revolved` or `extruded`."""
+        """Transformation of the state: `same`, `revolved` or `extruded`."""
         return str(getattr(self, "as"))
 
     def words(self, number: Callable[[float, str], str]) -> str:

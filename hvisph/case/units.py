@@ -24,7 +24,7 @@ class Dimension:
 
     name: str  # its name in messages, with its article: ``a length``
     unit: str  # unit of plain numbers, as pint reads it; empty for pure numbers
-    example: str  # what a user would write
+    example: str  # example of input
     # usual units and their decimal factors, read without pint, whose import takes 0.3 s; `_` is a blank
     units: str = ""
 

@@ -35,7 +35,7 @@ _WORDS = {"": None, "~": None} | {
 
 
 class Place(NamedTuple):
-    """Where a value comes from: a file and its line, or an override."""
+    """Origin of a value: a file and its line, or an override."""
 
     file: str
     line: int | None = None
@@ -203,7 +203,7 @@ def read_yaml(path: pathlib.Path) -> Document:
             raise CaseError(f"is a folder, not a case file{inside}", file=name)
         if not stat.S_ISREG(status.st_mode):
             raise CaseError("is not a regular file", file=name)
-        # what pretends to be a regular file and then waits, as /proc/kmsg does, is not waited for
+        # a file such as /proc/kmsg claims to be regular and blocks: it is not read
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with open(handle, "rb") as stream:
             raw = stream.read(LARGEST + 1)

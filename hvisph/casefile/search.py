@@ -28,7 +28,7 @@ class Entry:
 
     kind: str  # key, value, measure, material, case, page or command
     name: str  # how it is written; of keys the whole path
-    text: str  # what it is, in a line
+    text: str  # description in one line
 
 
 def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:

@@ -92,7 +92,7 @@ class Running:
 
 @dataclass(frozen=True)
 class How(Running):
-    """How a sweep is run, written and shown; each field is an option of the command."""
+    """Options of running, writing and showing a sweep; each field is an option of the command."""
 
     out: Annotated[Path | None, option("--out DIR", "Folder of the sweep; sweeps/NAME unless given.")] = None
     plot: Annotated[Path | None, option("--plot FILE", "Draw the result: png, pdf, svg.")] = None

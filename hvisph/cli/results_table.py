@@ -199,7 +199,7 @@ def _figure(value: float, form: str = ".4g") -> str:
     if not math.isfinite(value):
         return "-"
     text = f"{value:{form}}"
-    return text if float(text) else text.lstrip("-")  # what rounds to nothing has no sign
+    return text if float(text) else text.lstrip("-")  # zero has no sign
 
 
 SHORT = {"angular_momentum_drift": "angular_drift", "kinetic_energy_ratio": "kinetic_ratio"}

@@ -138,7 +138,7 @@ class Budget:
                 free = ((particles.tags[:, FLAGS] & CLAMPED) == 0) | is_rigid_particle(particles.tags)
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
-        self._push(sums)  # what else gives momentum is known
+        self._push(sums)  # other sources of momentum are known
 
     def _push(self, sums: np.ndarray) -> None:
         """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they gave."""
@@ -153,7 +153,9 @@ class Budget:
         assert self.gravity is not None
         particles = self._setup.particles
         potential = self.gravity.potential(particles["position"])
-        within = particles.tags[:, FLAGS] >> GROUP_SHIFT != LAYER_GROUP  # what lies beyond an edge gives no energy
+        within = (
+            particles.tags[:, FLAGS] >> GROUP_SHIFT != LAYER_GROUP
+        )  # the layer beyond an edge has no energy in the budget
         return float(self._setup.subdomain.exact_sum(np.where(within, particles["mass"] * potential, 0.0)))
 
     def highest(self) -> float:

@@ -17,13 +17,13 @@ LEFT = 1e-3  # share of a body's mass
 
 @dataclass(frozen=True)
 class Holds:
-    """Where the models of a body's material hold."""
+    """Range of validity of a body's material models."""
 
     # whether states lie outside, of density [kg/m^3], energy [J/kg], and temperature [K], pressure [Pa] and damage or
     # None, each (n,)
     outside: Callable[..., np.ndarray]
     words: str  # the range, in words
-    # what such a material bears at most [Pa]; None where its model of damage knows tension, and decides
+    # largest tension of such a material [Pa]; None where its damage model limits tension
     tension: float | None = None
 
 

@@ -22,7 +22,7 @@ class Filling:
     size: tuple[float, ...]  # full size along each axis that the particles stand for [m]
     # spacing of the particles, which their smoothing length follows: one for all, or shape (n,) [m]
     spacing: float | np.ndarray
-    # what gave way: sizes in a nominal filling, spacing and masses in an exact one; empty if nothing did
+    # changed quantities: sizes in a nominal filling, spacing and masses in an exact one; empty if none
     note: str = ""
 
     @property
@@ -245,7 +245,7 @@ STEEPEST = 1.1  # thickness of a layer over that of the layer before it
 
 @dataclass(frozen=True)
 class Grading:
-    """How the spacing grows."""
+    """Growth of the spacing."""
 
     # full width of the fine part along each axis [m], about the box's middle or the axis of revolution; None along an
     # axis that is not graded

@@ -30,7 +30,7 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .prescribed_motion import Motion
 
-# What it bears [Pa]: its partner in a pair is the weaker one.
+# Strength [Pa]: its partner in a pair is the weaker one.
 UNLIMITED = 1e30
 # A row that moves faster than this share of the speed of sound, for so many transit times, bears a load that stays on.
 STEADY, TRANSITS = 1e-3, 10.0
@@ -212,7 +212,7 @@ class Boundaries:
         self.speeds = [(one.plane.axis, one.plane.velocity) for one in self.moving]
         for row in self.edge_rows:
             row.watch(self.time, self.share.gather_values(row.numbers, particles["velocity"]))
-        for one in self.moving:  # what passes the plane takes it, as the pairs of the next stage do
+        for one in self.moving:  # particles beyond the plane receive it, as in the pairs of the next stage
             one.plane.velocity = float(one.motion.velocity(self.time)[0])
 
     def finish(self, stepper: Any, stage: float) -> None:

@@ -34,7 +34,7 @@ RIGID_GROUP = 1000
 LAYER_GROUP = 2000
 # Impedance of a rigid particle over that of its material: round-off is all that a contact differs from a rigid wall.
 STIFFER = 1e18
-# Shear that it bears [Pa].
+# Shear strength [Pa].
 UNLIMITED = 1e30
 # Speed of its signals [m/s]: it limits no step.
 SLOWEST_SIGNAL = 1e-30

@@ -126,7 +126,7 @@ def _fail(harm, t, p, modes, damage, row):
     before = failure.shear_shares(modes, row)
     modes = (first, second, third)
     left = failure.shear_shares(modes, row)
-    # what a share of the modulus bears at the same strain
+    # stress of a share of the modulus at the same strain
     lost = (_ratio(left[0], before[0]), _ratio(left[1], before[1]), _ratio(left[2], before[2]))
     slack = _slack(p, modes)
     p = p * (1.0 - slack)

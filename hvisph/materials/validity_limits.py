@@ -31,14 +31,14 @@ STRONGEST, WITHOUT_YIELD = 0.1, 0.03  # tension over K
 
 @dataclass(frozen=True)
 class Range:
-    """Where a material's models hold."""
+    """Range of validity of a material's models."""
 
     # [kg/m^3]; the least is that of cold material
     least_density: float
     greatest_density: float
     vapour_energy: float  # energy above which there is no least density [J/kg]
     knows_heat: bool  # whether it has a temperature, which has to be above 1 K
-    tension: float  # what a material of these numbers bears at most [Pa]
+    tension: float  # largest tension of a material with these constants [Pa]
 
     @property
     def words(self) -> str:

@@ -22,18 +22,18 @@ COST = ("particles", "steps", "threads", "wall_seconds", "microseconds_per_parti
 class Row:
     """One run of a comparison."""
 
-    name: str  # what it is called in the comparison
+    name: str  # label in the comparison
     source: Path  # its folder, or a snapshot that stands for it
     title: str  # the case's title
     # ``done``, ``failed`` or ``interrupted``; ``unfinished`` for a run without a summary, ``snapshot`` for files of
     # other codes and single snapshots
     status: str
-    failure: Plain | None  # what stopped it; None where nothing did
+    failure: Plain | None  # reason for the stop; None if there was none
     end_time: float  # time reached [s]
     measures: dict[str, Plain]  # as in ``summary.json``: SI
     conservation: dict[str, float | None]  # drifts by name; empty where they are not known
     cost: Plain  # particles, steps, threads, wall time [s] and microseconds per particle-step; empty likewise
-    published: dict[str, Plain]  # what the case expects, by name of the measure: `value`, `tolerance`, `source`
+    published: dict[str, Plain]  # expected values of the case, by name of the measure: `value`, `tolerance`, `source`
 
     def value(self, name: str) -> float | None:
         """Return a measure or a drift by name; None where it has no value."""

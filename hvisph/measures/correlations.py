@@ -69,7 +69,7 @@ class Correlation:
     quantity: str
     value: float
     unit: str
-    text: str  # what it means for this shot; empty where the number says it
+    text: str  # verdict for this shot; empty if the number is sufficient
     range: str
     source: str
 

@@ -127,8 +127,8 @@ class Cloud:
     # mass, axial momentum and kinetic energy in bins of 2 degrees between velocity and shot line: ``angle`` (upper ends
     # [rad]), ``mass``, ``momentum``, ``energy``
     over_angle: dict[str, list[float]] = field(default_factory=dict)
-    # what a plane across the shot line would receive if all flew on as it does: ``x`` [m], ``radius`` (upper ends [m]),
-    # ``mass``, ``momentum``, ``energy``, ``areal_momentum`` [Pa s] and the mean ``pressure`` [Pa] from the first to 99
+    # received by a plane across the shot line if all particles kept their velocities: ``x`` [m], ``radius`` (upper
+    # ends [m]), ``mass``, ``momentum``, ``energy``, ``areal_momentum`` [Pa s] and the mean ``pressure`` [Pa] from the first to 99
     # % of a bin's mass, and all of it: ``impulse``, ``first``, ``last`` [s]; empty without a plane
     witness: Plain = field(default_factory=dict)
     arrivals: Arrivals | None = field(default=None, compare=False, repr=False)  # the particles behind that

@@ -211,7 +211,7 @@ class BodyFragments:
 
     body: str  # name of the body
     fragments: Fragments  # all connected groups, single particles among them, the one with most particles first
-    # what each of them is: ``main body`` for the one with most particles; in the target ``attached`` for further groups
+    # kind of each: ``main body`` for the one with most particles; in the target ``attached`` for further groups
     # that hold something of the rim, and ``plug``; empty for all others
     roles: tuple[str, ...]
 

@@ -43,7 +43,7 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     free = [body for body in range(count) if known[body] is None]
     first = next((body for body in free if moves[body]), free[0] if free else 0)
     alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= STILL * speed[first]
-    if alike[free].all() or not moves[first]:  # what rests beside what rests is no part of it
+    if alike[free].all() or not moves[first]:  # two bodies at rest do not strike each other
         alike[:] = False
     alike[first] = True
     roles = [PROJECTILE if alike[body] else LAYER for body in range(count)]

@@ -305,7 +305,7 @@ class Scene:
         part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
         spacing = self.spacings(part)
         labels = connected_groups(self.now.fields["position"][part], spacing)
-        case_axes = self.shot.back(self.position[part].reshape(len(part), -1))  # those of the planes of symmetry
+        case_axes = self.shot.back(self.position[part].reshape(len(part), -1))  # axes of the planes of symmetry
         labels = self.shot.whole.join_groups(labels, case_axes, LINK * spacing)
         return Groups.from_labels((part[None] + count * np.arange(images)[:, None]).ravel(), labels)
 

@@ -44,7 +44,7 @@ class Mirror:
 
 @dataclass(frozen=True)
 class Whole:
-    """How the whole follows from the part that was computed."""
+    """Completion of the computed part by symmetry."""
 
     mirrors: tuple[Mirror, ...] = ()  # the planes of symmetry; of a solid of revolution its axis, as the plane r = 0
     # whether the part is the section of a solid of revolution: particles have the mass of the whole circumference
@@ -52,12 +52,12 @@ class Whole:
 
     @property
     def factor(self) -> int:
-        """How many parts the whole has; masses of axisymmetric particles are those of the whole already."""
+        """Number of parts of the whole; masses of axisymmetric particles are those of the whole already."""
         return 1 if self.revolution else 2 ** len(self.mirrors)
 
     @property
     def images(self) -> int:
-        """How many times each particle is in the completed snapshot."""
+        """Number of copies of each particle in the completed snapshot."""
         return int(2 ** len(self.mirrors))
 
     @property

@@ -152,7 +152,7 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
     def number(figure: float) -> str:
         figure *= display.factor
         text = f"{figure:.{display.decimals}f}" if fixed else f"{figure:.3g}"
-        return text if float(text) else text.lstrip("-")  # what rounds to nothing has no sign
+        return text if float(text) else text.lstrip("-")  # zero has no sign
 
     # a spread that rounds to nothing says nothing
     shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""

@@ -193,7 +193,7 @@ class Timeline:
 
     load: Callable[[int], Scene]  # returns the scene of a snapshot by its number
     count: int  # number of snapshots up to the moment
-    known: dict[int, Moment] = field(default_factory=dict)  # those that have been loaded
+    known: dict[int, Moment] = field(default_factory=dict)  # moments that have been loaded
     series: bool = False  # whether all moments of the run are measured
 
     def moment(self, number: int) -> Moment:

@@ -40,7 +40,7 @@ _SMALL = 30_000  # particles of a snapshot that is read at once
 
 @dataclass(frozen=True)
 class Form:
-    """How a snapshot is stored."""
+    """Storage options of a snapshot."""
 
     compress: bool = False  # whether arrays are compressed by gzip
     # name of the snapshot beside it that holds `CONSTANTS` of the same particles; None where it has its own
@@ -78,7 +78,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
         lazily = lazily and h5[places["position"]].shape[0] > _SMALL
         sums = header.get("sums", {}) if lazily else {}  # else the seal holds them
         arrays = {name: _array(h5, places[name], sums) for name in (INDICES if lazily else places) if name in places}
-    if lazily:  # what few values need
+    if lazily:  # few values are needed
         arrays |= {name: arrays[name].astype(np.int32) for name in ("body", "material") if name in arrays}
     if "constants_in" in header:
         arrays |= _constants(Path(path), str(header["constants_in"]), arrays["id"])
@@ -240,7 +240,7 @@ def read_eos_table(path: Path) -> dict[str, np.ndarray]:
                 if set(NAMES) <= set(place.keys()):
                     return _arrays(place, path)
             raise CaseError(f"holds no datasets {', '.join(NAMES)}", file=str(path))
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError):  # of what it holds nothing is repeated
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError):  # the message repeats nothing of the file
         raise CaseError("cannot be read as a table of an equation of state in HDF5", file=str(path)) from None
 
 

@@ -79,7 +79,7 @@ def _vtk_columns(name: str, dim: int) -> tuple[int, list[int]]:
     """Return the number of components of a field in VTK, and the places of ours among them; 0 and none of a scalar."""
     columns = {
         "vector": (3, list(range(dim))),
-        "axial": (3, {1: [], 2: [2], 3: [0, 1, 2]}[dim]),  # what turns in the plane turns about z
+        "axial": (3, {1: [], 2: [2], 3: [0, 1, 2]}[dim]),  # rotation in the plane is about z
         "symmetric": (6, list(VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]])),
         "gradient": (9, [3 * i + j for i in range(dim) for j in range(dim)]),
         "quaternion": (4, [0, 1, 2, 3]),

@@ -73,7 +73,7 @@ def _outlines(place: Path) -> list[_Outline]:
                 outlines.append(_outline(path, h5))
         except OutputError:
             continue
-    for one in outlines:  # what stands in the first alone
+    for one in outlines:  # columns of the first alone
         for name in (f"PointData/{name}" for name in CONSTANTS):
             first = outlines[0].arrays.get(name)
             if first is not None and name not in one.arrays and one.arrays["Points"][0][0] == first[0][0]:

@@ -45,7 +45,7 @@ class ExactGauge:
     """Piecewise constant history of a gauge in the exact solution."""
 
     name: str  # its name in the case
-    columns: tuple[str, ...]  # those of its columns that the exact solution knows
+    columns: tuple[str, ...]  # columns that the exact solution has
     times: np.ndarray  # times from which on the states hold [s], the first 0
     states: list[State]  # one state a time
 

@@ -66,7 +66,7 @@ def derive_properties(model: MaterialModel) -> dict[str, tuple[float, str]]:
     if np.isfinite(holds.greatest_density):
         numbers["greatest density of the models"] = (holds.greatest_density, "kg/m^3")
     if np.isfinite(holds.tension):
-        numbers["tension that such a material bears at most"] = (holds.tension, "Pa")
+        numbers["largest tension of such a material"] = (holds.tension, "Pa")
     return numbers
 
 

@@ -62,7 +62,7 @@ class BodyEstimate:
     mass: float  # mass [kg], per metre of depth in 2D and per square metre in 1D
     volume: float = 0.0  # volume of the shape, of its part that symmetry planes keep [m^dim]
     exactness: float = 1.0  # mass of the particles over that of the shape [-]
-    note: str = ""  # what gave way to make sizes and mass exact, or which size differs in a nominal filling
+    note: str = ""  # change that makes sizes and mass exact, or size that differs in a nominal filling
     # where it begins and ends along x [m]; empty where particles were not made
     along: tuple[float, float] | tuple[()] = ()
     carried: bool = False  # whether it starts from another run

@@ -31,7 +31,7 @@ SHARPEST, WIDEST_CRACK = 0.1, 1.0
 AT_ONSET = 0.1  # plastic strain at which metals begin to crack, for estimates of their strength then
 WEAK, MANY_STEPS = 1e6, 20_000  # cohesion [Pa] and steps, below and above which a late stage is worth it
 SOLID = ("mie_gruneisen", "us_up_table", "murnaghan", "polynomial")  # equations of state without liquid and vapour
-VAPOUR = "-tillotson"  # what names of the library's variants with liquid and vapour end with
+VAPOUR = "-tillotson"  # suffix of the library's variants with liquid and vapour
 
 
 def _spalling(facts: Facts) -> Found:
@@ -225,11 +225,11 @@ def _molten(facts: Facts) -> Iterator[Values]:
 
 
 def _vaporised(facts: Facts, followed: bool) -> Iterator[Values]:
-    """Bodies to which an impact gives more than vaporises them: debris and a layer of its mass take v^2/8 each.
+    """Yield the bodies that receive more energy than vaporisation takes; debris and an equal mass take v^2/8 each.
 
-    With vapour in the equation of state (`followed`) they need a smoothing length that follows density. Those without
-    one are composites and porous materials; what does not melt there is told by `_molten`. Their energy is that of the
-    library's vapour of nearest density.
+    Materials with a vapour phase (`followed`) need a smoothing length that follows density. Those without one are
+    composites and porous materials; `_molten` covers the others. Their energy of vaporisation is that of the library's
+    vapour of nearest density.
     """
     heat = facts.kind.velocity**2 / 8.0
     if followed and (facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed"):

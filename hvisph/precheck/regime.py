@@ -29,7 +29,7 @@ class Regime:
     pressure: float  # impact pressure, acoustic: a shock's is higher [Pa]
     # least yield stress of the bodies that have one [Pa]; None without one, infinite where all are elastic
     strength: float | None
-    liquids: tuple[str, ...] = ()  # those of the two that have none
+    liquids: tuple[str, ...] = ()  # bodies of the two without strength
 
     @property
     def words(self) -> str:
@@ -110,7 +110,7 @@ class Experience:
     figures: Mapping[str, float]
     across: float  # particles across the projectile, the bar or the bumper in the runs
     velocities: tuple[float, float]  # of the slowest and the fastest shot [m/s]
-    over: str = ""  # what the particles are counted across, for people
+    over: str = ""  # length that the particles are counted across, in words
     verdicts: bool = False  # whether the figures are of verdicts
     densities: tuple[float, float] = ALUMINIUM  # of the metals that were shot, from and to [kg/m^3]
 

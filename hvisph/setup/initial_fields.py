@@ -143,7 +143,7 @@ def add_overburden(
 ) -> None:
     """Set density, mass and deviator of the bodies at rest under their own weight and that of what lies on them.
 
-    A body bears what lies on all of its top: bodies at rest whose lowest particles are `LINK` spacings or less above
+    A body carries the bodies on its top: bodies at rest whose lowest particles are `LINK` spacings or less above
     its highest ones, and that are as wide. Particles are those of the bodies, in their order.
     """
     gravity, overburden = gravity_of(case), case.overburden
@@ -155,7 +155,7 @@ def add_overburden(
         first = part.stop
         if not body.mean_velocity.any() and body.model.rigid is None:
             columns.append((body, material, part, _heights(gravity, body.positions)))
-    standing: list[tuple[PlacedBody, float, float]] = []  # those above, with height and stress of their lowest face
+    standing: list[tuple[PlacedBody, float, float]] = []  # bodies above, with height and stress of their lowest face
     for body, material, part, height in sorted(columns, key=lambda one: -float(one[3].max())):
         top, near = float(height.max()), LINK * float(body.spacing.max())
         borne = [stress for other, low, stress in standing if abs(low - top) < near and _covers(gravity, other, body)]

@@ -23,7 +23,7 @@ HALF = 0.5  # of the density at rest: thinner particles move without pressure
 
 
 class _State(NamedTuple):
-    """What a late stage depends on."""
+    """Parameters of a late stage."""
 
     flies: np.ndarray  # whether particles have no pressure (n,)
     pressure: np.ndarray  # (n,) [Pa]

@@ -57,7 +57,7 @@ class Run:
         self.status = "done"
         self.failure: Failure | None = None
         self.stop = StopRequests()
-        self._stopped = False  # what all processes know of it
+        self._stopped = False  # agreed by all processes
 
     def go(self) -> Outcome:
         """Run to the end, a failure or an interruption, and write the summary."""

@@ -147,7 +147,7 @@ class RunFiles:
 
 @dataclass
 class Outcome:
-    """How a run ended."""
+    """Outcome of a run."""
 
     folder: Path  # the run's folder
     summary: Plain  # the content of its ``summary.json``

@@ -39,8 +39,8 @@ class Standing:
     """State of a case."""
 
     status: str  # waiting, running, interrupted, done, failed (the run), error (it cannot be run) or killed
-    message: str = ""  # what went wrong, empty where nothing did
-    summary: Plain = field(default_factory=dict)  # what a sweep needs of the run's summary; empty where it has none
+    message: str = ""  # error, empty if there was none
+    summary: Plain = field(default_factory=dict)  # part of the run's summary that a sweep needs; empty without one
 
 
 class SweepFolder:
@@ -249,7 +249,7 @@ AGAIN = ("failed", "error", "killed", "interrupted")
 class Selection:
     """Cases to take."""
 
-    statuses: tuple[str, ...] = ()  # what ended like this is begun again or gone on with first
+    statuses: tuple[str, ...] = ()  # runs with these statuses are repeated or resumed first
     # only these numbers
     first: int = 0
     last: int = 10**9

@@ -33,7 +33,7 @@ class Member:
     number: int  # its place in the table, from 0
     digest: str  # hash of its effective case, eight digits
     values: Values  # its settings by path, and columns carried along
-    cost: float = 0.0  # what it will take, in particle-steps: a rough count
+    cost: float = 0.0  # estimated cost in particle-steps
 
     @property
     def name(self) -> str:

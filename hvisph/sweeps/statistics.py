@@ -114,7 +114,7 @@ def spread(results: Sequence[float]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Bracket:
-    """Where a limit lies."""
+    """Interval of a limit."""
 
     # the last value where it did not happen and the first where it did; None where none was seen
     below: float | None

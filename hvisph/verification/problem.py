@@ -24,13 +24,13 @@ from hvisph.visualization.curves import Curve
 class Figure:
     """Computed and exact value of one quantity."""
 
-    name: str  # what it is
+    name: str  # quantity
     # computed and exact value, in `unit`
     found: float
     exact: float
     tolerance: float  # largest difference that passes: a share of `scale`, or in `unit` where `scale` is zero
     unit: str = ""  # SI unit; empty for plain numbers
-    # what the difference is measured by, positive; the size of the exact value unless given, 0 for none
+    # scale of the difference, positive; the size of the exact value unless given, 0 for none
     scale: float | None = None
     why: str = ""  # why the tolerance is what it is
     at_most: bool = False  # whether `found` only must not exceed `exact` by more than the tolerance
@@ -127,8 +127,8 @@ def stress_xx(snapshot: Snapshot) -> np.ndarray:
     return snapshot.fields["pressure"] - snapshot.fields["deviator"].reshape(snapshot.count, -1)[:, 0]
 
 
-SOLIDS = ("riemann", "eulerian", "total_lagrangian", "adaptive")  # those with an equation of state
-EULERIAN = ("riemann", "eulerian")  # those whose density may start anywhere
+SOLIDS = ("riemann", "eulerian", "total_lagrangian", "adaptive")  # formulations with an equation of state
+EULERIAN = ("riemann", "eulerian")  # formulations with a free initial density
 ALL = (*SOLIDS, "projection")
 
 
@@ -169,12 +169,12 @@ class Start:
 class Trial:
     """Variant of a problem: its runs and figures."""
 
-    name: str  # what sets it apart from the problem's other trials
+    name: str  # identifies it among the trials of the problem
     starts: Sequence[Start]  # the runs
     figures: Callable[[Sequence[Ran]], Iterable[Figure]]  # draws the figures from the runs
     # draws what there is to see, by panel; exact curves are marked as such
     curves: Callable[[Sequence[Ran]], dict[str, list[Curve]]] | None = None
-    across: str = "x"  # what runs along the axis of `curves`: ``x`` or ``time``
+    across: str = "x"  # abscissa of `curves`: ``x`` or ``time``
     # SI units of panels that are not named after a field; empty for plain numbers
     units: Mapping[str, str] = field(default_factory=dict)
     may_stop: bool = False  # whether figures are drawn from runs that have stopped themselves, too
@@ -188,7 +188,7 @@ class Problem:
     name: str
     title: str
     trials: Callable[[Options], Iterable[Trial]]  # makes the trials
-    formulations: tuple[str, ...] = SOLIDS  # those that can run it, by `type`
+    formulations: tuple[str, ...] = SOLIDS  # formulations that can run it, by `type`
     why_not: str = "projection has no equation of state"  # why the others cannot
     slow: bool = False  # whether the full form takes more than a minute or two a formulation
     # name of the figure in which formulations are to agree with one another, and the share by which they may differ
@@ -202,7 +202,7 @@ ELASTIC: Plain = {
     "eos": {"type": "elastic", "youngs_modulus": YOUNGS_MODULUS, "poisson_ratio": POISSON_RATIO},
     "strength": {"type": "elastic"},
 }
-# Water that bears no tension to speak of.
+# Water without tensile strength.
 WATER: Plain = {
     "density": 1000.0,
     "eos": {"type": "linear", "bulk_modulus": 2.2e9},

@@ -72,10 +72,10 @@ class Verdict:
     trial: str
     formulation: str
     status: str  # ``done``, ``failed`` (the run stopped), or ``refused`` (the case cannot be run by it)
-    figures: list[Figure] = field(default_factory=list)  # what was found; empty unless done
+    figures: list[Figure] = field(default_factory=list)  # results; empty unless done
     message: str = ""  # why it failed or was refused
     seconds: float = 0.0  # wall time of its runs
-    # what there is to see (see `Trial`), and whether its case has no units
+    # plotted data (see `Trial`), and whether its case has no units
     curves: dict[str, list[Curve]] = field(default_factory=dict)
     across: str = "x"
     units: Mapping[str, str] = field(default_factory=dict)

@@ -40,7 +40,7 @@ LEAST = 0.96  # of the extent of all that is nevertheless shown
 
 @dataclass(frozen=True)
 class Look:
-    """How particles are shown."""
+    """Appearance of particles."""
 
     field: str = "speed"  # ``speed``, ``body``, ``material``, a field, or a component such as ``velocity_x``
     # ends of the colour scale in the snapshot's unit; all moments' range less its outermost 0.5 % unless given

@@ -111,7 +111,7 @@ def _sheet(known: Library, name: str, model: Material) -> str:
     from hvisph.postprocessing.material_sheet import compare_hugoniot, derive_properties, hugoniot, worst_bin
 
     notes = known.notes(name)
-    left = {"name", "source"} if notes.sources else {"name"}  # those of the numbers are listed below
+    left = {"name", "source"} if notes.sources else {"name"}  # sources of the numbers are listed below
     lines = ["# SI units", dump(model.model_dump(mode="json", exclude=left), width=80).rstrip()]
     if notes.aliases:
         lines.append(f"# also called {', '.join(notes.aliases)}")

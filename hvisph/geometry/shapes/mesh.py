@@ -35,7 +35,7 @@ class Mesh(Shape):
 
     corners: np.ndarray  # corners of the triangles, (n, 3, 3) [m]
     volume_within: float  # enclosed volume [m^3]
-    name: str = "mesh"  # what messages call it
+    name: str = "mesh"  # name in messages
 
     dim = 3
 

@@ -165,7 +165,7 @@ def limit_stress(s, modes, slack, row):
         low = 0.0 if slack > 0.0 else -row[RESIDUAL] * row[XC] - max(-0.5 * (s22 + s33), 0.0)
         x = (s11 - min(max(s11, low), 0.0)) / (row[R11] + bulk)
         s11, s22, s33 = s11 - (row[R11] + bulk) * x, s22 - (row[R12] + bulk) * x, s33 - (row[R13] + bulk) * x
-    if modes[1] > 0.0:  # what the other cracks have changed
+    if modes[1] > 0.0:  # changed by the other cracks
         s22 = 0.0 if slack > 0.0 else min(s22, 0.0)
     if modes[2] > 0.0:
         s33 = 0.0 if slack > 0.0 else min(s33, 0.0)

@@ -170,5 +170,5 @@ def read_grid(path: Path, material: int | None = None) -> Grid:
         raise CaseError(f"is larger than {LARGEST / 1e6:g} MB, too large for a table", file=str(path))
     try:
         return read_csv(path) if path.suffix == ".csv" else read_sesame(path, material)
-    except (OSError, ValueError, OverflowError, IndexError):  # of what it holds nothing is repeated
+    except (OSError, ValueError, OverflowError, IndexError):  # the message repeats nothing of the file
         raise CaseError("cannot be read as a table of an equation of state", file=str(path)) from None

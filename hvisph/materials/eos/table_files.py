@@ -37,7 +37,7 @@ def read_table(path: Path, form: str | None = None, number: int | None = None) -
         form = form or _layout(lines)
         if form in READERS:
             return READERS[form](lines)
-    except (OSError, ValueError, OverflowError, IndexError):  # of what it holds nothing is repeated
+    except (OSError, ValueError, OverflowError, IndexError):  # the message repeats nothing of the file
         raise CaseError(f"cannot be read as a table in the layout {form or 'of any program'}", file=str(path)) from None
     except CaseError as error:
         raise CaseError(error.message, file=str(path)) from None

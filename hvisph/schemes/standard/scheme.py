@@ -50,7 +50,7 @@ class Eulerian:
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
     smoothing: Smoothing = field(default_factory=Smoothing)
-    # what `hvisph.schemes.standard.options` offers
+    # options of `hvisph.schemes.standard.options`
     viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)
     artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
     dissipation: DensityDissipation = field(default_factory=NoDensityDissipation)

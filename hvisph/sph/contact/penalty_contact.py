@@ -237,7 +237,7 @@ def accumulate(near, n, rows, i, constants, out):
             rubbed += held * slip * (1.0 + b[RIGID_SIDE] - rows[i, RIGID_SIDE]) if RIGID else held * slip
         a = add(a, force)
     acceleration, work = multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power)
-    if AXISYMMETRIC:  # what widens has less of a section, and fills less
+    if AXISYMMETRIC:  # a widened torus has a smaller section and fills less
         outwards = scale_own * lane_sum(widened) / rows[i, RING]
         acceleration, work = add_radial(acceleration, outwards), work - outwards * radial_part(u)
     curvature = own_k * own_g * own_g + lane_sum(omega2)

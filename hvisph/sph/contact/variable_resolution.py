@@ -58,7 +58,7 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
         at_face = _at_face(kernel, dim)
         faint = np.sqrt(2.0 * np.maximum(-np.log(lacks / at_face + TINY), 0.0))
         known = np.minimum(faint, FAINTEST)
-        first = int(np.argmax(known >= FAINTEST)) + 1  # what lacks nothing stands for all that lie deeper
+        first = int(np.argmax(known >= FAINTEST)) + 1  # the first complete one stands for all deeper ones
         at = np.interp(
             np.linspace(0.0, FAINTEST, DEPTHS), [0.0, *known[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
         )

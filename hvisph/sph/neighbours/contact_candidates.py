@@ -38,7 +38,7 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
         fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
         cell = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, nz)
         cells[i] = cell
-        # who finds a mark of old marks again: few particles have anything to say
+        # a particle marked again is rare
         if bodies[i] < lowest[cell]:
             atomic_min(lowest, cell, bodies[i])
         if bodies[i] > highest[cell]:

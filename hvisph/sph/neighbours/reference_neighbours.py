@@ -210,7 +210,7 @@ class Reference:
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }
         self._tabulate(particle_loop(bind(_measure, {}, offered)), particle_loop(bind(_fill, {}, offered)))
-        self.lists = self.starts, self.near, self.codes, self.kernels  # what compiled loops take, in rows
+        self.lists = self.starts, self.near, self.codes, self.kernels  # arguments of compiled loops, by row
         self._correct = particle_loop(bind(_correct, {}, offered))
         self._update_corrections(np.arange(count))
 

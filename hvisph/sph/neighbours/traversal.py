@@ -93,7 +93,7 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
         low = base + cx - one if cx > zero else base + nx - one
         high = base + nx if cx == zero else base + min(cx + two, nx)
         for segment in range(two):
-            if segment == one:  # what lies across the seam of the torus
+            if segment == one:  # pairs across the periodic boundary of the cell numbers
                 low = base
                 high = base + two if cx == zero else base + one if cx == nx - one else base
             begin, end = np.uint64(starts[low]), np.uint64(starts[high])

@@ -43,7 +43,7 @@ def free_surface_correction(l, rate, moment, calm, bear):
     `l`, `rate`: sums of the velocity gradient, row by row, and of the rate of volume [1/s]
     `moment`: B, row by row
     `calm`: 1 where nothing closes, 0 in a shock front, max(0, 1 - 20 mu/c_l)
-    `bear`: largest tension that the particle bears [Pa]
+    `bear`: largest tension of the particle [Pa]
     """
     if not (bear > 0.0 and correctable(moment)):
         return l, rate

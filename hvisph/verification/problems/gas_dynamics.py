@@ -205,10 +205,10 @@ READ = (0.35, 0.8)  # shares of the shock's radius between which the state is re
 class Implosion:
     """A gas that implodes."""
 
-    # what it is called, and towards what it runs: 1 a plane, 2 an axis, 3 a point
+    # name, and symmetry: 1 plane, 2 cylindrical, 3 spherical
     name: str
     dim: int
-    # what the case file calls it
+    # kinematics in the case file
     kinematics: str
     shape: Plain
     spacing: tuple[float, float]  # particle spacing, in full and quick

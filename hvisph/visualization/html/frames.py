@@ -35,7 +35,7 @@ class Frames:
     """Frames of a run."""
 
     content: Plain  # plain values for JSON: header and packed arrays
-    remarks: tuple[str, ...]  # what was left out, in words
+    remarks: tuple[str, ...]  # omissions, in words
 
 
 def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:

@@ -160,7 +160,7 @@ class RunReport(RunFiles):
         if drift is not None:
             remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
         fractions = self.summary.get("shares")
-        if fractions:  # those that no material defines are left out
+        if fractions:  # undefined fractions are left out
             known = [(share, good, words) for name, good, words in SHARES if (share := fractions.get(name)) is not None]
             remarks += [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
         else:
