@@ -128,8 +128,8 @@ class Cloud:
     # [rad]), ``mass``, ``momentum``, ``energy``
     over_angle: dict[str, list[float]] = field(default_factory=dict)
     # received by a plane across the shot line if all particles kept their velocities: ``x`` [m], ``radius`` (upper
-    # ends [m]), ``mass``, ``momentum``, ``energy``, ``areal_momentum`` [Pa s] and the mean ``pressure`` [Pa] from the first to 99
-    # % of a bin's mass, and all of it: ``impulse``, ``first``, ``last`` [s]; empty without a plane
+    # ends [m]), ``mass``, ``momentum``, ``energy``, ``areal_momentum`` [Pa s] and the mean ``pressure`` [Pa] from the
+    # first to 99 % of a bin's mass, and all of it: ``impulse``, ``first``, ``last`` [s]; empty without a plane
     witness: Plain = field(default_factory=dict)
     arrivals: Arrivals | None = field(default=None, compare=False, repr=False)  # the particles behind that
 
