@@ -55,7 +55,7 @@ Limits = namedtuple("Limits", "tension shear failed order free at_rest soft")
 # Smallest radius over h of an axisymmetric particle; a smaller one is replaced by it.
 ON_AXIS = 0.07
 # Constants of the signal speed of the hoop stress (`hoop_signal`).
-STEEPNESS, NEAR = 0.63, 0.8
+STEEPNESS, NEAR = 0.8, 0.8
 # Shares of the viscosity that a particle has: all, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 
@@ -207,9 +207,10 @@ def ring_radius(x, h):
 def hoop_signal(h, ring):
     """Return the factor of the signal speed of axisymmetric particles from hoop oscillation near the axis.
 
-    Axisymmetric elastic rods at rest are stable up to steps c dt/r of 0.86, 0.70 and 0.63 where h/r is 2.4, 4.8 and
-    9.6 (c of longitudinal waves), for any spacing: 1/(1.75 (1 - 0.8 r/h)). At the Courant number of axisymmetric
-    cases, 0.3, the step is a sixth below that.
+    Axisymmetric elastic bodies at rest are stable up to steps c dt/r of 0.86, 0.70 and 0.63 inside, where h/r is 2.4,
+    4.8 and 9.6 (c of longitudinal waves), for any spacing: 1/(1.75 (1 - 0.8 r/h)). In the corner of the axis and a free
+    face the limit at 2.4 is 0.63 (Poisson's ratios 0 to 0.4). At the Courant number of axisymmetric cases, 0.3, the
+    step is a tenth below that.
     """
     return STEEPNESS * (h / ring - NEAR)
 

@@ -105,9 +105,8 @@ def _moduli_apart(facts: Facts) -> Iterator[Values]:
         poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
         if poisson < LEAST_POISSON:
             usual = 1.5 * bulk * (1.0 - 2.0 * USUAL_POISSON) / (1.0 + USUAL_POISSON)
-            axis = "; beside the axis it takes time.cfl 0.15" if KINEMATICS[facts.case.kinematics].axisymmetric else ""
             limits = {"least": LEAST_POISSON, "usual": USUAL_POISSON}
-            yield {"name": name, "poisson": poisson, "shear": usual, "axis": axis, **limits}
+            yield {"name": name, "poisson": poisson, "shear": usual, **limits}
 
 
 def _weak_cohesion(facts: Facts) -> Iterator[Values]:
