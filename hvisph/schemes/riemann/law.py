@@ -115,8 +115,8 @@ from .pair_states import (
 )
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
-AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = ADJOINT = 0
+RECONSTRUCTION = CORRECTED_VARIANT = GRAD_H = SEPARATING = CONTACT_ONLY = 0
+AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = FRACTURES = ADJOINT = 0
 RIGID = TURNS = EDGES = 0
 # Slots of what rounding takes of position and velocity, in single precision.
 X_REST = U_REST = 0
@@ -257,7 +257,7 @@ def accumulate(near, n, rows, i, constants, out):
         if DIM > 1:
             us, ts = add(us, tangential_vector(contact[1], e)), add(ts, tangential_vector(traction[1], e))
 
-        if EDGES:  # the layer moves as it does
+        if EDGES:  # relative to the layer, without the excess of the jump
             us = subtract(us, multiply(own_layer, excess))
 
         # Force and power.

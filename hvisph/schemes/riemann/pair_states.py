@@ -1,8 +1,7 @@
 """Stages of a pair in Riemann SPH: impedances, reconstruction, Riemann problems, limits, contact, rates of density.
 
 The functions are templates of the loop `schemes.riemann.law.accumulate`, bound to its options, dimension and slots.
-Vectors of the plane tangential to e are `sph`'s `tangential_part`; in 1D there is none, and 0 stands for it. A pair of
-values holds the normal and the tangential one.
+A pair of values is a normal and a tangential part (`compiler.tensors.tangential_part`); in 1D the latter is 0.
 """
 
 from __future__ import annotations
@@ -124,7 +123,7 @@ def elastic_states(contact, traction, velocity, mean, pressure, elastic):
 def strength_limits(rows, i, b, dx, inverse_r, traction, corrected):
     """Return the traction within the limits of both sides, with the tension of close pairs relieved.
 
-    `corrected`: factor of the limits, 1 but in the adjoint variant.
+    `corrected`: factor of the limits, 1 except in the adjoint variant.
     """
     t_n, t_t = traction
     t_n = min(t_n, corrected * min(rows[i, TENSION_LIMIT], b[TENSION_LIMIT]))
@@ -148,7 +147,7 @@ def crack_limits(rows, i, b, e, own_crack, traction, own, stress, other):
 def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedances, friction, other, gate):
     """Return contact velocity and traction of bodies in contact, and the heats of the gate and of slip.
 
-    Heats are those over the interaction area (`sph.contact.riemann_contact`); pairs of one body keep their state.
+    Heats are per interaction area (`sph.contact.riemann_contact`); pairs of one body keep their state.
     """
     za, zb = impedances
     t_n, us_n, separation = compressive_contact(

@@ -193,7 +193,7 @@ def _choose_without_wrapping(
     for k, shift in enumerate(product((-1, 0, 1), repeat=dim)):
         there = (places[first] + shift) % APART @ weights
         at = np.minimum(np.searchsorted(codes, there), len(codes) - 1)
-        beside[k] = np.where(codes[at] == there, at, np.arange(len(codes)))  # itself where nobody is
+        beside[k] = np.where(codes[at] == there, at, np.arange(len(codes)))  # itself where there is none
     meets = lowest[beside].min(axis=0) != highest[beside].max(axis=0)
     near = spatial[beside].max(axis=0)
     if with_neighbours:
