@@ -5,12 +5,14 @@
     p_h = a rho e + [b rho e/w + A mu exp(-beta z)] exp(-alpha z^2)      rho < rho0 and e >= e_cv
     between them  p = [(e - e_iv) p_h + (e_cv - e) p_c]/(e_cv - e_iv)
 
-e_iv and e_cv are the energies of incipient and complete vaporisation. The sound speed c^2 = p_rho +
-p p_e/rho^2 includes the slope of the blending weights. In cold expansion B mu^2 raises the pressure
-again below eta = 1 - A/(2B); `expansion: faded` uses A mu eta^2 (3 - 2 eta) instead, `linear` A mu,
-`full` the published form. Below `low_density` cold material has no pressure. Exponents are limited
-to 70 and e in w to -E0 eta^2/2. Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact
-Cratering, appendix II.
+e_iv and e_cv are the energies of incipient and complete vaporisation. In cold expansion B mu^2
+raises the pressure again below eta = 1 - A/(2B); `expansion: faded` uses A mu eta^2 (3 - 2 eta)
+instead, `linear` A mu, `full` the published form. Below `low_density` cold material has no
+pressure. Exponents are limited to 70 and e in w to -E0 eta^2/2. Aluminium of 5 to 12 MJ/kg at rho0
+releases 0.6 to 2.7 of them until p_c cancels p_h, at eta = 0.82 to 0.54; from there to eta = 0.1 it
+gives 0 to 0.5, and liquid that boils in equilibrium 0.01 to 0.4. With p_c floored at 0 (Reinhardt &
+Stadel 2017, MNRAS 467) it would be 0.5 to 3.0. At eta = 0.01 p is 40 MPa, and 5 in equilibrium (8 MJ/kg).
+Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact Cratering, appendix II.
 """
 
 from dataclasses import dataclass
