@@ -1,4 +1,4 @@
-"""Exact solutions of structures: pulsating ball and ring, cantilever, collapsing shell.
+"""Exact solutions of structures: pulsating ball and ring, cantilever, collapsing shell, disc in rotation.
 
 Ball (Lamb, Proc. London Math. Soc. 13 (1882) 189): the slowest purely radial mode, u ~ j1(k r) with k R = x the first
 root above 0 of
@@ -18,6 +18,9 @@ Incompressible and perfectly plastic, so that geometry alone gives the strain: r
     sphere:                  r^3 = r0^3 - (a0^3 - a^3),   eps_p = 2 |ln(r0/r)|,           u = V (a0 / r)^2
 
 and a is the radius of the inner face. D. Verney 1968, in *Behaviour of Dense Media under High Dynamic Pressures*.
+
+Orthotropic disc in plane stress: potential of the body force -rho w^2 r^2/2, stress function rho w^2 a^2 r^2/4 +
+A (r^2 - a^2)^2, derived here; isotropic, the centre has (3 + nu)/8 rho w^2 a^2.
 """
 
 from __future__ import annotations
@@ -168,3 +171,23 @@ class Shell:
         work = area * self.yield_stress * float((middle ** (d - 1) * strain).sum()) * step
         inertia = area * self.density * (a * a * log(b / a) if d == 2 else a**4 * (1.0 / a - 1.0 / b))
         return sqrt(2.0 * work / inertia)
+
+
+@dataclass(frozen=True)
+class SpinningDisc:
+    """A free orthotropic disc that spins in plane stress, its axes 1 and 2 along x and y."""
+
+    radius: float  # a [m]
+    density: float  # [kg/m^3]
+    spin: float  # w [rad/s]
+    compliance: np.ndarray  # S (6, 6) [1/Pa], components as 11 22 33 12 13 23, engineering shear strains
+
+    def state(self, x: np.ndarray | float, y: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        """Return stress xx, yy, xy [Pa] and displacement x, y [m] in the disc's frame."""
+        s, load = self.compliance, self.density * self.spin**2
+        a = load * (s[0, 0] + 2 * s[0, 1] + s[1, 1]) / (8 * (3 * s[0, 0] + 3 * s[1, 1] + 2 * s[0, 1] + s[3, 3]))
+        k = 0.5 * load - 4 * a
+        c, shared = k * self.radius**2, k * (self.radius**2 - x * x - y * y)
+        u = x * ((s[0, 0] + s[0, 1]) * (c - k * (x * x / 3 + y * y)) + 8 * a * (s[0, 0] * y * y + s[0, 1] * x * x / 3))
+        v = y * ((s[1, 1] + s[0, 1]) * (c - k * (y * y / 3 + x * x)) + 8 * a * (s[1, 1] * x * x + s[0, 1] * y * y / 3))
+        return np.array([shared + 8 * a * y * y, shared + 8 * a * x * x, -8 * a * x * y]), np.array([u, v])

@@ -35,6 +35,7 @@ PROBLEMS: dict[str, Problem] = {
         elastic_bodies.PROBLEM,
         elastic_bodies.REBOUND,
         spinning_disc.PROBLEM,
+        spinning_disc.ORTHOTROPIC,
         implosion.PROBLEM,
         axisymmetric.PROBLEM,
         axisymmetric.GAS_PROBLEM,
