@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from types import FrameType
 
 from hvisph.core.errors import INTERRUPTED
 
 
 def main() -> None:
-    """Load all commands, and run the one that was asked for."""
+    """Import the command of the first argument, and run it."""
     # a parent that had it ignored, as `nohup` does, meant it
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if ours:
         signal.signal(signal.SIGINT, _leave)
-    from hvisph.cli.main import app
+    from hvisph.cli.main import app, function_of
 
+    function_of(*sys.argv[1:2] or [""])
     if ours:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

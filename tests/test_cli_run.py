@@ -21,8 +21,8 @@ from hvisph.casefile.loader import load_case
 from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli import guard
 from hvisph.cli.formatting import duration, quantity, round_two_figures, size, table
-from hvisph.cli.guard import run_folder
 from hvisph.cli.main import app
+from hvisph.cli.options import run_folder
 from hvisph.cli.results_table import results_table
 from hvisph.cli.run_report import Live, status_text, time_left
 from hvisph.precheck.estimate import estimate

@@ -1,34 +1,27 @@
-"""Cases of commands, and errors and interrupts as one message and an exit code.
+"""Errors and interrupts of commands as one message and an exit code.
 
 An interrupt that falls into a callback from compiled code, as while loops are being compiled, is
 reported there and forgotten. So it is also noted, and raised again at the next progress of the run.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
-from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
 from hvisph.cli.formatting import say
-from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, suggest_nearest
+from hvisph.core.errors import INTERRUPTED, HvisphError
 from hvisph.parallel import is_first
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 FAILED = 3
 DEBUG = "HVISPH_DEBUG"
-PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
 
 
 def guard_errors(command: Callable[..., None]) -> Callable[..., None]:
@@ -132,69 +125,3 @@ def ends_like_ctrl_c() -> Iterator[None]:
 def _note(number: int, frame: FrameType | None) -> None:
     _noted.set()
     raise KeyboardInterrupt
-
-
-def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> Case:
-    """Return the validated case that the arguments of a command mean."""
-    from hvisph.casefile.loader import load_case
-
-    return load_case(case, settings or (), resolution)
-
-
-def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> float:
-    """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.units`, such as ``TIME``.
-
-    Raises `CaseError` when it is no such quantity; `remedy` is added to the message.
-    """
-    from hvisph.case import units
-
-    try:
-        return units.parse_quantity(text.strip(), getattr(units, dimension))
-    except ValueError as error:
-        raise CaseError(f"{error}{remedy}", where=option) from None
-
-
-def refuse_format(picture: Path, option: str) -> None:
-    """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
-    if picture.suffix.lower() not in PICTURES:
-        fault = f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}"
-        raise CaseError(fault, where=option)
-
-
-def case_of_run(folder: Path) -> Case | None:
-    """Return the effective case of a run's folder; None where there is none that this version can read."""
-    from hvisph.casefile.loader import load_case
-
-    with suppress(CaseError):
-        return load_case(folder / "case.yaml") if (folder / "case.yaml").is_file() else None
-    return None
-
-
-@contextmanager
-def locate_errors(case: str) -> Iterator[None]:
-    """Add file and line to a `CaseError` that names a field of the case, raised in this block.
-
-    Errors that appear when particles are made, such as overlapping bodies, name the field alone.
-    """
-    try:
-        yield
-    except CaseError as error:
-        keys = tuple(int(key) if key.isdecimal() else key for key in error.where.split("."))
-        if error.file or error.where.startswith("-") or not error.where:
-            raise
-        from hvisph.casefile.document import read_yaml
-        from hvisph.casefile.errors import locate_error
-        from hvisph.casefile.loader import find_case
-
-        raise locate_error(keys, error.message, read_yaml(find_case(case)).places) from None
-
-
-def run_folder(case: str) -> Path:
-    """Return the default folder of a run: under ``runs``, by its file's or its bundled name.
-
-    Raises `CaseError` where that makes no name for a folder.
-    """
-    from hvisph.casefile.paths import bundled_cases, run_name
-
-    bundled = case in bundled_cases() and not Path(case).is_file()
-    return Path("runs") / (case if bundled else run_name(case))

@@ -1,8 +1,10 @@
-"""The command `hvisph`: its group of commands, with imports at their call."""
+"""The command `hvisph`: its group of commands, each imported when it is called."""
 
 import atexit
 import gc
 import os
+from collections.abc import Callable
+from importlib import import_module
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -13,22 +15,75 @@ from hvisph.casefile.spellings import spellings
 from hvisph.cli.formatting import say
 from hvisph.core.errors import suggest_nearest
 
-from .commands import check, doctor, library, measure, pictures, references, run, sweep, verify
 from .guard import guard_errors
+
+# Commands in the order of the help: the module of `commands` that has the function, and a line for the list.
+COMMANDS = {
+    "run": ("run", "Run a case and write its folder."),
+    "resume": ("run", "Continue a run from its newest checkpoint."),
+    "watch": ("run", "Show progress and measures of a run until it ends."),
+    "check": ("check", "Check a case: particles, time, pressure, warnings."),
+    "measure": ("measure", "Measure a run: crater, penetration, plug, fragments."),
+    "compare": ("compare", "Compare runs: measures, published values, cost."),
+    "report": ("pictures", "Write a page: verdict, player, measures, warnings."),
+    "plot": ("pictures", "Draw the particles of one or several runs."),
+    "animate": ("pictures", "Draw all snapshots of a run as an animation."),
+    "gauges": ("pictures", "Draw the gauges of a run."),
+    "exact": ("references", "Solve a 1D case exactly."),
+    "verify": ("verify", "Run problems with an exact solution."),
+    "validate": ("verify", "Compute sets of experiments."),
+    "cases": ("library", "List the bundled cases, print one, or copy them."),
+    "materials": ("references", "List the material library, or print one material."),
+    "point": ("references", "Strain a material point along a path."),
+    "help": ("library", "Describe a key of the case file, or find a word."),
+    "sweep": ("sweep", "Run a parameter study and tabulate its measures."),
+    "fit": ("sweep", "Fit parameters of a material to measured shots."),
+    "converge": ("sweep", "Run a case at several resolutions: order, index."),
+    "ballistic-limit": ("sweep", "Find the ballistic limit by bisection."),
+    "correlations": ("references", "Evaluate empirical correlations for a case."),
+    "schema": ("library", "Print a JSON schema, or write all into a folder."),
+    "doctor": ("doctor", "Show versions, cores and cache; test a compiled loop."),
+}
+# Plain text and no tracebacks: both would import rich, which takes longer than all of the rest.
+PLAIN: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False}
+
+
+def function_of(name: str) -> Callable[..., None] | None:
+    """Return the function of a command, whose module is imported; None for an unknown name."""
+    if name not in COMMANDS:
+        return None
+    module = import_module(f"hvisph.cli.commands.{COMMANDS[name][0]}")
+    return guard_errors(getattr(module, name.replace("-", "_")))
 
 
 class Group(TyperGroup):
-    """Commands with suggestions."""
+    """Commands that are imported when called, with suggestions for unknown ones."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command by its name; None where there is none."""
+        if cmd_name not in self.commands and (function := function_of(cmd_name)) is not None:
+            alone = typer.Typer(**PLAIN)
+            alone.command(cmd_name)(function)
+            self.commands[cmd_name] = typer.main.get_command(alone)
+        return self.commands.get(cmd_name)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command of the first argument, or refuse an unknown one with the nearest name."""
         name = args[0] if args else ""
-        if name and not name.startswith("-") and self.get_command(ctx, name) is None:
-            commands = self.list_commands(ctx)
+        if name and not name.startswith("-") and name not in COMMANDS:
             if name in spellings("commands"):
                 _refuse(f"`hvisph {name}` is now `hvisph {spellings('commands')[name]}`")
             meant = spellings("meant").get(name.lower())
-            hint = f"; did you mean '{meant}'?" if meant in commands else suggest_nearest(name[:64], commands)
+            hint = f"; did you mean '{meant}'?" if meant in COMMANDS else suggest_nearest(name[:64], list(COMMANDS))
             _refuse(f"there is no command '{name[:64]}'{hint}")
         command = super().resolve_command(ctx, args)
         known = {option for parameter in getattr(command[1], "params", ()) for option in parameter.opts}
@@ -56,40 +111,9 @@ app = typer.Typer(
     help="Smoothed particle hydrodynamics for solids under high-velocity impact, from a case file.",
     epilog="Start with: hvisph run quickstart",
     no_args_is_help=True,
-    add_completion=False,
-    # plain text and no tracebacks: both would import rich, which takes longer than all of the rest
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
+    **PLAIN,
 )
-
-for command in (
-    run.run,
-    run.resume,
-    run.watch,
-    check.check,
-    measure.measure,
-    measure.compare,
-    pictures.report,
-    pictures.plot,
-    pictures.animate,
-    pictures.gauges,
-    references.exact,
-    verify.verify,
-    verify.validate,
-    library.cases,
-    library.materials,
-    references.point,
-    library.help,
-    sweep.sweep,
-    sweep.fit,
-    sweep.converge,
-    sweep.ballistic_limit,
-    references.correlations,
-    library.schema,
-    doctor.doctor,
-):
-    app.command()(guard_errors(command))
 
 
 def _version(asked: bool) -> None:

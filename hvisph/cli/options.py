@@ -1,17 +1,22 @@
-"""Options that several commands share."""
+"""Options that several commands share, and the cases that they mean."""
 
 import inspect
-from collections.abc import Callable
-from dataclasses import dataclass, fields
-from functools import partial, wraps
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import fields
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from hvisph.cli.formatting import say
-from hvisph.cli.guard import refuse_format
-from hvisph.core.errors import CaseError
+from hvisph.case import units
+from hvisph.case.case import Case
+from hvisph.casefile.document import read_yaml
+from hvisph.casefile.errors import locate_error
+from hvisph.casefile.loader import find_case, load_case
+from hvisph.casefile.paths import bundled_cases, run_name
+from hvisph.core.errors import CaseError, suggest_nearest
 
 
 def option(usage: str, help: str, default: Any = ..., **more: Any) -> Any:
@@ -47,62 +52,6 @@ QuietOption = Annotated[bool, option("--quiet", "Print nothing but errors.")]
 OutOption = Annotated[Path | None, option("--out DIR", "Folder of the run; runs/NAME unless given.")]
 
 
-@dataclass(frozen=True)
-class Running:
-    """Workers and output of a command; each field is an option of it."""
-
-    workers: Annotated[int | None, option("--workers N", "Worker processes; one per core unless given.", min=1)] = None
-    threads: ThreadsOption = None
-    dask: Annotated[
-        str | None,
-        option("--dask ADDRESS", "Address of a running Dask cluster for the workers, such as tcp://host:8786."),
-    ] = None
-    cluster: Annotated[str | None, option("--cluster KIND", "Queue for workers as jobs: slurm, pbs or sge.")] = None
-    quiet: QuietOption = False
-    as_json: JsonOption = False
-
-    @property
-    def silent(self) -> bool:
-        """Whether nothing is printed during the computation."""
-        return self.quiet or self.as_json
-
-    def crew(self) -> Any:
-        """Return the function that creates the workers; raises `CaseError` where there can be none."""
-        if self.dask is not None and self.cluster is not None:
-            raise CaseError("give either --dask or --cluster", where="--cluster")
-        if self.dask is None and self.cluster is None:
-            from hvisph.sweeps.driver import LocalCrew
-
-            return LocalCrew
-        from hvisph.sweeps import cluster as clusters
-
-        if self.cluster is not None and self.cluster not in clusters.KINDS:
-            raise CaseError(f"unknown '{self.cluster}'; allowed: {', '.join(clusters.KINDS)}", where="--cluster")
-        tell = partial(say, err=True)
-        if self.dask is not None:
-            client = clusters.connect(self.dask)
-            return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options, tell)
-        kind, workers = str(self.cluster), self.workers or 1
-
-        def launch(folder: Any, threads: int, options: Any) -> Any:
-            return clusters.DaskCrew(folder, clusters.launch(kind, workers, threads), threads, options, tell)
-
-        return launch
-
-
-@dataclass(frozen=True)
-class How(Running):
-    """Options of running, writing and showing a sweep; each field is an option of the command."""
-
-    out: Annotated[Path | None, option("--out DIR", "Folder of the sweep; sweeps/NAME unless given.")] = None
-    plot: Annotated[Path | None, option("--plot FILE", "Draw the result: png, pdf, svg.")] = None
-
-    def refuse(self) -> None:
-        """Refuse an invalid picture before anything runs; raises `CaseError`."""
-        if self.plot is not None:
-            refuse_format(self.plot, "--plot")
-
-
 def shared(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command with the options of its first argument, `how`, behind its own."""
     hints = get_type_hints(command, include_extras=True)
@@ -121,3 +70,61 @@ def shared(command: Callable[..., None]) -> Callable[..., None]:
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {one.name: one.annotation for one in parameters}
     return call
+
+
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
+
+
+def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> Case:
+    """Return the validated case that the arguments of a command mean."""
+    return load_case(case, settings or (), resolution)
+
+
+def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> float:
+    """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.units`, such as ``TIME``.
+
+    Raises `CaseError` when it is no such quantity; `remedy` is added to the message.
+    """
+    try:
+        return units.parse_quantity(text.strip(), getattr(units, dimension))
+    except ValueError as error:
+        raise CaseError(f"{error}{remedy}", where=option) from None
+
+
+def refuse_format(picture: Path, option: str) -> None:
+    """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
+    if picture.suffix.lower() not in PICTURES:
+        fault = f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}"
+        raise CaseError(fault, where=option)
+
+
+def case_of_run(folder: Path) -> Case | None:
+    """Return the effective case of a run's folder; None where there is none that this version can read."""
+    with suppress(CaseError):
+        return load_case(folder / "case.yaml") if (folder / "case.yaml").is_file() else None
+    return None
+
+
+@contextmanager
+def locate_errors(case: str) -> Iterator[None]:
+    """Add file and line to a `CaseError` that names a field of the case, raised in this block.
+
+    Errors that appear when particles are made, such as overlapping bodies, name the field alone.
+    """
+    try:
+        yield
+    except CaseError as error:
+        keys = tuple(int(key) if key.isdecimal() else key for key in error.where.split("."))
+        if error.file or error.where.startswith("-") or not error.where:
+            raise
+
+        raise locate_error(keys, error.message, read_yaml(find_case(case)).places) from None
+
+
+def run_folder(case: str) -> Path:
+    """Return the default folder of a run: under ``runs``, by its file's or its bundled name.
+
+    Raises `CaseError` where that makes no name for a folder.
+    """
+    bundled = case in bundled_cases() and not Path(case).is_file()
+    return Path("runs") / (case if bundled else run_name(case))

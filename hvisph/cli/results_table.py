@@ -7,21 +7,21 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
 from hvisph.cli.formatting import duration, paragraph, table, tables, times
 from hvisph.core.measure_catalogue import NumberFormat, axis_unit, format_of, main_measures
 from hvisph.core.text import PlainMapping
-
-if TYPE_CHECKING:
-    from hvisph.measures.compare import Row as ComparedRow
-    from hvisph.measures.fragments import BodyFragments
-    from hvisph.measures.measure import Measures
-    from hvisph.measures.result import Result
-    from hvisph.measures.tables import Row
-    from hvisph.postprocessing.exact_solution import Overlay
+from hvisph.measures.compare import Row as ComparedRow
+from hvisph.measures.compare import shown_measures
+from hvisph.measures.fragments import BodyFragments
+from hvisph.measures.measure import Measures
+from hvisph.measures.result import Result
+from hvisph.measures.tables import Row, body_rows, rows
+from hvisph.postprocessing.exact_solution import Overlay
+from hvisph.visualization.curves import label_and_scale
 
 # Heading of values: their uncertainty is estimated from one run, not from several resolutions.
 ONE_RESOLUTION = "value at one resolution"
@@ -35,8 +35,6 @@ def results_table(
     variants: bool = False,
 ) -> str:
     """Return measures and expectations of a summary as aligned text, with `further` figures such as drifts."""
-    from hvisph.measures.tables import rows
-
     results = {name: _result(plain) for name, plain in measures.items()}
     shown = rows({**results, **(further or {})}, expected, unitless, variants)
     # undefined measures without an expected value are left out; the summary has their reason
@@ -53,8 +51,6 @@ def results_table(
 
 def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool = False) -> str:
     """Return the measures of layers, projectile and cloud of a summary as aligned text, a column for each layer."""
-    from hvisph.measures.tables import rows
-
     blocks = []
     for name, parts in (("layer", plain.get("layers", [])), *((k, plain.get(k)) for k in ("projectile", "cloud"))):
         columns = parts if name == "layer" else [parts] if parts else []
@@ -76,8 +72,6 @@ def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool =
 
 def bodies_table(plain: PlainMapping, unitless: bool = False) -> str:
     """Return mass, velocity and kinetic energy of every body of a summary as aligned text; empty without any."""
-    from hvisph.measures.tables import body_rows
-
     rows = body_rows(plain, unitless)
     return table([("body", "mass", "velocity", "kinetic energy"), *rows]) if rows else ""
 
@@ -89,8 +83,6 @@ def _note(row: Row | None) -> str:
 
 
 def _result(plain: Mapping[str, object]) -> Result:
-    from hvisph.measures.result import Result
-
     return Result.from_dict(plain)
 
 
@@ -221,8 +213,6 @@ def comparison_tables(rows: Sequence[ComparedRow], unitless: bool = False, every
 
 
 def _measures_table(rows: Sequence[ComparedRow], unitless: bool, every: bool) -> str:
-    from hvisph.measures.compare import shown_measures
-
     names = shown_measures(rows)
     most = names if every or any(row.published for row in rows) else main_measures(names)
     left, names = len(names) - len(most), most
@@ -276,8 +266,6 @@ def _drift(value: float | None) -> str:
 
 def gauge_table(overlay: Overlay) -> str:
     """Return how far the gauges of each run are from the exact solution."""
-    from hvisph.visualization.curves import label_and_scale
-
     lines = [["gauge", "field", *overlay.differences]] if overlay.differences else []
     for column in dict.fromkeys(c for columns in overlay.differences.values() for c in columns):
         _, gauge, name = column.split(".", 2)

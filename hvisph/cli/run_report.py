@@ -7,7 +7,6 @@ import time as wall
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console, Group
@@ -17,18 +16,20 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
+from hvisph.case.case import Case
+from hvisph.cli.commands.references import correlations_text
 from hvisph.cli.formatting import deaf, duration, echo_json, quantity, say, show
 from hvisph.cli.guard import FAILED, raise_noted
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import Plain, sanitize
+from hvisph.measures.tables import headline
 from hvisph.parallel import is_first
 from hvisph.simulation.listener import Listener, Progress
+from hvisph.simulation.run_files import Outcome
+from hvisph.visualization.html.report import report
 
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
-    from hvisph.simulation.run_files import Outcome
-
+from .results_table import bodies_table, results_table, sections_table
 
 EVERY_SHARE = 0.2  # of the simulated time
 EVERY_SECONDS = 60.0
@@ -222,8 +223,6 @@ def interrupt_notice(folder: Path | str) -> Iterator[None]:
 
 def _page(folder: Path) -> Path | None:
     """Write and return the report of a run; None, with a warning, where it cannot be written."""
-    from hvisph.visualization.html.report import report
-
     try:
         return report([folder])
     except HvisphError as error:
@@ -262,10 +261,6 @@ def _unsettled(summary: Plain) -> str:
 
 
 def _results(summary: Plain, folder: Path, unitless: bool, everything: bool) -> str:
-    from hvisph.measures.tables import headline
-
-    from .results_table import bodies_table, results_table
-
     pace = summary["microseconds_per_particle_step"]
     cost = f", {pace:.3f} us per particle-step" if pace is not None else ""
     state = {"done": "Done", "failed": "Failed", "interrupted": "Interrupted"}[summary["status"]]
@@ -292,10 +287,6 @@ def _results(summary: Plain, folder: Path, unitless: bool, everything: bool) -> 
 
 def _all_results(summary: Plain, unitless: bool) -> list[str]:
     """Return all measures, sections, bodies and correlations as text."""
-    from hvisph.cli.commands.references import correlations_text
-
-    from .results_table import bodies_table, results_table, sections_table
-
     drifts = {name: value for name, value in summary["conservation"].items() if value is not None}
     lines = [results_table(summary["measures"], summary["expected"], unitless, drifts), ""]
     lines += [f"{text}\n" for text in (sections_table(summary, unitless), bodies_table(summary, unitless)) if text]

@@ -8,17 +8,14 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
 
+from hvisph.case.sweep import Sweep
 from hvisph.core.measure_catalogue import format_of, main_measures
 from hvisph.core.text import Plain, format_differences, format_value
+from hvisph.sweeps.driver import Driver
 from hvisph.visualization.sweeps import format_value_of, result_lines, shortest_paths
 
 from .formatting import duration, paragraph, say, table, tables
-
-if TYPE_CHECKING:
-    from hvisph.case.sweep import Sweep
-    from hvisph.sweeps.driver import Driver
 
 SHOT = "experiment.shot"  # names a case by itself
 SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal

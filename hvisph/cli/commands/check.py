@@ -6,30 +6,49 @@ import shlex
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from hvisph.case.bodies import Body
+from hvisph.case.case import Case
+from hvisph.case.conditions import condition_words
+from hvisph.case.consistency import warnings_of
 from hvisph.cli.formatting import duration, echo_json, paragraph, quantity, round_two_figures, say, size, table
-from hvisph.cli.guard import load, locate_errors
-from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.options import (
+    CaseArgument,
+    JsonOption,
+    PictureOption,
+    ResolutionOption,
+    SetOption,
+    ThreadsOption,
+    load,
+    locate_errors,
+)
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError, computable
 from hvisph.core.measure_catalogue import format_time
 from hvisph.core.text import Plain
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
-    from hvisph.exact.hugoniot import Impact
-    from hvisph.precheck.estimate import BodyEstimate, Estimate
+from hvisph.exact.hugoniot import Impact
+from hvisph.precheck.advice import advice, contact_warnings, sparse, tears
+from hvisph.precheck.estimate import (
+    SINGLE_PRECISION,
+    BodyEstimate,
+    Estimate,
+    available_threads,
+    compilation,
+    estimate,
+    is_single,
+    of_cores,
+)
+from hvisph.precheck.impact_pair import first_contact, impact_pair, plane_shock
+from hvisph.precheck.regime import experience, regime
+from hvisph.setup.bodies import placed_bodies
+from hvisph.setup.initial_state import held_particles
+from hvisph.setup.materials import material_of
+from hvisph.setup.rigid_bodies import describe_rigid
+from hvisph.visualization.setup import DrawnBody, Setup, setup_picture
 
 
 def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
-    from hvisph.case.conditions import condition_words
-    from hvisph.precheck.impact_pair import first_contact
-    from hvisph.setup.bodies import placed_bodies
-    from hvisph.setup.initial_state import held_particles
-    from hvisph.visualization.setup import DrawnBody, Setup, setup_picture
 
     def number(value: float, unit: str) -> str:
         return quantity(value, unit if case.units == "si" else "")
@@ -82,10 +101,6 @@ def check(
     picture: PictureOption = None,
 ) -> None:
     """Check a case without running it: particles, steps, time, memory, expected pressure, warnings."""
-    from hvisph.case.consistency import warnings_of
-    from hvisph.precheck.advice import advice, contact_warnings, sparse
-    from hvisph.precheck.estimate import estimate
-
     loaded = load(case, settings, resolution)
     with computable():
         warnings = [*warnings_of(loaded), *contact_warnings(loaded), *advice(loaded)]
@@ -97,8 +112,6 @@ def check(
     warnings += sparse({body.name: body.across for body in taken.bodies}, loaded.resolution)
     for warning in warnings:
         say(f"warning: {_tested(warning, case, settings or [], resolution)}", err=True)
-    from hvisph.precheck.impact_pair import plane_shock
-
     shock, reason = plane_shock(loaded)
     if as_json:
         echo_json(_plain(loaded, taken, shock, reason))
@@ -120,8 +133,6 @@ def _tested(warning: str, case: str, settings: list[str], resolution: str | None
 
 
 def _plain(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> Plain:
-    from hvisph.precheck.regime import regime
-
     facts = {name: getattr(case, name) for name in ("title", "kinematics", "resolution", "smoothing_length")}
     facts |= {"formulation": case.formulation.type, "particles": taken.particles} | asdict(taken)
     facts["regime"] = asdict(regime(case)) | {"words": regime(case).words}
@@ -130,12 +141,6 @@ def _plain(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> Pl
 
 
 def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> str:
-    from hvisph.case.conditions import condition_words
-    from hvisph.precheck.advice import tears
-    from hvisph.precheck.estimate import SINGLE_PRECISION, available_threads, compilation, is_single, of_cores
-    from hvisph.precheck.impact_pair import impact_pair
-    from hvisph.precheck.regime import experience, regime
-
     si = case.units == "si"
 
     def number(value: float, unit: str, digits: int = 4) -> str:
@@ -207,10 +212,6 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
 
 def _rigid(case: Case, taken: Estimate) -> list[tuple[str, str]]:
     """Return motion, mass and moments of inertia of rigid bodies, of large cases the motion alone."""
-    from hvisph.setup.bodies import placed_bodies
-    from hvisph.setup.materials import material_of
-    from hvisph.setup.rigid_bodies import describe_rigid
-
     rigid = {name: body.rigid for name, body in case.bodies.items() if body.rigid is not None}
     if not (rigid and taken.counted):
         return [("rigid body", f"{name}, {body.words}") for name, body in rigid.items()]

@@ -4,14 +4,23 @@ import os
 import platform
 import sys
 from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
+from tempfile import TemporaryDirectory
 
 import typer
 
 import hvisph
+from hvisph.casefile.loader import load_case
 from hvisph.cli.formatting import duration, echo_json, say, size, table
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption, option
+from hvisph.compiler.cache_folder import cache_folder
+from hvisph.compiler.self_test import self_test
+from hvisph.core.catalogues import KINEMATICS
+from hvisph.core.memory import free_memory
 from hvisph.core.text import Plain
+from hvisph.precheck.estimate import available_threads
+from hvisph.simulation.run import run
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 # Materials of two bodies: of common models, of further ones, of those with history variables, an explosive.
@@ -46,8 +55,6 @@ def doctor(
 
 def common_cases() -> Iterator[tuple[str, Plain]]:
     """Yield title and case of each pair of materials, by each common formulation and kinematics."""
-    from hvisph.core.catalogues import KINEMATICS
-
     solids: dict[str, Plain] = {
         "axisymmetric": {"type": "cylinder", "diameter": 8e-3, "length": 8e-3},
         "uniaxial_strain": {"type": "interval", "length": 8e-3},
@@ -76,11 +83,6 @@ def common_cases() -> Iterator[tuple[str, Plain]]:
 
 def _compile_common(tell: bool) -> None:
     """Compute one step of each of the common cases."""
-    from tempfile import TemporaryDirectory
-
-    from hvisph.casefile.loader import load_case
-    from hvisph.simulation.run import run
-
     for title, case in common_cases():
         if tell:
             say(f"compiling {title}")
@@ -89,14 +91,7 @@ def _compile_common(tell: bool) -> None:
 
 
 def _facts() -> Plain:
-    from importlib.metadata import PackageNotFoundError, version
-
     import psutil
-
-    from hvisph.compiler.cache_folder import cache_folder
-    from hvisph.compiler.self_test import self_test
-    from hvisph.core.memory import free_memory
-    from hvisph.precheck.estimate import available_threads
 
     versions = {}
     for package in PACKAGES:

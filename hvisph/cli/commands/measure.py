@@ -1,28 +1,23 @@
-"""`hvisph measure` and `compare`: measures of a run or a snapshot; tables and pictures of several runs."""
+"""`hvisph measure`: measures of a run or a snapshot."""
 
 from __future__ import annotations
 
-import sys
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import typer
-
+from hvisph.case.case import Case
 from hvisph.cli.formatting import SCREEN, echo_json, quantity, say, show, table, times
-from hvisph.cli.guard import FAILED, case_of_run, locate_errors, noted_interrupts, parse_option, refuse_format
-from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption, argument, option
-from hvisph.cli.results_table import bodies_table, comparison_tables, gauge_table, results_table, sections_table
-from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.cli.options import JsonOption, argument, case_of_run, option, parse_option
+from hvisph.cli.results_table import bodies_table, fragments_series, fragments_text, results_table, sections_table
+from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain, sanitize
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
-    from hvisph.measures.measure import Measures
-    from hvisph.postprocessing.comparison import Entry
-    from hvisph.postprocessing.exact_solution import Overlay
+from hvisph.measures.compare import compare_expected
+from hvisph.measures.fragments import FEWEST
+from hvisph.measures.measure import Measures
+from hvisph.measures.measure import measure as measure_source
+from hvisph.measures.tables import rows, write_fragments, write_series
+from hvisph.visualization.curves import series_picture, witness_picture
 
 HEADING = 14  # of a column's name, which is broken where it is longer
 # Largest relative distance of the nearest snapshot from the requested time without a note.
@@ -51,9 +46,6 @@ def measure(
 ) -> None:
     """Measure a run: crater, penetration, pressures, plug, fragments; at one time or over time."""
     _refuse(at, fragments, smallest, plot)
-    from hvisph.measures.fragments import FEWEST
-    from hvisph.measures.measure import measure as measure_source
-
     moment = at if at in (None, "all") else parse_option(at, "TIME", "--at", ", or all")
     along = None if plane is None else parse_option(plane, "LENGTH", "--plane")
     chosen = "all" if plot is not None else moment
@@ -61,12 +53,8 @@ def measure(
     if isinstance(moment, float) and abs(measured.time - moment) > FAR * max(abs(moment), measured.time):
         say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
     if csv is not None:
-        from hvisph.measures.tables import write_fragments, write_series
-
         (write_fragments if fragments else write_series)(measured, csv)
     if plot is not None or witness is not None:
-        from hvisph.visualization.curves import series_picture, witness_picture
-
         if plot is not None:
             series_picture(measured, plot)
         if witness is not None:
@@ -119,8 +107,6 @@ def _units(text: str) -> tuple[float, float, float] | None:
 
 
 def _fragments(measured: Measures, fewest: int) -> str:
-    from hvisph.cli.results_table import fragments_series, fragments_text
-
     if measured.series:
         return fragments_series(measured.series, fewest)
     time = quantity(measured.time, "" if measured.unitless else "s")
@@ -150,16 +136,12 @@ def _compare_expected(case: Case | None, measured: Measures) -> list[Plain]:
     """Return the comparison with the expected values of the case at its end; none before."""
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []
-    from hvisph.measures.compare import compare_expected
-
     known = {name: entry for name, entry in case.expected.items() if name in measured.results}
     return compare_expected(measured.results, known)
 
 
 def _series(series: Sequence[Measures], unitless: bool) -> str:
     """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
-    from hvisph.measures.tables import rows
-
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
     names = [name for name in shown[0] if any(cells[name].value != "-" for cells in shown)]
     first = ["t", *times([moment.time for moment in series], "" if unitless else "s")]
@@ -190,120 +172,3 @@ def _lines(columns: list[list[str]]) -> list[list[str]]:
 def _unit(values: list[str]) -> str:
     last = next(value for value in values if value != "-").split(" ")[-1]
     return "" if last[-1].isdigit() else last
-
-
-def compare(
-    sources: list[str] = argument(
-        "SOURCE...", "Folders of runs, snapshots, case files, names of bundled cases, folders of any of these."
-    ),
-    runs: Path = option("--runs DIR", "Folder for cases that have not been run.", Path("runs")),
-    resolution: ResolutionOption = None,
-    settings: SetOption = None,
-    threads: ThreadsOption = None,
-    field: str | None = option("--field NAME", "Field that colours the picture; pressure unless given.", None),
-    picture: Path | None = option("--picture FILE", "Draw the final states into one picture: png, pdf, svg.", None),
-    gauges: Path | None = option(
-        "--gauges FILE",
-        "Draw all gauges into one picture, in 1D with the exact solution and a table of differences.",
-        None,
-    ),
-    every: bool = option("--all", "Show all measures, not only the main ones.", False),
-    force: bool = option("--force", "Run all cases again.", False),
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
-) -> None:
-    """Compare runs: measures, differences from published values, conservation, cost.
-
-    Cases that have not been run are run first. Exit codes: 0 done, 2 invalid input, 3 a run failed.
-    """
-    if field is not None and picture is None:
-        raise CaseError("needs --picture FILE, which it colours", where="--field")
-    from hvisph.postprocessing.comparison import entries
-
-    chosen = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
-    if picture is not None and any(entry.case is not None for entry in chosen):
-        _refuse_picture(picture, field)
-    if gauges is not None:
-        refuse_format(gauges, "--gauges")
-    _complete(chosen, threads, force, quiet or as_json)
-    from hvisph.measures.compare import row
-
-    rows = [row(entry.name, entry.folder) for entry in chosen]
-    if picture is not None:
-        from hvisph.postprocessing.run_data import draw_last_states
-
-        draw_last_states({entry.name: entry.folder for entry in chosen}, picture, field or "pressure")
-    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in chosen}, gauges)
-    if as_json:
-        plain: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
-        if overlaid is not None:
-            plain["gauges"] = {
-                name: {column: asdict(one) for column, one in columns.items()}
-                for name, columns in overlaid.differences.items()
-            }
-        echo_json(plain)
-    elif not quiet:
-        unitless = any(_unitless(entry) for entry in chosen)
-        show(comparison_tables(rows, unitless, every))
-        if overlaid is not None:
-            say(gauge_table(overlaid))
-        for drawn in (picture, gauges):
-            if drawn is not None:
-                say(f"\n{drawn}")
-    failed = [r.name for r in rows if r.status == "failed"]
-    if failed:
-        say(f"error: failed: {', '.join(failed)}", err=True, red=True)
-        raise typer.Exit(FAILED)
-
-
-def _refuse_picture(picture: Path, field: str | None) -> None:
-    """Refuse an invalid picture before anything runs."""
-    from hvisph.core.fields import CATALOGUE
-
-    refuse_format(picture, "--picture")
-    if field not in (None, "body", *CATALOGUE):
-        raise CaseError(
-            f"there is no field '{field}'{suggest_nearest(str(field), ['body', *CATALOGUE])}", where="--field"
-        )
-
-
-def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
-    from hvisph.postprocessing.exact_solution import overlay
-    from hvisph.visualization.curves import curves_picture
-
-    made = overlay(folders)
-    curves_picture(made.panels, picture, title="Gauges", unitless=made.unitless)
-    return made
-
-
-def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:
-    """Run the cases without results; an interrupt ends the command."""
-    from hvisph.postprocessing.comparison import is_run
-
-    todo = [entry for entry in chosen if entry.case is not None and (force or not is_run(entry))]
-    if not todo:
-        return
-    from hvisph.cli.run_report import listener_for
-    from hvisph.postprocessing.comparison import complete
-
-    for number, entry in enumerate(todo, 1):
-        if not silent:
-            say(f"[{number}/{len(todo)}] {entry.name}")
-        assert entry.case is not None
-        listener = listener_for(entry.case, silent)
-        listener.opening()
-        try:
-            with locate_errors(str(entry.file)), noted_interrupts():
-                outcome = complete(entry, threads=threads, force=force, listener=listener)
-        finally:
-            listener.close()
-        if outcome is not None and outcome.summary["status"] == "interrupted":
-            say(f"interrupted; the same command goes on with {entry.name}", err=True)
-            raise typer.Exit(outcome.exit_code)
-        if not silent:
-            sys.stdout.flush()
-
-
-def _unitless(entry: Entry) -> bool:
-    case = entry.case or case_of_run(entry.folder)
-    return case is not None and case.units == "none"

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from hvisph.casefile.loader import load_case
 from hvisph.cli.formatting import say
-from hvisph.cli.guard import parse_option
-from hvisph.cli.options import QuietOption, argument, option, shared
+from hvisph.cli.options import QuietOption, argument, option, parse_option, shared
 from hvisph.core.errors import CaseError, suggest_nearest
-
-if TYPE_CHECKING:
-    from hvisph.visualization.particles import Look, Moment
+from hvisph.postprocessing.exact_solution import overlay
+from hvisph.postprocessing.run_data import shown_moments
+from hvisph.visualization.camera import VIEWS
+from hvisph.visualization.curves import curves_picture
+from hvisph.visualization.html.report import report as build
+from hvisph.visualization.html.sweep import is_sweep, sweep_report
+from hvisph.visualization.particles import Look, Moment, usual_view, view_picture
+from hvisph.visualization.particles import animate as draw
 
 
 @dataclass(frozen=True)
@@ -41,9 +46,6 @@ class Drawing:
 
     def look(self, moments: list[Moment]) -> Look:
         """Return colours and view of `moments`; raises `CaseError` for options without a meaning."""
-        from hvisph.visualization.camera import VIEWS
-        from hvisph.visualization.particles import Look, usual_view
-
         turned: Any = self.view or usual_view(moments[0])
         if self.view and self.view not in VIEWS:
             numbers = _numbers(turned, "--view") if turned[:1] in "-+.0123456789" else ()
@@ -69,9 +71,6 @@ def plot(
     out: Path | None = option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.", None),
 ) -> None:
     """Draw all particles at one or several times, of one or several runs, in one picture."""
-    from hvisph.postprocessing.run_data import shown_moments
-    from hvisph.visualization.particles import view_picture
-
     moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, how.names)]
     first = Path(runs[0])
     target = out or (first if first.is_dir() else first.parent) / "plot.png"
@@ -89,13 +88,8 @@ def animate(
 ) -> None:
     """Draw all snapshots of a run as an animation."""
     if out.suffix.lower() in (".html", ".htm"):
-        from hvisph.visualization.html.report import report
-
-        path = report([run], out)
+        path = build([run], out)
     else:
-        from hvisph.postprocessing.run_data import shown_moments
-        from hvisph.visualization.particles import animate as draw
-
         moments = shown_moments(Path(run), "all", False, how.names)
         path = draw(moments, out, how.look(moments), seconds)
     if not how.quiet:
@@ -122,10 +116,6 @@ def gauges(
     exact: bool = option("--exact", "Draw the exact solution as well (1D).", False),
 ) -> None:
     """Draw the gauges of a run: one panel per field, one line per gauge."""
-    from hvisph.casefile.loader import load_case
-    from hvisph.postprocessing.exact_solution import overlay
-    from hvisph.visualization.curves import curves_picture
-
     folder = Path(run)
     made = overlay({folder.name: folder}, exact)
     for reason in made.without.values():
@@ -141,9 +131,6 @@ def report(
     quiet: QuietOption = False,
 ) -> None:
     """Write one self-contained page: verdict, player, measures, warnings, set-up."""
-    from hvisph.visualization.html.report import report as build
-    from hvisph.visualization.html.sweep import is_sweep, sweep_report
-
     path = sweep_report(runs[0], out, each=each) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)
     if not quiet:
         say(str(path))

@@ -1,21 +1,44 @@
-"""`hvisph correlations`, `exact` and `point`: results without a run."""
+"""`hvisph correlations`, `exact`, `materials` and `point`: results without a run."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from hvisph.cli.formatting import echo_json, quantity, say, table
-from hvisph.cli.guard import load, locate_errors
-from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, argument, option
+from hvisph.case.materials.material import Material
+from hvisph.casefile.document import dump
+from hvisph.casefile.loader import load_case
+from hvisph.casefile.material_library import CONFIDENCE, Library, library_of
+from hvisph.casefile.paths import run_name
+from hvisph.cli.formatting import echo_json, paragraph, quantity, say, table
+from hvisph.cli.options import (
+    CaseArgument,
+    JsonOption,
+    ResolutionOption,
+    SetOption,
+    argument,
+    load,
+    locate_errors,
+    option,
+)
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
-
-if TYPE_CHECKING:
-    from hvisph.case.materials.material import Material
+from hvisph.postprocessing.exact_solution import exact_solution, write_exact
+from hvisph.postprocessing.material_sheet import (
+    compare_hugoniot,
+    derive_properties,
+    hugoniot,
+    picture,
+    point_picture,
+    worst_bin,
+)
+from hvisph.precheck.correlation_input import correlations_of
+from hvisph.setup.material_point import COLUMNS, drive
+from hvisph.setup.materials import material_of
 
 
 def correlations(
@@ -23,8 +46,6 @@ def correlations(
 ) -> None:
     """Evaluate the empirical correlations whose range covers a case: crater, hole, shields, soil, rock, explosives."""
     loaded = load(case, settings, resolution)
-    from hvisph.precheck.correlation_input import correlations_of
-
     known, reason = correlations_of(loaded)
     if as_json:
         echo_json({"correlations": [asdict(one) for one in known], "reason": reason})
@@ -56,9 +77,6 @@ def exact(
 ) -> None:
     """Solve a 1D case exactly: histories at its gauges, profiles at its output times, pictures."""
     loaded = load(case, settings, resolution)
-    from hvisph.casefile.paths import run_name
-    from hvisph.postprocessing.exact_solution import exact_solution, write_exact
-
     with locate_errors(case):
         solution = exact_solution(loaded)
     folder = out or Path("exact") / run_name(case)
@@ -93,9 +111,6 @@ def point(
     as_json: JsonOption = False,
 ) -> None:
     """Integrate the stress update of a material point along a strain path."""
-    from hvisph.setup.material_point import COLUMNS, drive
-    from hvisph.setup.materials import material_of
-
     model = _material(subject, body)
     record = drive(material_of(model), path, rate, strain, steps)
     if as_json:
@@ -115,15 +130,10 @@ def point(
             rows.append((f"{record.strain[k]:.4g}", *stresses, *state))
         say(table(rows, indent=0))
     if plot is not None:
-        from hvisph.postprocessing.material_sheet import point_picture
-
         say(f"wrote {point_picture(record, plot, f'{model.name}, {path}, {rate:g} 1/s')}", err=True)
 
 
 def _material(subject: str, body: str | None) -> Material:
-    from hvisph.casefile.loader import load_case
-    from hvisph.casefile.material_library import library_of
-
     try:
         return library_of().load(subject)
     except CaseError as error:
@@ -137,3 +147,113 @@ def _material(subject: str, body: str | None) -> Material:
     if name not in case.bodies:
         raise CaseError(f"unknown body '{name[:64]}'{suggest_nearest(name, list(case.bodies))}", where="--body")
     return case.bodies[name].material
+
+
+def materials(
+    name: str | None = argument("NAME", "Material to print; all materials are listed unless given.", None),
+    plot: Path | None = option("--plot FILE", "Draw Hugoniot, release and strength of NAME into FILE.", None),
+    compare: list[str] | None = option("--compare OTHER", "Compare with another material. Repeatable.", None),
+    own: list[Path] | None = option("--file FILE", "File or folder of your own materials.", None),
+    as_json: JsonOption = False,
+) -> None:
+    """List the material library, or print one material with its numbers, sources and derived values."""
+    known = library_of(tuple(own or ()))
+    if name is None:
+        if plot or compare:
+            raise CaseError("--plot and --compare need the name of a material")
+        loaded = {key: known.load(key) for key in known.names()}
+        if as_json:
+            echo_json([material.model_dump(mode="json") for material in loaded.values()])
+            return
+        rows = [("name", "kg/m^3", "equation of state", "strength", "damage")]
+        for key, material in loaded.items():
+            rows.append((key, f"{material.density:g}", material.eos.type, material.strength.type, material.damage.type))
+        say(table(rows, indent=0))
+        return
+    names = [known.name_of(each) for each in (name, *(compare or ()))]
+    models = [known.load(each) for each in names]
+    if as_json:
+        shown = [model.model_dump(mode="json") for model in models]
+        echo_json(shown[0] if len(shown) == 1 else shown)
+    elif compare:
+        say(_comparison(models))
+    else:
+        say(_sheet(known, names[0], models[0]))
+    if plot is not None:
+        say(f"wrote {picture(models, plot, known.notes(names[0]))}", err=True)
+
+
+def _sheet(known: Library, name: str, model: Material) -> str:
+    """Return numbers, sources and derived properties as text."""
+    notes = known.notes(name)
+    left = {"name", "source"} if notes.sources else {"name"}  # sources of the numbers are listed below
+    lines = ["# SI units", dump(model.model_dump(mode="json", exclude=left), width=80).rstrip()]
+    if notes.aliases:
+        lines.append(f"# also called {', '.join(notes.aliases)}")
+    if notes.note:
+        lines += [f"# {line[2:]}" for line in paragraph(notes.note, indent=2).splitlines()]
+    if notes.sources:
+        lines += ["", "sources of the numbers"]
+        for source in notes.sources:
+            doubt = CONFIDENCE[source.confidence]
+            text = f"{', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}"
+            lines.append(paragraph(text, indent=2, hanging=4))
+    lines += ["", "what follows from them"]
+    lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derive_properties(model).items()]))
+    rows = hugoniot(model)
+    if rows:
+        lines += ["", "behind shocks, without strength"]
+        shown = [("up", "Us", "pressure", "density", "temperature")]
+        for u, speed, pressure, density, heat in rows:
+            kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
+            shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
+        lines.append(table(shown))
+    for points, whose in notes.hugoniot_points:
+        beside = compare_hugoniot(model, points)
+        if beside:
+            words = (
+                f"{whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the speed of its last wave is "
+                f"{_format_deviation(beside)}"
+            )
+            if model.strength.type != "none":
+                fluid = compare_hugoniot(model, points, strength=False)
+                words += f"; without its strength {_format_deviation(fluid)}"
+            bins = worst_bin(beside) if points == notes.hugoniot else None
+            if bins is not None:
+                off, where, scatter = bins
+                words += (
+                    f". In bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
+                    f"points scatter by {scatter:.1f} % about the mean of theirs"
+                )
+            lines += ["", paragraph(words)]
+    if notes.shocks:
+        low, high = notes.shocks
+        other = f"; beyond take {notes.beyond}" if notes.beyond else ""
+        lines += [
+            "",
+            paragraph(f"within 2 % of measured shocks from {low:g} to {high:g} m/s of particle velocity{other}"),
+        ]
+    elif notes.beyond:
+        lines += ["", paragraph(f"within 2 % of measured shocks nowhere; for shocks take {notes.beyond}")]
+    return "\n".join(lines)
+
+
+def _format_deviation(beside: Sequence[tuple[float, float, float]]) -> str:
+    """Return how far shock speeds are off measured ones, in words."""
+    apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
+    if not apart:
+        return "unknown"
+    spread = (sum(value**2 for value in apart) / len(apart)) ** 0.5
+    mean = sum(apart) / len(apart)
+    return f"{mean:+.1f} % off in the mean, {spread:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"
+
+
+def _comparison(models: list[Material]) -> str:
+    """Return materials in columns: models, then derived properties."""
+    columns = [derive_properties(model) for model in models]
+    rows = [("", *(model.name for model in models))]
+    rows.append(("density", *(f"{model.density:g} kg/m^3" for model in models)))
+    rows += [(part, *(getattr(model, part).type for model in models)) for part in ("eos", "strength", "damage")]
+    keys = dict.fromkeys(key for each in columns for key in each)
+    rows += [(key, *(quantity(*each[key]) if key in each else "" for each in columns)) for key in keys]
+    return table(rows, indent=0)

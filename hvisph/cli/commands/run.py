@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from hvisph.cli.guard import load, locate_errors, noted_interrupts, refuse_format, run_folder
+from hvisph.cli.guard import noted_interrupts
 from hvisph.cli.options import (
     AllOption,
     CaseArgument,
@@ -19,11 +19,21 @@ from hvisph.cli.options import (
     SetOption,
     ThreadsOption,
     argument,
+    load,
+    locate_errors,
     option,
+    refuse_format,
+    run_folder,
 )
 from hvisph.cli.results_table import results_table
+from hvisph.cli.run_report import conclude, interrupt_notice, listener_for
 from hvisph.core.errors import CaseError
 from hvisph.parallel import is_first
+from hvisph.postprocessing.run_data import run_progress, shown_moments
+from hvisph.simulation.run import has_ended, resume_case, resume_run
+from hvisph.simulation.run import run as run_case
+from hvisph.sweeps.driver import update_sweep_of
+from hvisph.visualization.particles import Look, usual_view, view_picture
 
 
 def run(
@@ -42,13 +52,9 @@ def run(
 
     Exit codes: 0 done, 1 an expectation was missed, 2 invalid input, 3 failed.
     """
-    from hvisph.cli.run_report import conclude, interrupt_notice, listener_for
-
     loaded = load(case, settings, resolution)
     listener = listener_for(loaded, quiet or as_json)
     listener.opening()
-    from hvisph.simulation.run import run as run_case
-
     folder = out or run_folder(case)
     try:
         with locate_errors(case), interrupt_notice(folder), noted_interrupts():
@@ -71,9 +77,6 @@ def resume(
     as_json: JsonOption = False,
 ) -> None:
     """Continue a run from its newest checkpoint."""
-    from hvisph.cli.run_report import conclude, interrupt_notice, listener_for
-    from hvisph.simulation.run import has_ended, resume_case, resume_run
-
     case = resume_case(folder, end, max_steps)
     if end is None and max_steps is None and has_ended(folder) and not (quiet or as_json) and is_first():
         typer.echo("the run has ended: this only sums it up anew; --end TIME goes on", err=True)
@@ -85,8 +88,6 @@ def resume(
     finally:
         listener.close()
     if is_first():
-        from hvisph.sweeps.driver import update_sweep_of
-
         update_sweep_of(folder)
     conclude(outcome, case.units == "none", quiet, as_json, report or case.output.report, everything)
 
@@ -124,8 +125,6 @@ def watch(
 
 def _look(folder: Path) -> tuple[str, bool, int]:
     """Return progress and measures as text, whether the run has ended, and its number of snapshots."""
-    from hvisph.postprocessing.run_data import run_progress
-
     sight = run_progress(folder)
     lines = [f"{folder}: {sight.status}", sight.progress, ""]
     lines += [f"  {name:28s} {sparkline(values)}  {values[-1]:.4g}" for name, values in sight.histories.items()]
@@ -149,8 +148,5 @@ def sparkline(values: Sequence[float]) -> str:
 
 
 def _draw(folder: Path, picture: Path) -> None:
-    from hvisph.postprocessing.run_data import shown_moments
-    from hvisph.visualization.particles import Look, usual_view, view_picture
-
     moments = shown_moments(folder, None, False)
     view_picture(moments, picture, Look(view=usual_view(moments[0])))

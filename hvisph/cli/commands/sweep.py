@@ -3,19 +3,89 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
 from hvisph.cli.formatting import echo_json, say, table
 from hvisph.cli.guard import FAILED, INTERRUPTED, ends_like_ctrl_c
-from hvisph.cli.options import CaseArgument, How, ResolutionOption, Running, SetOption, argument, option, shared
+from hvisph.cli.options import (
+    CaseArgument,
+    JsonOption,
+    QuietOption,
+    ResolutionOption,
+    SetOption,
+    ThreadsOption,
+    argument,
+    option,
+    refuse_format,
+    shared,
+)
+from hvisph.cli.sweep_log import SweepLog, summary
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences
+from hvisph.sweeps import cluster as clusters
+from hvisph.sweeps.driver import SWEEPS, LocalCrew, begin, driver, existing
+from hvisph.sweeps.folder import Selection, SweepFolder, rows
+from hvisph.sweeps.parameters import plain, split
+from hvisph.sweeps.plan import load_plan
+from hvisph.sweeps.worker import Worker
+from hvisph.visualization.sweeps import sweep_picture
 
-if TYPE_CHECKING:
-    from hvisph.sweeps.folder import Selection, SweepFolder
+
+@dataclass(frozen=True)
+class Running:
+    """Workers and output of a command; each field is an option of it."""
+
+    workers: Annotated[int | None, option("--workers N", "Worker processes; one per core unless given.", min=1)] = None
+    threads: ThreadsOption = None
+    dask: Annotated[
+        str | None,
+        option("--dask ADDRESS", "Address of a running Dask cluster for the workers, such as tcp://host:8786."),
+    ] = None
+    cluster: Annotated[str | None, option("--cluster KIND", "Queue for workers as jobs: slurm, pbs or sge.")] = None
+    quiet: QuietOption = False
+    as_json: JsonOption = False
+
+    @property
+    def silent(self) -> bool:
+        """Whether nothing is printed during the computation."""
+        return self.quiet or self.as_json
+
+    def crew(self) -> Any:
+        """Return the function that creates the workers; raises `CaseError` where there can be none."""
+        if self.dask is not None and self.cluster is not None:
+            raise CaseError("give either --dask or --cluster", where="--cluster")
+        if self.dask is None and self.cluster is None:
+            return LocalCrew
+        if self.cluster is not None and self.cluster not in clusters.KINDS:
+            raise CaseError(f"unknown '{self.cluster}'; allowed: {', '.join(clusters.KINDS)}", where="--cluster")
+        tell = partial(say, err=True)
+        if self.dask is not None:
+            client = clusters.connect(self.dask)
+            return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options, tell)
+        kind, workers = str(self.cluster), self.workers or 1
+
+        def launch(folder: Any, threads: int, options: Any) -> Any:
+            return clusters.DaskCrew(folder, clusters.launch(kind, workers, threads), threads, options, tell)
+
+        return launch
+
+
+@dataclass(frozen=True)
+class How(Running):
+    """Options of running, writing and showing a sweep; each field is an option of the command."""
+
+    out: Annotated[Path | None, option("--out DIR", "Folder of the sweep; sweeps/NAME unless given.")] = None
+    plot: Annotated[Path | None, option("--plot FILE", "Draw the result: png, pdf, svg.")] = None
+
+    def refuse(self) -> None:
+        """Refuse an invalid picture before anything runs; raises `CaseError`."""
+        if self.plot is not None:
+            refuse_format(self.plot, "--plot")
 
 
 FitOption = Annotated[str | None, option("--fit DIR", "Folder of the material's fit: its share of the uncertainty.")]
@@ -36,8 +106,6 @@ def sweep(
     Exit codes: 0 all done and as expected, 1 missed an expectation or a limit, 2 invalid input, 3 a case failed,
     130 interrupted.
     """
-    from hvisph.sweeps.folder import Selection
-
     chosen = Selection.parse(only)
     how.refuse()
     if work:
@@ -45,12 +113,8 @@ def sweep(
     elif dry:
         _list(source, how.as_json)
     elif table:
-        from hvisph.sweeps.driver import existing
-
         _show(existing(source), how)
     else:
-        from hvisph.sweeps.driver import begin
-
         folder = begin(source, how.out)
         go(folder, how, chosen, only)
         _show(folder, how)
@@ -63,9 +127,6 @@ def fit(how: How, source: str = argument("FIT", "File of a fit, or the folder of
     Exit codes: 0 fitted, 1 a parameter is not determined or the fit not converged, 2 bad input, 3 a shot failed,
     130 interrupted.
     """
-    from hvisph.sweeps.driver import begin
-    from hvisph.sweeps.folder import Selection
-
     how.refuse()
     folder = begin(source, how.out)
     if folder.sweep.vary.type != "fit":
@@ -127,10 +188,6 @@ def ballistic_limit(
 
 def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
     """Run a sweep that a command describes, and print its results."""
-    from hvisph.sweeps.driver import SWEEPS, begin
-    from hvisph.sweeps.folder import Selection
-    from hvisph.sweeps.parameters import plain
-
     how.refuse()
     fixed = {}
     for setting in settings or ():
@@ -145,8 +202,6 @@ def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Map
 
 def _bounds(text: str) -> tuple[str, str]:
     """Return two values, the first with the unit of the second where it has none."""
-    from hvisph.sweeps.parameters import split
-
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != 2:
         raise CaseError(f"'{text}': two values with a comma between, such as 200,900m/s", where="--bracket")
@@ -155,8 +210,6 @@ def _bounds(text: str) -> tuple[str, str]:
 
 
 def _sixteenth(low: str, high: str) -> str:
-    from hvisph.sweeps.parameters import split
-
     (a, unit), (b, other) = split("--bracket", low), split("--bracket", high)
     if unit != other:
         raise CaseError("give --tolerance, or both values in the same unit", where="--bracket")
@@ -164,17 +217,12 @@ def _sixteenth(low: str, high: str) -> str:
 
 
 def _work(source: str, threads: int | None, chosen: Selection, wanted: Path | None) -> None:
-    from hvisph.sweeps.driver import existing
-    from hvisph.sweeps.worker import Worker
-
     code = Worker(existing(source), threads, chosen, wanted).work()
     if code:
         raise typer.Exit(code)
 
 
 def _list(source: str, as_json: bool) -> None:
-    from hvisph.sweeps.plan import load_plan
-
     members = load_plan(source).first()
     if as_json:
         echo_json([{"number": m.number, "hash": m.digest, "cost": m.cost, "values": m.values} for m in members])
@@ -188,9 +236,6 @@ def _list(source: str, as_json: bool) -> None:
 
 def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -> None:
     """Compute the remaining cases, report the end of each, and leave the command on an interrupt."""
-    from hvisph.cli.sweep_log import SweepLog
-    from hvisph.sweeps.driver import driver
-
     under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
     log = SweepLog(under_way, how.silent)
     try:
@@ -204,21 +249,14 @@ def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -
 
 def _show(folder: SweepFolder, how: How) -> None:
     """Print state and results of a sweep, and exit with its code."""
-    from hvisph.sweeps.driver import driver
-    from hvisph.sweeps.folder import Selection, rows
-
     stands = driver(folder, None, None, Selection(), None)
     results = stands.conclude()
     shown = rows(folder, stands.members)
     if how.as_json:
         echo_json({"rows": shown, "results": results, "folder": str(folder.path)})
     elif not how.quiet:
-        from hvisph.cli.sweep_log import summary
-
         say(summary(stands.sweep, shown, results, folder.path))
     if how.plot is not None:
-        from hvisph.visualization.sweeps import sweep_picture
-
         title = stands.sweep.title or str(stands.plan.base.value.get("title", ""))
         sweep_picture(results, shown, how.plot, title or folder.path.name, stands.sweep.record)
         if not how.silent:

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 import typer
 
 from hvisph.cli.formatting import echo_json, say, table
-from hvisph.cli.guard import FAILED, parse_option
-from hvisph.cli.options import JsonOption, QuietOption, Running, SetOption, ThreadsOption, argument, option, shared
+from hvisph.cli.guard import FAILED
+from hvisph.cli.options import JsonOption, QuietOption, SetOption, ThreadsOption, argument, option, parse_option, shared
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.sweeps.folder import Selection
+from hvisph.verification.problem import ALL, Options, Problem
+from hvisph.verification.runner import FOLDER, PROBLEMS, Verdict, default_formulation, draw, require_module, verdicts
 
-from .sweep import go
+from .sweep import Running, go
 
 if TYPE_CHECKING:
     from hvisph_validation.experiments import Experiments, Form
     from hvisph_validation.results import SetResult
-
-    from hvisph.verification.problem import Problem
-    from hvisph.verification.runner import Verdict
 
 
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read better than SI's own
@@ -50,8 +50,6 @@ def verify(
 
     Exit codes: 0 all passed, 1 some failed or nothing could run, 2 invalid input.
     """
-    from hvisph.verification.runner import PROBLEMS
-
     if not names and not every:
         _list(PROBLEMS, as_json)
         return
@@ -59,9 +57,6 @@ def verify(
     wanted = _formulations(formulations)
     for name in chosen:
         _require_known(name, list(PROBLEMS), "problem", "NAME")
-    from hvisph.verification.problem import Options
-    from hvisph.verification.runner import verdicts
-
     spacing = None if resolution is None else parse_option(resolution, "LENGTH", "--resolution")
     options = Options(quick, spacing, seeds)
     if only:
@@ -80,8 +75,6 @@ def verify(
             if not as_json and not quiet:
                 say(_text(verdict))
     if pictures is not None:
-        from hvisph.verification.runner import draw
-
         draw(results, pictures)
     judged = [one for one in results if one.passed is not None]
     good = sum(bool(one.passed) for one in judged)
@@ -94,17 +87,12 @@ def verify(
 
 
 def _require_known(name: str, known: list[str], what: str, where: str) -> None:
-    from hvisph.verification.runner import FOLDER
-
     if name not in known:
         more = "" if what != "problem" or FOLDER.is_dir() else "; a source checkout has more problems"
         raise CaseError(f"there is no {what} '{name[:200]}'{suggest_nearest(name[:200], known)}{more}", where=where)
 
 
 def _formulations(asked: list[str] | None) -> list[str]:
-    from hvisph.verification.problem import ALL
-    from hvisph.verification.runner import default_formulation
-
     for name in asked or ():
         _require_known(name, [*ALL, "default"], "formulation", "--formulation")
     return [default_formulation() if name == "default" else name for name in asked or ALL]
@@ -164,8 +152,6 @@ def validate(
 
     Exit codes: 0 all within tolerance, 1 some not, 2 invalid input, 3 a shot failed, 130 interrupted.
     """
-    from hvisph.verification.runner import require_module
-
     require_module("experiments")
     if second and coarse:
         raise CaseError("give either --second-resolution or --coarse", where="--coarse")
@@ -219,8 +205,6 @@ def _compute_set(
     how: Running,
 ) -> SetResult:
     from hvisph_validation.evaluation import folders, result
-
-    from hvisph.sweeps.folder import Selection
 
     sweeps = folders(experiments, form, across, out, table)
     if not table:

@@ -1,0 +1,136 @@
+"""`hvisph compare`: tables and pictures of several runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+
+from hvisph.cli.formatting import echo_json, say, show
+from hvisph.cli.guard import FAILED, noted_interrupts
+from hvisph.cli.options import (
+    JsonOption,
+    QuietOption,
+    ResolutionOption,
+    SetOption,
+    ThreadsOption,
+    argument,
+    case_of_run,
+    locate_errors,
+    option,
+    refuse_format,
+)  # fmt: skip
+from hvisph.cli.results_table import comparison_tables, gauge_table
+from hvisph.cli.run_report import listener_for
+from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.fields import CATALOGUE
+from hvisph.core.text import Plain
+from hvisph.measures.compare import row
+from hvisph.postprocessing.comparison import Entry, complete, entries, is_run
+from hvisph.postprocessing.exact_solution import Overlay, overlay
+from hvisph.postprocessing.run_data import draw_last_states
+from hvisph.visualization.curves import curves_picture
+
+
+def compare(
+    sources: list[str] = argument(
+        "SOURCE...", "Folders of runs, snapshots, case files, names of bundled cases, folders of any of these."
+    ),
+    runs: Path = option("--runs DIR", "Folder for cases that have not been run.", Path("runs")),
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+    threads: ThreadsOption = None,
+    field: str | None = option("--field NAME", "Field that colours the picture; pressure unless given.", None),
+    picture: Path | None = option("--picture FILE", "Draw the final states into one picture: png, pdf, svg.", None),
+    gauges: Path | None = option(
+        "--gauges FILE",
+        "Draw all gauges into one picture, in 1D with the exact solution and a table of differences.",
+        None,
+    ),
+    every: bool = option("--all", "Show all measures, not only the main ones.", False),
+    force: bool = option("--force", "Run all cases again.", False),
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare runs: measures, differences from published values, conservation, cost.
+
+    Cases that have not been run are run first. Exit codes: 0 done, 2 invalid input, 3 a run failed.
+    """
+    if field is not None and picture is None:
+        raise CaseError("needs --picture FILE, which it colours", where="--field")
+    chosen = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
+    if picture is not None and any(entry.case is not None for entry in chosen):
+        _refuse_picture(picture, field)
+    if gauges is not None:
+        refuse_format(gauges, "--gauges")
+    _complete(chosen, threads, force, quiet or as_json)
+    rows = [row(entry.name, entry.folder) for entry in chosen]
+    if picture is not None:
+        draw_last_states({entry.name: entry.folder for entry in chosen}, picture, field or "pressure")
+    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in chosen}, gauges)
+    if as_json:
+        plain: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
+        if overlaid is not None:
+            plain["gauges"] = {
+                name: {column: asdict(one) for column, one in columns.items()}
+                for name, columns in overlaid.differences.items()
+            }
+        echo_json(plain)
+    elif not quiet:
+        unitless = any(_unitless(entry) for entry in chosen)
+        show(comparison_tables(rows, unitless, every))
+        if overlaid is not None:
+            say(gauge_table(overlaid))
+        for drawn in (picture, gauges):
+            if drawn is not None:
+                say(f"\n{drawn}")
+    failed = [r.name for r in rows if r.status == "failed"]
+    if failed:
+        say(f"error: failed: {', '.join(failed)}", err=True, red=True)
+        raise typer.Exit(FAILED)
+
+
+def _refuse_picture(picture: Path, field: str | None) -> None:
+    """Refuse an invalid picture before anything runs."""
+    refuse_format(picture, "--picture")
+    if field not in (None, "body", *CATALOGUE):
+        raise CaseError(
+            f"there is no field '{field}'{suggest_nearest(str(field), ['body', *CATALOGUE])}", where="--field"
+        )
+
+
+def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
+    made = overlay(folders)
+    curves_picture(made.panels, picture, title="Gauges", unitless=made.unitless)
+    return made
+
+
+def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:
+    """Run the cases without results; an interrupt ends the command."""
+    todo = [entry for entry in chosen if entry.case is not None and (force or not is_run(entry))]
+    if not todo:
+        return
+    for number, entry in enumerate(todo, 1):
+        if not silent:
+            say(f"[{number}/{len(todo)}] {entry.name}")
+        assert entry.case is not None
+        listener = listener_for(entry.case, silent)
+        listener.opening()
+        try:
+            with locate_errors(str(entry.file)), noted_interrupts():
+                outcome = complete(entry, threads=threads, force=force, listener=listener)
+        finally:
+            listener.close()
+        if outcome is not None and outcome.summary["status"] == "interrupted":
+            say(f"interrupted; the same command goes on with {entry.name}", err=True)
+            raise typer.Exit(outcome.exit_code)
+        if not silent:
+            sys.stdout.flush()
+
+
+def _unitless(entry: Entry) -> bool:
+    case = entry.case or case_of_run(entry.folder)
+    return case is not None and case.units == "none"
