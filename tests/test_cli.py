@@ -60,7 +60,7 @@ def test_check_loads_no_compiler(case):
     code = (
         "import sys\nfrom typer.testing import CliRunner\nfrom hvisph.cli.main import app\n"
         f"assert CliRunner().invoke(app, ['check', {case!r}]).exit_code == 0\n"
-        "print(sorted({'numba', 'pint', 'matplotlib', 'h5py', 'rich', 'meshio'} & set(sys.modules)))"
+        "print(sorted({'numba', 'pint', 'matplotlib', 'scipy.spatial', 'rich', 'meshio'} & set(sys.modules)))"
     )
     assert in_new_process(code).stdout.strip() == "[]"
 

@@ -78,10 +78,7 @@ def _unused_settings(case: AnyCase) -> Iterator[str]:
 
 
 def _mirror_conflicts(case: AnyCase) -> Iterator[str]:
-    """Yield warnings about bodies at a symmetry plane that move normal to it.
-
-    Beside the plane a body meets its image as it would a rigid wall, which is what such a plane is given for.
-    """
+    """Yield warnings about bodies that move normal to a plane of symmetry: beside it they meet a rigid wall."""
     for plane in case.symmetry:
         axis = AXES.index(plane.axis)
         for name, body in case.bodies.items():

@@ -170,10 +170,7 @@ class FrustumShape(_Round):
 
 
 class OgiveShape(_Round):
-    """A tangent ogive with a cylinder behind it, the usual shape of a bullet (3D), or its section (2D).
-
-    A calibre radius head q is a nose of D/2 sqrt(4 q - 1).
-    """
+    """Tangent ogive before a cylinder (3D), or its section (2D); calibre radius head q: a nose of D/2 sqrt(4 q - 1)."""
 
     type: Literal["ogive"] = "ogive"
     diameter: PositiveLength = key("Diameter of the cylinder [m]")
@@ -209,10 +206,7 @@ class RoundedCylinderShape(_Round):
 
 
 class MeshShape(ShapeOptions):
-    """Solid within a closed triangulated surface (3D), in the coordinates of its file.
-
-    Needs the extra `hvisph[mesh]`.
-    """
+    """Solid within a closed triangulated surface (3D), in its file's coordinates; needs `hvisph[mesh]`."""
 
     type: Literal["mesh"] = "mesh"
     file: DataFile = key("STL, OBJ, PLY or OFF file; beside the case file unless the path is absolute")

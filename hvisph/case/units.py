@@ -85,10 +85,7 @@ _LONGEST = 80
 
 
 def parse_quantity(text: str, dimension: Dimension) -> float:
-    """Return the SI value (degrees for angles) of a number with or without a unit.
-
-    Raises `ValueError` if it is no number, the unit is unknown, or its dimension is another.
-    """
+    """Return the SI value (degrees of angles) of a number with or without unit; `ValueError` for any other text."""
     match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
         raise ValueError(f"{_quote(text)} is not {dimension.name}{_remedy(dimension)}")

@@ -54,7 +54,6 @@ def parse(text: str, name: str) -> Document:
 
     `text`: YAML.
     `name`: what messages call the text: the file's name, or the override.
-
     Raises `CaseError` for invalid YAML, and for features that a case may not use: tags, several documents,
     keys twice, keys that are not text, recursive anchors, excessive depth or size.
     """
@@ -189,11 +188,7 @@ LARGEST = 1_000_000  # [bytes]; a thousand times a usual case
 
 
 def read_yaml(path: pathlib.Path) -> Document:
-    """Return the content of the YAML file at `path`.
-
-    Raises `CaseError` if it is missing, not a regular file, unreadable, larger than `LARGEST`, not UTF-8, no YAML, or
-    not a mapping.
-    """
+    """Return the content of a YAML file; raises `CaseError` if it is unreadable, too large, or no mapping."""
     name = str(path)
     try:
         status = os.stat(path)
@@ -230,10 +225,7 @@ _SCALARS = str | int | float | bool | None
 
 
 def plain_document(source: Mapping[str, object]) -> Document:
-    """Return `source` as a document without lines; models within it stay as they are.
-
-    Raises `CaseError` for keys that are not text, values that a case file could not hold, excessive depth or size.
-    """
+    """Return `source` as a document without lines, its models as they are; raises `CaseError` as for a file."""
     return Document(_Copy().plain(source, ()), {(): Place("")})
 
 

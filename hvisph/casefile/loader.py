@@ -108,10 +108,7 @@ def _type_first(value: object) -> object:
 
 
 def find_case(source: str | os.PathLike[str]) -> Path:
-    """Return the file that `source` means: a path, or the name of a bundled case.
-
-    Raises `CaseError` if there is neither.
-    """
+    """Return the file of a path, or of a bundled case's name; raises `CaseError` if there is neither."""
     path = Path(source)
     try:
         exists = path.exists()
@@ -166,10 +163,7 @@ def _on_base(document: Document, path: Path, seen: tuple[Path, ...]) -> Document
 
 
 def _read_base(path: Path) -> Document:
-    """Return the content of the file that a case is based on; errors quote nothing of a file that is no case.
-
-    A case from another source may name any file of the user, so that messages do not repeat its content.
-    """
+    """Return the content of a case's base; errors do not quote it, for it may be any file of the user."""
     try:
         document = read_yaml(path)
     except CaseError as error:
@@ -189,7 +183,6 @@ def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[S
     """Return a sweep's model, its text, the case that it starts from, and the folder that its paths are relative to.
 
     `source`: path of the file, or a mapping with its keys, whose paths are relative to the present folder.
-
     Raises `CaseError` for anything wrong with it or with the case that it names.
     """
     if isinstance(source, Mapping):

@@ -251,7 +251,6 @@ def explain(path: str) -> str:
     `path`: such as ``time.cfl``, ``bodies.target.shape`` or ``bodies.shape`` for that of any body,
         ``bodies.shape.disc`` for one of its types; a body or a list entry may have any name, and
         ``formulation.viscosity`` is looked up in every alternative that has it.
-
     Raises `CaseError` if nothing can stand there; names the nearest key.
     """
     keys = _insert_body_name([key for key in path.split(".") if key])

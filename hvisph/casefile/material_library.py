@@ -91,12 +91,7 @@ class Notes(StrictModel):
 
 
 class Library:
-    """Materials by name.
-
-    `own`: files and folders of the user's; their materials stand before the package's of the same name.
-
-    Raises `CaseError` where one of them cannot be read.
-    """
+    """Materials by name, those of the files `own` before the package's; `CaseError` where one is unreadable."""
 
     def __init__(self, own: Sequence[Path] = ()):
         self.documents: dict[str, Document] = {}
@@ -112,10 +107,7 @@ class Library:
         return sorted({*self.files, *self.documents})
 
     def name_of(self, name: str) -> str:
-        """Return the proper name of a material: `name` itself, or the name whose alias it is.
-
-        Raises `CaseError` if there is none.
-        """
+        """Return the proper name of a material's name or alias; raises `CaseError` if there is none."""
         names = self.names()
         if name in names:
             return name

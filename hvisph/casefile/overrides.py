@@ -136,7 +136,6 @@ def overridden(document: Document, override: str, values_of: Callable[[str], Pla
     `override`: keys joined by dots, numbers for entries of lists, then the value in YAML. A setting may reach into a
         material that the case names, and into a block that the case leaves to its default.
     `values_of`: plain values of the material of a name.
-
     Raises `CaseError` if it is no setting, or something that has no keys stands in its way.
     """
     keys, new, name = _parse(override)

@@ -105,10 +105,7 @@ def raise_noted() -> None:
 
 @contextmanager
 def ends_like_ctrl_c() -> Iterator[None]:
-    """Treat SIGTERM, and SIGHUP of a closed terminal, as Ctrl-C in this block, so that workers are stopped first.
-
-    Signals that the parent had ignored stay ignored.
-    """
+    """Treat SIGTERM, and SIGHUP of a closed terminal, as Ctrl-C, unless the parent ignores them."""
     ours = threading.current_thread() is threading.main_thread()
     before = {number: signal.getsignal(number) for number in ENDING} if ours else {}
     for number, handler in before.items():

@@ -81,10 +81,7 @@ def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> C
 
 
 def parse_option(text: str, dimension: str, option: str, remedy: str = "") -> float:
-    """Return the value of an option in SI; `dimension` is a constant of `hvisph.case.units`, such as ``TIME``.
-
-    Raises `CaseError` when it is no such quantity; `remedy` is added to the message.
-    """
+    """Return an option in SI, of a dimension of `hvisph.case.units` such as ``TIME``; `CaseError` with `remedy`."""
     try:
         return units.parse_quantity(text.strip(), getattr(units, dimension))
     except ValueError as error:
@@ -107,10 +104,7 @@ def case_of_run(folder: Path) -> Case | None:
 
 @contextmanager
 def locate_errors(case: str) -> Iterator[None]:
-    """Add file and line to a `CaseError` that names a field of the case, raised in this block.
-
-    Errors that appear when particles are made, such as overlapping bodies, name the field alone.
-    """
+    """Add file and line to a `CaseError` of this block that names a field alone, as of overlapping bodies."""
     try:
         yield
     except CaseError as error:
@@ -122,9 +116,6 @@ def locate_errors(case: str) -> Iterator[None]:
 
 
 def run_folder(case: str) -> Path:
-    """Return the default folder of a run: under ``runs``, by its file's or its bundled name.
-
-    Raises `CaseError` where that makes no name for a folder.
-    """
+    """Return a run's default folder, ``runs/NAME`` by file or bundled name; raises `CaseError` for no name."""
     bundled = case in bundled_cases() and not Path(case).is_file()
     return Path("runs") / (case if bundled else run_name(case))

@@ -122,9 +122,8 @@ def transform_arrays(
 ) -> Mapping[str, np.ndarray]:
     """Return the arrays of some names, or all, as `change(name, array)` makes them.
 
-    They are made now, and where `arrays` are `Derived` whenever they are asked for.
-
-    Raises `KeyError` for a name that is not there.
+    They are made now, and where `arrays` are `Derived` whenever they are asked for. Raises `KeyError` for a name that
+    is not there.
     """
     chosen = list(arrays if names is None else names)
     for name in chosen:

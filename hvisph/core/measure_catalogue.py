@@ -84,10 +84,7 @@ PER_DEPTH = {1: "/m^2", 2: "/m", 3: ""}
 
 
 def _read_catalogue() -> dict[str, dict[str, Measure]]:
-    """Return the measures of every section by name, in the order of tables: the rows of `measures.csv`.
-
-    An empty short label is the name in words. Rows with a variant follow the row of their measure.
-    """
+    """Return the rows of `measures.csv` by section and name, variants within their measure."""
     sections: dict[str, dict[str, Measure]] = {}
     with Path(__file__).with_name("measures.csv").open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -128,10 +125,7 @@ DRIFTS = {
 
 
 def axis_unit(unit: str, values: Iterable[float]) -> tuple[str, float]:
-    """Return the unit of an axis that shows `values` [SI], and how many of it the SI unit has.
-
-    It is `unit` unless the values are very small or large; values that are not finite are ignored.
-    """
+    """Return an axis' unit and its number in the SI one: `unit`, unless finite `values` are very small or large."""
     finite = [abs(float(value)) for value in values if math.isfinite(value)]
     display = NumberFormat("", "", unit, -1).scale_to(max(finite, default=0.0), _SHORT)
     return display.unit, display.factor
@@ -154,10 +148,7 @@ def measures_of(dim: int) -> tuple[str, ...]:
 
 
 def reported_measures(dim: int, section: str = "run") -> tuple[str, ...]:
-    """Return the names that a section's results in `dim` dimensions hold: those undefined there have a reason.
-
-    Measures of plate impacts are left out beyond 1D.
-    """
+    """Return the names of a section's results in `dim` dimensions; those of plate impacts in 1D only."""
     return tuple(name for name, measure in SECTIONS[section].items() if dim in measure.dims or measure.dims != (1,))
 
 

@@ -101,11 +101,7 @@ class Particles:
 
 
 def reorder(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = None) -> None:
-    """Put rows into a new order, in place: row k becomes the former row order[k].
-
-    `values`, `order`: the rows (n, ...), and the former row of each (n,).
-    `buffer`: see `take_rows`.
-    """
+    """Reorder rows (n, ...) in place: row k becomes the former row order[k]; `buffer` as for `take_rows`."""
     values[...] = take_rows(values, order, buffer)
 
 

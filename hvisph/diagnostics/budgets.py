@@ -208,10 +208,7 @@ class Budget:
         return change / self.size if self.size > 0.0 else None
 
     def angular_drift(self) -> float | None:
-        """Return the change of angular momentum over the sum of m |r| |v| about the middle at the start.
-
-        None for cut, clamped and one-dimensional models, those that have lost particles, and where nothing moved.
-        """
+        """Return the change of angular momentum over the first sum of m |r| |v|; None where it is not conserved."""
         if not len(self.angular_momentum) or self.retired[0] or not self._swing > 0.0:
             return None
         return float(np.linalg.norm(angular_momentum(self._setup) - self.angular_momentum)) / self._swing
@@ -254,10 +251,7 @@ def _rigid_bodies(setup: Setup) -> list[RigidMotion]:
 
 
 def work_of_fracture(setup: Setup, of_energy: bool = True) -> float:
-    """Return the work of fracture of all particles [J], see `materials.damage.fracture_energy`.
-
-    Without `of_energy` for each J/m^2 of their fracture energy: the area of the cracks [m^2].
-    """
+    """Return the work of fracture [J], or without `of_energy` the area of cracks [m^2], of all particles."""
     particles, table = setup.particles, setup.stepper.table[setup.particles.material]
     compliance = table[:, FRACTURE_COMPLIANCE]
     energy = np.zeros(len(compliance))

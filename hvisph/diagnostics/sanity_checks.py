@@ -60,10 +60,7 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
 
 
 class SanityChecks:
-    """Sanity checks of a run; every method raises `Failure` for an unphysical state.
-
-    `weight` is the energy [J] that gravity may give, which counts with that at the start.
-    """
+    """Checks that raise `Failure` for unphysical states; `weight` is the energy that gravity may give [J]."""
 
     def __init__(self, setup: Setup, limits: Any, weight: float = 0.0):
         self._setup, self._limits = setup, limits

@@ -34,10 +34,7 @@ BELOW_ZERO = 1e-9  # share of the mean energy of the start below which a negativ
 
 
 def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
-    """Return shares of the mass [-] by name; None where they are unknown.
-
-    `materials`: of every body, in their order.
-    """
+    """Return mass fractions [-] by name, None where unknown; `materials` are those of the bodies in order."""
     mass = now.fields["mass"]
     whole = float(mass.sum())
     if not whole > 0.0:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
+import scipy
 
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.measure_catalogue import axis_unit, format_share, format_time
@@ -163,8 +164,6 @@ def remarks(
 
 
 def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
-    from scipy.spatial import cKDTree
-
     position = position.reshape(len(position), -1)
     density = now.fields["density"][mine]
     if turned := int((density <= 0.0).sum()):
@@ -174,7 +173,7 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
         volume = volume / (2.0 * np.pi * np.maximum(np.abs(position[:, 1]), 0.5 * spacing))
     size = volume ** (1.0 / position.shape[1])
     reach = CLUMPED * size
-    nearest = cKDTree(position).query(position, 2, distance_upper_bound=2.0 * float(reach.max()))[0][:, 1]
+    nearest = scipy.spatial.cKDTree(position).query(position, 2, distance_upper_bound=2.0 * float(reach.max()))[0][:, 1]
     share = float((nearest < reach).mean())
     if share > CLUMPS:
         yield (
@@ -184,9 +183,7 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
 
 
 def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing: float) -> Iterator[str]:
-    from scipy.spatial import cKDTree
-
-    links = cKDTree(before.reshape(len(before), -1)).query_pairs(LINK * spacing, output_type="ndarray")
+    links = scipy.spatial.cKDTree(before.reshape(len(before), -1)).query_pairs(LINK * spacing, output_type="ndarray")
     pieces = connected_groups(position, spacing, LINK)
     sizes = np.bincount(pieces)
 
@@ -213,9 +210,7 @@ def torn_without_damage(
     Nearest neighbours at the start, at `before` (n, dim) [m], that are now in different pieces are apart across a crack
     if the `damage` (n,) of one of them is above `SOFT`, else across sound material.
     """
-    from scipy.spatial import cKDTree
-
-    pairs = cKDTree(before.reshape(len(before), -1)).query_pairs(NEXT * spacing, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(before.reshape(len(before), -1)).query_pairs(NEXT * spacing, output_type="ndarray")
     pieces = connected_groups(position, spacing, LINK)
     apart = pairs[pieces[pairs[:, 0]] != pieces[pairs[:, 1]]]
     torn = int((damage[apart] <= SOFT).all(axis=1).sum())
@@ -235,8 +230,6 @@ def _at_start(start: Snapshot) -> float:
 
 
 def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:
-    from scipy.spatial import cKDTree
-
     if not {"internal_energy", "pressure", "smoothing_length"} <= now.fields.keys():
         return
     mass, density, pressure = (now.fields[name] for name in ("mass", "density", "pressure"))
@@ -246,7 +239,9 @@ def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:
         return
     position = now.fields["position"].reshape(now.count, -1)
     reach = ALONE * now.fields["smoothing_length"][pressed]
-    near = cKDTree(position[mass > 0.0]).query(position[pressed], 2, distance_upper_bound=float(reach.max()))[0][:, 1]
+    near = scipy.spatial.cKDTree(position[mass > 0.0]).query(
+        position[pressed], 2, distance_upper_bound=float(reach.max())
+    )[0][:, 1]
     alone = pressed[near > reach]
     held = float(work[alone].sum())
     if held > HELD * at_start:

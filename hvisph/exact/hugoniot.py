@@ -40,6 +40,7 @@ from functools import lru_cache
 from math import inf, log, sqrt
 
 import numpy as np
+import scipy
 
 from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError, RunError
@@ -76,10 +77,7 @@ class Impact:
 
 
 def shock(material: Material, particle_velocity: float) -> ShockState:
-    """Return the state behind the shock that drives `material` to `particle_velocity` [m/s].
-
-    Raises `RunError` if the equation of state has no such shock.
-    """
+    """Return the state behind the shock to `particle_velocity` [m/s]; raises `RunError` where there is none."""
     rho0, u = material.density_at_rest, particle_velocity
     e0 = material.eos.ambient_energy
     solid, pores = material.pressure_function(), material.porosity
@@ -140,7 +138,6 @@ def last_waves(material: Material, velocities: Sequence[float], strength: bool =
     """Return the speed of the last wave [m/s] behind which matter moves with each of the particle velocities [m/s].
 
     `velocities`: particle velocities [m/s], above zero.
-
     Returns speeds in the laboratory; not a number beyond where the material's models end.
     """
     stress = _stress(material, strength and material.shear_modulus > 0.0)
@@ -227,7 +224,6 @@ def entropy(
     `rho`, `e`: density [kg/m^3] and energy [J/kg], (n,).
     `distension`: of porous material, (n,) [-].
     `peak`: highest pressure so far [Pa], (n,).
-
     Raises `CaseError` for a table without entropies.
     """
     if isinstance(material.eos, Table):
@@ -241,8 +237,6 @@ def entropy(
 @lru_cache(maxsize=16)
 def _entropy_of_shocks(material: Material) -> tuple[np.ndarray, np.ndarray]:
     """Return pressures [Pa] behind shocks and the entropy that they have added [J/(kg K)]."""
-    from scipy.interpolate import CubicSpline
-
     row = slots.values(material.whole_row)
     states = []
     speeds = np.geomspace(SLOWEST, FASTEST, SHOCKS) * material.bulk_sound_speed
@@ -256,10 +250,10 @@ def _entropy_of_shocks(material: Material) -> tuple[np.ndarray, np.ndarray]:
         states.append((behind.pressure, 1.0 / behind.density, heat))
     p, v, t = np.array(states).T
     along = np.log(speeds[: len(p)])
-    slope_p, slope_v = (CubicSpline(along, one)(along, 1) for one in (p, v))
+    slope_p, slope_v = (scipy.interpolate.CubicSpline(along, one)(along, 1) for one in (p, v))
     before = shock(material, 0.0)
     rate = 0.5 * ((1.0 / before.density - v) * slope_p + (p - before.pressure) * slope_v) / t
-    return p, CubicSpline(along, rate).antiderivative()(along)
+    return p, scipy.interpolate.CubicSpline(along, rate).antiderivative()(along)
 
 
 def _entropy_of_heat(material: Material, rho: np.ndarray, e: np.ndarray) -> np.ndarray:

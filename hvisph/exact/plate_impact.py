@@ -29,10 +29,7 @@ from .wave_fronts import Layer, Tracked, track
 
 @dataclass(frozen=True)
 class PlateImpact:
-    """The state between two plates just after impact, and the fronts that run from it.
-
-    Velocities and speeds are in the frame of the case.
-    """
+    """The state between two plates just after impact, and the fronts from it, in the frame of the case."""
 
     interface_velocity: float  # [m/s]
     stress: float  # compressive stress along x on the plateau [Pa]
@@ -70,7 +67,6 @@ def impact(flyer: Material, target: Material, velocity: float, target_velocity: 
     """Return the plateau and the fronts of a flat impact.
 
     `velocity`, `target_velocity`: of flyer and target [m/s]; the flyer must be the faster.
-
     Raises `CaseError` if a strength model has no exact waves; `RunError` if no state satisfies the jump conditions.
     """
     left, right = SolidLaw(flyer).at_rest(velocity), SolidLaw(target).at_rest(target_velocity)
@@ -115,7 +111,6 @@ def with_reflections(plates: Plates, end: float, strain_step: float = 0.004) -> 
     out (see `fronts.track`), and momentum balances to a few 1e-3.
 
     `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
-
     Returns free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.
     """
     return track(_layers(plates, SolidLaw), end, strain_step, weakest=5e-4, alike=1e-2)
@@ -127,10 +122,7 @@ def _layers(plates: Plates, law_of: Callable[[Material], Law]) -> list[Layer]:
 
 
 def barotropic_law(material: Material) -> LinearLaw:
-    """Return the waves of a material whose pressure depends on density alone.
-
-    Raises `CaseError` if its equation of state is not `linear` or `elastic`, or it has strength.
-    """
+    """Return a barotropic material's waves; `CaseError` unless it is `linear` or `elastic` without strength."""
     if not isinstance(material.eos, Linear | Elastic):
         fault = f"layered impact is exact for the 'linear' equation of state, not '{material.eos.name}'"
         raise CaseError(fault, where=material.name)
@@ -143,7 +135,6 @@ def layered_impact(layers: Plates, end: float, strain_step: float = 0.01) -> Tra
     """Follow the impact of barotropic layers up to a time `end` [s]; there may be gaps between them.
 
     `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
-
     Returns histories by `.sample(position, times, "velocity")`, profiles by `.profile(time)`.
     """
     return track(_layers(layers, barotropic_law), end, strain_step)

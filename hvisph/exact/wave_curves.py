@@ -53,10 +53,7 @@ class Law(Protocol):
         """Return the unstressed material moving at `velocity` [m/s]."""
 
     def waves(self, state: State, stress: float, direction: int, strain_step: float) -> list[Wave]:
-        """Return the fronts that bring `state` to `stress`, fastest first.
-
-        `strain_step` is the change of ln(rho) by which rarefactions are cut into pieces.
-        """
+        """Return the fronts from `state` to `stress`, fastest first, rarefactions in steps of ln(rho)."""
 
     def lowest_stress(self) -> float:
         """Return the stress above which all states lie [Pa]."""
@@ -155,9 +152,8 @@ class SolidLaw:
     Each jump obeys e1 - e0 = (sigma0 + sigma1)(v0 - v1)/2 beside mass and momentum. Loading past the elastic limit
     splits in two: an elastic front to the yield surface and a plastic shock behind it, or, where the shock would be the
     faster (overdriven), one front to the final state. Unloading is an elastic rarefaction through twice the elastic
-    range, then a plastic one. The strength is `none`, `elastic` or `von_mises`.
-
-    Raises `CaseError` for any other strength: its shocks depend on the history.
+    range, then a plastic one. The strength is `none`, `elastic` or `von_mises`. Raises `CaseError` for any other
+    strength: its shocks depend on the history.
     """
 
     def __init__(self, material: Material):

@@ -140,7 +140,6 @@ def track(
         rose to is in the result.
     `alike`: states of one material that differ by less than this part (in volume, and in the deviator by this part of
         the strongest stress) become one when waves have crossed.
-
     Raises `CaseError` if layers overlap or are out of order, or have no extent; `RunError` if more fronts arise than a
     minute can follow.
     """

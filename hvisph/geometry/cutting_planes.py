@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS
 from hvisph.core.errors import CaseError
@@ -54,7 +55,6 @@ def cut(positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, mirrors
     """Return the part of a body that planes of symmetry keep.
 
     `positions`, `volumes`, `spacing`: particles at their place, (n, dim), (n,) and (n,) [m].
-
     Returns positions and volumes that are kept, and their numbers among those given. Raises `CaseError` when a plane
     passes through a body that is not symmetric about it.
     """
@@ -74,11 +74,9 @@ def cut(positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, mirrors
 
 
 def _require_symmetry(positions: np.ndarray, mirror: Mirror, spacing: float) -> None:
-    from scipy.spatial import cKDTree
-
     images = positions[:: max(1, len(positions) // MOST_COMPARED)].copy()
     images[:, mirror.axis] = 2 * mirror.at - images[:, mirror.axis]
-    distance, _ = cKDTree(positions, balanced_tree=False, compact_nodes=False).query(images)
+    distance, _ = scipy.spatial.cKDTree(positions, balanced_tree=False, compact_nodes=False).query(images)
     if distance.max() > OFF * spacing:
         axis = "xyz"[mirror.axis]
         raise CaseError(
@@ -94,10 +92,7 @@ ROUND = 1e-6  # [size]: how much the distance to a solid of revolution may chang
 
 @dataclass(frozen=True)
 class Section(Measured):
-    """The half-plane section (x, r >= 0) of a solid of revolution about x (2D).
-
-    Raises `CaseError` when the solid changes round the x axis.
-    """
+    """Half-plane section (x, r >= 0) of a solid; raises `CaseError` unless it is one of revolution about x."""
 
     solid: Shape
 
@@ -173,7 +168,6 @@ def fill_section(
 
     `arrangement`, `dx`, `exact`, `even`: as for `hvisph.geometry.filling.fill`, in 2D.
     `grading`: how the spacing grows in a section that flat faces bound; None for an even spacing.
-
     Returns positions (x, r) (n, 2) [m] and volumes of the tori [m^3]. Raises `CaseError` when the solid changes
     round the axis or cannot be filled.
     """
@@ -226,7 +220,6 @@ def cut_open(
     `positions`, `volumes`, `spacing`: particles of the body, (n, dim) [m], (n,) and (n,) [m].
     `depth`: depth of the continuation in spacings; 0 for none.
     `axisymmetric`: whether particles are axisymmetric about the axis x, whose volumes grow with their radius.
-
     Returns positions, volumes and spacings. Raises `CaseError` when a row lies in the edge, or nothing of the body
     within it.
     """
@@ -269,7 +262,6 @@ def face_areas(
     `positions`, `volumes`, `spacing`: particles of the body (n, dim) [m] and (n,), and their spacing [m].
     `normal`: axis across which the face lies, and 1.0 or -1.0 for its direction.
     `shares`: shares of the rows from the face inwards (rows,).
-
     Returns indices (k,), areas (k,) [m^2, m in 2D, 1 in 1D], whose sum is the area of the face, and the depth of the
     row [m].
     """
@@ -339,14 +331,12 @@ def follow(
     `layer`, `matter`: positions of the layer (k, dim) and of the matter of the same body (n, dim) [m].
     `edges`, `planes`: the edges, and the planes of symmetry as axis and coordinate [m].
     """
-    from scipy.spatial import cKDTree
-
     feet = layer.copy()
     for edge in edges:
         over = edge.distance_beyond(feet) > 0.0
         feet[over, edge.axis] = edge.at
     places, source, signs = _with_images(matter, planes, reach)
-    tree, counts = cKDTree(places), []
+    tree, counts = scipy.spatial.cKDTree(places), []
     chosen: list[np.ndarray] = []
     weights: list[np.ndarray] = []
     for foot, beside in zip(feet, tree.query_ball_point(feet, reach), strict=True):

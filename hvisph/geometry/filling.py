@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import scipy
 
 from hvisph.core.catalogues import arrangements_of
 from hvisph.core.errors import CaseError, suggest_nearest
@@ -30,12 +31,7 @@ DEPTH = 0.5  # of the outer layer below the surface, in spacings
 
 
 def fill_relaxed(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling:
-    """Fill the shape with evenly spread particles of volume `dx`^dim [m^dim].
-
-    `even`: axes across whose middle planes the particles are mirror images.
-
-    Raises `CaseError` when the shape holds no particle.
-    """
+    """Spread particles of volume `dx`^dim evenly, mirrored across the axes `even`; `CaseError` if none fits."""
     middle = np.add(*shape.bounds()) / 2
     part = shape
     if even:  # the part above the middle planes
@@ -71,8 +67,6 @@ def _start(shape: Shape, dx: float, count: int) -> np.ndarray:
 
 def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
     """Return `points` moved apart until they are evenly spread."""
-    from scipy.spatial import cKDTree
-
     a = dx * (lattices.TRIANGULAR if shape.dim == 2 else lattices.CLOSE_PACKED)
     reach = REACH * a
     # a lattice is in balance wherever it stands: shaken, so that it finds the shape
@@ -81,7 +75,7 @@ def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
     lengths = [FIRST_STEP * (LAST_STEP / FIRST_STEP) ** (step / (ROUNDS - 1)) * a for step in range(ROUNDS)]
     for step, length in enumerate(lengths):
         if step % PAIRS_EVERY == 0:
-            pairs = cKDTree(points).query_pairs(reach + 0.3 * a, output_type="ndarray")
+            pairs = scipy.spatial.cKDTree(points).query_pairs(reach + 0.3 * a, output_type="ndarray")
             farthest = sum(lengths[step : step + PAIRS_EVERY]) + UNSURE * a  # that a point goes until the next look
             outer = np.flatnonzero(shape.distance(points) > -DEPTH * dx - farthest)
         first, second = pairs.T
@@ -128,7 +122,6 @@ def fill(
     `exact`: whether spacing and volumes give way so that sizes and mass are the shape's; otherwise every particle has
         the volume dx^dim, whatever that makes of the body.
     `even`: axes in whose middle no layer may lie, because a plane of symmetry does.
-
     Returns positions in the shape's coordinates, volumes, the size they stand for and a note of what had to give way.
     Raises `CaseError` when `dx` is not positive, the arrangement is unknown or has no meaning for the shape, or the
     shape is too small for it.
@@ -176,10 +169,7 @@ DEAR = 2.0
 
 
 def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Filling]) -> Filling:
-    """Fill `shape` by `arrange` so that the volumes of the particles add up to that of the shape.
-
-    `dx`: spacing asked for [m].
-    """
+    """Fill `shape` by `arrange` at a spacing near `dx` [m], so that particles have the shape's volume."""
     best, cost = _stretch_to_mass(shape, dx, arrange), 0.0
     if len(shape.flat_axes) < shape.dim:
         cost = DEAR * abs(math.log(_share(shape, best)))

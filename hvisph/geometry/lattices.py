@@ -37,10 +37,7 @@ class Filling:
 
 
 def count_across(length: float, spacing: float, what: str = "body", even: bool = False) -> int:
-    """Return how many particles, or how many in pairs, at `spacing` [m] come nearest to `length` [m].
-
-    Raises `CaseError` when not one particle fits.
-    """
+    """Return the count, or count of pairs, that at `spacing` comes nearest to `length` [m]; `CaseError` if none."""
     count = math.floor(length / spacing + 0.5 + ROUND_OFF)
     if count < 1:
         raise CaseError(
@@ -52,10 +49,7 @@ def count_across(length: float, spacing: float, what: str = "body", even: bool =
 
 
 def make_filling(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
-    """Return the `Filling` of `positions` of volume dx^dim each, with a note where its size differs from the asked one.
-
-    Raises `CaseError` when there is no particle.
-    """
+    """Return the `Filling` of particles of volume dx^dim, with a note on another size; `CaseError` without any."""
     if len(positions) == 0:
         raise CaseError(f"no particle at spacing {dx:g} fits into the body", where="resolution")
     differs = any(abs(got - want) > ROUND_OFF * want for got, want in zip(size, asked, strict=True))
@@ -92,7 +86,6 @@ def fill_lattice(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
     sphere 12 dx across holds 912 particles.
 
     `even`: axes along which the number of layers is even, so that none lies in the middle.
-
     Raises `CaseError` when the shape is thinner than half a particle.
     """
     low, high = shape.bounds()
@@ -114,12 +107,10 @@ def fill_lattice(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
 def fill_hexagonal(shape: Shape, dx: float) -> Filling:
     """Fill the shape with a triangular lattice of cell area `dx`^2 [m^2]: six neighbours at the distance a.
 
-    A node's cell has the area a^2 sqrt(3) / 2; a = dx (4/3)^(1/4) = 1.0746 dx makes it dx^2. Columns stand along y,
-    a sqrt(3) / 2 apart in x, so that the face towards the other body is flat. Discs have a node at the centre. In boxes
+    A node's cell has the area a^2 sqrt(3) / 2; a = dx (4/3)^(1/4) = 1.0746 dx makes it dx^2. Columns stand along y, a
+    sqrt(3) / 2 apart in x, so that the face towards the other body is flat. Discs have a node at the centre. In boxes
     columns of n and n + 1 nodes alternate, each centred on the axis, with n chosen so that their mean comes nearest to
-    the height.
-
-    Raises `CaseError` when the shape is thinner than half a column.
+    the height. Raises `CaseError` when the shape is thinner than half a column.
     """
     a = TRIANGULAR * dx
     between = a * math.sqrt(3) / 2
@@ -150,9 +141,8 @@ def fill_hcp(shape: Shape, dx: float) -> Filling:
 
     A node's cell has the volume a^3 / sqrt(2); a = 2^(1/6) dx = 1.1225 dx makes it dx^3. Triangular layers lie across x
     (across the axis of a cylinder), a sqrt(2/3) apart, so that the face towards the other body is flat; every second
-    layer is shifted into the hollows of the first. Spheres have a node at the centre.
-
-    Raises `CaseError` when the shape is thinner than half a layer or row.
+    layer is shifted into the hollows of the first. Spheres have a node at the centre. Raises `CaseError` when the shape
+    is thinner than half a layer or row.
     """
     a = CLOSE_PACKED * dx
     steps = (a * math.sqrt(2 / 3), a, a * math.sqrt(3) / 2)  # layer, node in a row, row
@@ -188,9 +178,7 @@ def fill_rings(shape: Disc, dx: float) -> Filling:
 
     The first particle of each circle is at angle 0. A disc 100 dx across holds 8012 particles, the count of Farahani et
     al. 2009. The last circle lies on the disc's circumference, so the particles stand for a little more area than the
-    disc has (1 + dx / R times).
-
-    Raises `CaseError` when the radius is shorter than half a particle.
+    disc has (1 + dx / R times). Raises `CaseError` when the radius is shorter than half a particle.
     """
     last = count_across(shape.diameter / 2, dx, "disc's radius")
     rings = [ring(k * dx, round(2 * math.pi * k)) for k in range(1, last + 1)]
@@ -199,10 +187,7 @@ def fill_rings(shape: Disc, dx: float) -> Filling:
 
 
 def ring(radius: float, count: int) -> np.ndarray:
-    """Return `count` points equally spaced on a circle of `radius` [m], the first at angle 0: (count, 2).
-
-    The lower half mirrors the upper half bit for bit.
-    """
+    """Return `count` points on a circle (count, 2) [m] from angle 0; the lower half mirrors the upper bit for bit."""
     half = count // 2
     angles = 2 * math.pi / count * np.arange(half + 1)
     upper = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -217,11 +202,10 @@ def fill_lattice_two_rings(shape: Disc, dx: float) -> Filling:
     """Fill the disc with a square lattice of spacing `dx` [m] inside two concentric circles of particles.
 
     With m = round(R / dx), the nodes (i, j) dx with i^2 + j^2 < (m - 2)^2, then circles of radius (m - 1) dx and m dx.
-    The inner circle's count is 2 pi (m - 1) rounded down, the outer's 2 pi m rounded: the reading with which a disc
-    100 dx across holds 7209 + 307 + 314 = 7830 particles, the count and the remark on rounding of Young et al. 2021,
-    sec. 3.2 (after Mehra & Chaturvedi 2006).
-
-    Raises `CaseError` when the radius is shorter than 3 dx: no lattice would be left inside the rings.
+    The inner circle's count is 2 pi (m - 1) rounded down, the outer's 2 pi m rounded: the reading with which a disc 100
+    dx across holds 7209 + 307 + 314 = 7830 particles, the count and the remark on rounding of Young et al. 2021, sec.
+    3.2 (after Mehra & Chaturvedi 2006). Raises `CaseError` when the radius is shorter than 3 dx: no lattice would be
+    left inside the rings.
     """
     last = count_across(shape.diameter / 2, dx, "disc's radius")
     if last < 3:
@@ -262,7 +246,6 @@ def fill_graded(shape: Shape, dx: float, grading: Grading, even: tuple[int, ...]
     `shape`: an `Interval` or a `Box`, or the `Section` of a cylinder, a tube or a ring of a box, whose y is the radius;
         the volumes of these are areas of the section.
     `even`: axes in whose middle no layer may lie.
-
     Raises `CaseError` when the coarsest spacing is not above `dx` or the ratio not between 1 and 1.1, or the shape is
     no box.
     """
@@ -322,10 +305,7 @@ def _from_middle(length: float, fine: float | None, dx: float, grading: Grading,
 
 
 def _layer_thicknesses(rest: float, dx: float, grading: Grading) -> np.ndarray | None:
-    """Return the thicknesses of as few layers as fill `rest` [m], each at most the ratio times the one before it.
-
-    None where there is no space to grow: where as many layers of `dx` are thicker than `rest`.
-    """
+    """Return as few graded layers as fill `rest` [m]; None where as many of `dx` are thicker than that."""
 
     def layers(count: int, ratio: float) -> np.ndarray:
         return np.asarray(np.minimum(dx * ratio ** np.arange(1, count + 1), grading.coarsest))

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import scipy
 
 from .cutting_planes import Section
 from .shapes import Placed, Shape
@@ -75,10 +76,7 @@ class Overlap:
 
 
 def overlaps(bodies: Sequence[Standing]) -> list[Overlap]:
-    """Return the pairs of bodies that overlap by 0.4 spacings or more.
-
-    Bodies whose particles are a spacing apart along an axis never do, and cost next to nothing.
-    """
+    """Return the pairs of bodies that overlap by 0.4 spacings or more; bodies apart along an axis cost nothing."""
     found = ((k, l, _overlap(bodies[k], bodies[l])) for k, l in combinations(range(len(bodies)), 2))
     return [Overlap((k, l), *where) for k, l, where in found if where is not None]
 
@@ -170,24 +168,20 @@ def _same_place(one: Standing, other: Standing, reach: float) -> tuple[np.ndarra
     if not (len(near[0]) and len(near[1])):
         return None
     # loaded here: scipy.spatial takes 0.2 s to import, and bodies in a row never come this far
-    from scipy.spatial import cKDTree
-
-    distance, _ = cKDTree(near[1]).query(near[0], distance_upper_bound=reach)
+    distance, _ = scipy.spatial.cKDTree(near[1]).query(near[0], distance_upper_bound=reach)
     return (near[0][distance.argmin()], 0.0) if np.isfinite(distance).any() else None
 
 
 def _twice_filled(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
     """Return where the particles of both together fill more volume than there is."""
-    from scipy.spatial import cKDTree
-
     dim, reach = one.positions.shape[1], ROUND * max(one.spacing[1], other.spacing[1])
     norm = {1: 32 / 35, 2: math.pi / 4, 3: 64 * math.pi / 315}[dim] * reach**dim
-    trees = [cKDTree(body.positions) for body in (one, other)]
+    trees = [scipy.spatial.cKDTree(body.positions) for body in (one, other)]
     near = [np.isfinite(trees[1 - k].query(trees[k].data, distance_upper_bound=reach)[0]) for k in (0, 1)]
     points = np.concatenate([trees[k].data[near[k]] for k in (0, 1)])
     if len(points) == 0:
         return None
-    filled, at = np.zeros(len(points)), cKDTree(points)
+    filled, at = np.zeros(len(points)), scipy.spatial.cKDTree(points)
     for tree, body in zip(trees, (one, other), strict=True):
         pairs = at.sparse_distance_matrix(tree, reach, output_type="ndarray")
         share = body.breadth[pairs["j"]] ** dim * (1 - (pairs["v"] / reach) ** 2) ** 3

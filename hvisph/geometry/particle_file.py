@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
+import scipy
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.lattices import Filling
@@ -19,7 +21,6 @@ def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.
         meshio with the point data `mass`; ``.h5`` with the data sets `position` and `mass`.
     `density`: density of their material [kg/m^3], which makes volumes of masses.
     `scale`: metres per unit of the file's positions.
-
     Raises `CaseError` when the file cannot be read, or positions and masses are missing, not finite or not positive.
     """
     path = Path(path)
@@ -48,11 +49,9 @@ def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.
 
 def _refuse_misfit(name: str, positions: np.ndarray, breadth: np.ndarray) -> None:
     """Refuse particles at one place, and distances that are not those of particles of their `breadth` (n,) [m]."""
-    from scipy.spatial import cKDTree
-
     if len(positions) < 2:
         return
-    distances, numbers = cKDTree(positions).query(positions, k=2)
+    distances, numbers = scipy.spatial.cKDTree(positions).query(positions, k=2)
     distance = distances[:, 1]
     one = int(np.argmin(distance / breadth))
     if distance[one] < ONE_PLACE * breadth[one]:
@@ -77,8 +76,6 @@ def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
         *axes, mass = read_columns(path, (*"xyz"[:dim], "mass"))
         return np.stack(axes, axis=1), mass
     if kind in (".h5", ".hdf5"):
-        import h5py
-
         with h5py.File(path, "r") as file:
             missing = [name for name in ("position", "mass") if name not in file]
             if missing:
@@ -94,10 +91,7 @@ def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
-    """Return columns of a CSV file by their names, (rows,) each.
-
-    Raises `CaseError` when the file is missing, a column is, or a value is no finite number.
-    """
+    """Return columns (rows,) of a CSV file by name; raises `CaseError` for a missing one or no finite number."""
     if not Path(path).is_file():
         raise CaseError(f"there is no file '{path}'", where="file")
     if not Path(path).stat().st_size:
@@ -115,10 +109,8 @@ def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
 
 def interpolate(points: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return `values` (n, k) given at `points` (n, dim) at other points (m, dim): linear, outside the nearest's."""
-    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
-
-    nearest = NearestNDInterpolator(points, values)(at)
+    nearest = scipy.interpolate.NearestNDInterpolator(points, values)(at)
     if len(points) <= points.shape[1]:
         return np.asarray(nearest)
-    linear = LinearNDInterpolator(points, values)(at)
+    linear = scipy.interpolate.LinearNDInterpolator(points, values)(at)
     return np.where(np.isfinite(linear), linear, nearest)

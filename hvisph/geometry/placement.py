@@ -7,6 +7,7 @@ from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
+import scipy
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.lattices import Filling
@@ -29,10 +30,7 @@ class Solid:
 
 
 def touch(first: Solid, second: Solid) -> tuple[float, float] | None:
-    """Return where two bodies touch that approach each other along x, `first` from the left.
-
-    Returns x of the point of contact about either origin [m]; None where they pass each other.
-    """
+    """Return x of the contact of bodies that approach along x, about either origin [m]; None if they pass."""
     start = max(float(first.positions[:, 0].max()), float(first.shape.bounds()[1][0])) - min(
         float(second.positions[:, 0].min()), float(second.shape.bounds()[0][0])
     )
@@ -90,13 +88,11 @@ def _trace(shape: Shape, points: np.ndarray, sign: float) -> np.ndarray:
 
 def _between_particles(first: Solid, second: Solid) -> float:
     """Return how far the particles of `first` may move until two are `NEAREST` each other."""
-    from scipy.spatial import cKDTree
-
     reach = NEAREST * (first.spacing + second.spacing) / 2
     skins = [solid.positions[solid.shape.distance(solid.positions) > -1.5 * solid.spacing] for solid in (first, second)]
     if len(skins[0]) == 0 or len(skins[1]) == 0:
         return np.inf
-    trees = [cKDTree(skin[:, 1:]) for skin in skins]
+    trees = [scipy.spatial.cKDTree(skin[:, 1:]) for skin in skins]
     pairs = trees[0].query_ball_tree(trees[1], reach)
     one = np.repeat(np.arange(len(pairs)), [len(p) for p in pairs])
     if len(one) == 0:
@@ -125,7 +121,6 @@ def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1
     """Return the matrix (dim, dim) that turns points by `angle` [rad], counter-clockwise.
 
     `axis`: direction of the axis, of any length but zero; of no meaning in 2D.
-
     Raises `CaseError` in 1D, or for an axis without a direction.
     """
     c, s = math.cos(angle), math.sin(angle)
@@ -182,7 +177,6 @@ def row(
     `surfaces`: their surfaces, turned like the particles; None for particles without a known one.
     `faced`: which bodies touch their neighbours at their outermost particles along x, because they are flat there or
         round about the row. Of two neighbours that are not both so the surfaces touch.
-
     Raises `CaseError` when a stated position has the wrong number of components.
     """
     dim = fillings[0].positions.shape[1] if fillings else 0
@@ -267,10 +261,7 @@ def ball_volume(diameter: float, dim: int) -> float:
 def deal_spheres(
     shape: Shape, limits: tuple[float, float], exponent: float, share: float, seed: int, name: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return centres (k, dim) and diameters (k,) [m] of spheres inside a shape, in its own coordinates.
-
-    Raises `CaseError` where none fits the volume, or there is no free place for one.
-    """
+    """Return centres (k, dim) and diameters (k,) [m] of spheres in a shape; `CaseError` where they do not fit."""
     words = np.frombuffer(sha256(name.encode()).digest()[:16], np.uint32)
     generator = np.random.Generator(np.random.PCG64([seed, *map(int, words)]))
     diameters = draw_diameters(limits, exponent, shape.dim, share * shape.volume, generator)

@@ -104,10 +104,7 @@ def _require_bar(scene: Scene) -> None:
 
 
 def _motion_note(scene: Scene) -> str:
-    """Return at which share of the impact velocity the bar still moves towards its foot; empty where it is at rest.
-
-    A foot that keeps the impact velocity has not struck.
-    """
+    """Return how much of its impact velocity a bar still has; empty at rest. A foot that keeps it has not struck."""
     if "velocity" not in scene.now.fields or not scene.shot.speed:
         return ""
     main = scene.projectile

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from .impact_geometry import PROJECTILE, members
 from .measurement_frame import Scene
@@ -27,37 +28,31 @@ def void_fraction(scene: Scene) -> Result:
         start = scene.start.fields["position"][np.isin(scene.start.id, scene.now.id[scene.projectile])]
     if any(np.prod(3.0 * np.ptp(x, axis=0) / scene.spacing + 40.0) > MOST_CELLS for x in (position, start) if len(x)):
         raise UndefinedMeasureError("the projectile's main body is too wide for a grid of dx/3")
-    from scipy import ndimage
-
     outline, voids = _voids(position, scene.spacing)
     cavities = len(_cavities(*_voids(start, scene.spacing))) if len(start) else 0
     if cavities:
-        own = np.isin(ndimage.label(voids)[0], _cavities(outline, voids)[:cavities])
+        own = np.isin(scipy.ndimage.label(voids)[0], _cavities(outline, voids)[:cavities])
         outline, voids = outline & ~own, voids & ~own
     area = int(outline.sum())
-    edge = area - int(ndimage.binary_erosion(outline).sum())
+    edge = area - int(scipy.ndimage.binary_erosion(outline).sum())
     return Result(float(voids.sum()) / area, scatter=0.5 * edge / area)
 
 
 def _voids(position: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the cells of a body's outline, and those of them that no particle covers."""
-    from scipy import ndimage
-
     covered = _draw_discs(position, spacing / CELLS_PER_SPACING, spacing)
     reach = CLOSING_RADIUS * CELLS_PER_SPACING
-    dilated = ndimage.distance_transform_edt(~covered) <= reach
-    closed = ndimage.distance_transform_edt(dilated) > reach
-    outline = ndimage.binary_fill_holes(closed | covered)
+    dilated = scipy.ndimage.distance_transform_edt(~covered) <= reach
+    closed = scipy.ndimage.distance_transform_edt(dilated) > reach
+    outline = scipy.ndimage.binary_fill_holes(closed | covered)
     return outline, outline & ~covered
 
 
 def _cavities(outline: np.ndarray, voids: np.ndarray) -> np.ndarray:
     """Return the labels of voids within the outline that are as wide as dx or more, the largest first."""
-    from scipy import ndimage
-
-    labels = ndimage.label(voids)[0]
+    labels = scipy.ndimage.label(voids)[0]
     sizes = np.bincount(labels.ravel())[1:]
-    sizes[np.setdiff1d(labels[ndimage.binary_dilation(~outline)], 0) - 1] = 0
+    sizes[np.setdiff1d(labels[scipy.ndimage.binary_dilation(~outline)], 0) - 1] = 0
     order = np.argsort(-sizes, kind="stable")
     return 1 + order[sizes[order] >= 0.25 * np.pi * CELLS_PER_SPACING**2]
 

@@ -88,11 +88,7 @@ def _finished_row(name: str, path: Path, summary: Plain) -> Row:
 
 
 def shown_measures(rows: Iterable[Row]) -> list[str]:
-    """Return the measures that a table of `rows` needs.
-
-    Where any row has published values, those that are published for some row and the voids; otherwise
-    all that have a value in some row.
-    """
+    """Return the measures of a table: those published for some row and voids, else all with a value in some row."""
     rows = list(rows)
     order = list(dict.fromkeys(name for row in rows for name in row.measures))
     valued = {name for row in rows for name in row.measures if row.value(name) is not None}

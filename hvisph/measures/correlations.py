@@ -177,10 +177,7 @@ def crater_depth(impact: Impact, wall: Wall, alloy: Alloy) -> float:
 
 
 def crater_volume(impact: Impact, wall: Wall) -> float:
-    """Return the volume of the crater in a thick layer by Holsapple's pi groups [m^3]; infinite where nothing stops it.
-
-    The groups are formed with the normal component of the velocity.
-    """
+    """Return the crater's volume by Holsapple [m^3], by the normal velocity; infinite where nothing stops it."""
     ground, ratio = GROUNDS[wall.ground], wall.density / impact.density
     weight = impact.gravity * 0.5 * impact.diameter / impact.normal**2 * ratio ** (-1 / 3)
     held = weight + (ground.strength / (wall.density * impact.normal**2)) ** (1.0 + 0.5 * ground.exponent)
@@ -289,10 +286,7 @@ def correlations(impact: Impact) -> list[Correlation]:
 
 
 def limit_speeds(impact: Impact) -> list[Correlation]:
-    """Return the speeds from which correlations have the last wall perforated, the impact's own left aside [m/s].
-
-    None where a correlation has it perforated, or not, over all of its range.
-    """
+    """Return the speeds from which correlations have the last wall perforated [m/s]; those that change there."""
     speeds = np.linspace(0.5, 8.0, 301) * KM
     judging = ("least thickness", "critical diameter")  # quantities that decide on perforation
     marks = [

@@ -74,10 +74,7 @@ def arrivals(scene: Scene, rows: np.ndarray, x: float) -> Arrivals:
 
 
 def plane_loads(came: Arrivals, round_: bool, spacing: float) -> Plain:
-    """Return the loads on the plane over the radius, in plain form, in bins of width `spacing` [m] at least.
-
-    Bins are annuli where `round_`, in the plane they are on both sides of the shot line.
-    """
+    """Return the plane's loads in bins of radius, `spacing` wide at least: annuli where `round_`, else both sides."""
     if len(came.when) == 0:
         return {"x": came.x, "mass_share": 0.0}
     radius = came.radius

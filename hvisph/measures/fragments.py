@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import overload
 
 import numpy as np
+import scipy
 
 from hvisph.core.text import Plain
 from hvisph.output.snapshot import Snapshot
@@ -24,15 +25,13 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
     particles are linked by the mean of theirs. Groups are ordered by their number of particles, and by their first one
     where that is the same.
     """
-    from scipy.spatial import cKDTree
-
     if len(position) == 0:
         return np.zeros(0, dtype=np.int64)
     position = position.reshape(len(position), -1)
     spacing = np.broadcast_to(np.asarray(spacing, float), len(position))
     classes = np.floor(np.log(spacing / spacing.min()) / np.log(LIKE_SPACING))
     members = [np.flatnonzero(classes == k) for k in np.unique(classes)]
-    trees = [cKDTree(position[rows]) for rows in members]
+    trees = [scipy.spatial.cKDTree(position[rows]) for rows in members]
     near = [min(NEAR, link) * spacing[rows].min() for rows in members]
     found = [
         rows[tree.query_pairs(reach, output_type="ndarray")]
@@ -43,7 +42,7 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
     apart = labels != np.bincount(labels).argmax()
     found = [np.zeros((0, 2), np.int64)]
     for mine in filter(len, (rows[apart[rows]] for rows in members)):
-        tree = cKDTree(position[mine])
+        tree = scipy.spatial.cKDTree(position[mine])
         for rows, other in zip(members, trees, strict=True):
             reach = 0.5 * link * float(spacing[mine].max() + spacing[rows].max())
             pairs = tree.sparse_distance_matrix(other, reach, output_type="ndarray")
@@ -55,11 +54,8 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
 
 def _components(count: int, pairs: np.ndarray) -> np.ndarray:
     """Return the number of the connected component of each of `count` nodes, from pairs of them (m, 2)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1])
+    graph = scipy.sparse.coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
 
 
 def by_size(labels: np.ndarray) -> np.ndarray:
@@ -254,10 +250,7 @@ class BodyFragments:
         return MassDistribution(masses[last], last + 1, np.cumsum(masses)[last] / self.mass)
 
     def as_dict(self, fewest: int = FEWEST) -> Plain:
-        """Return the plain form for JSON: SI, null for unknown values.
-
-        Fragments of fewer than `fewest` particles are summed up under `smaller`.
-        """
+        """Return the plain form for JSON; fragments below `fewest` particles are summed up under `smaller`."""
         single, small = self.counts == 1, self.counts < fewest
         listed = []
         for index, (fragment, role) in enumerate(zip(self.fragments, self.roles, strict=True)):

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
+import scipy
 
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import transform_arrays
@@ -177,10 +178,8 @@ def spacing_of(snapshot: Snapshot) -> float:
     if {"mass", "density"} <= snapshot.fields.keys():
         volume = np.median(snapshot.fields["mass"] / snapshot.fields["density"])
         return float(volume ** (1.0 / snapshot.dimensions))
-    from scipy.spatial import cKDTree
-
     position = snapshot.fields["position"]
-    return float(np.median(cKDTree(position).query(position, k=2)[0][:, 1]))
+    return float(np.median(scipy.spatial.cKDTree(position).query(position, k=2)[0][:, 1]))
 
 
 def _plates(framed: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:

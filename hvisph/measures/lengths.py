@@ -89,10 +89,7 @@ def extension(scene: Scene) -> Result:
 
 @measures("run", "penetration", needs=("layer",))
 def penetration(scene: Scene) -> Result:
-    """Return the depth of the projectile's main body beyond the struck face [m]; negative before contact.
-
-    It is the 99 % quantile of x; its scatter is half the distance between the 98.5 and 99.5 % quantiles.
-    """
+    """Return how deep the main body is [m], 99 % quantile of x; its scatter is half of that from 98.5 to 99.5 %."""
     low, value, high = np.quantile(scene.position[scene.projectile, 0], [0.985, 0.99, 0.995])
     return Result(float(value - scene.face), scatter=float(0.5 * (high - low)))
 
@@ -159,10 +156,7 @@ def _bin_diameters(scene: Scene) -> np.ndarray:
 
 
 def _round_edges(scene: Scene, bins: np.ndarray, number: int) -> list[float]:
-    """Return twice the mean radius of the inner edge in each bin, over sectors of about 4 dx round the shot line [m].
-
-    A sector of that width holds particles, and a single stray one does not decide.
-    """
+    """Return twice the mean edge radius [m] per bin, over sectors of 4 dx: no single stray particle decides."""
     side = scene.target_sides[0]
     edges = []
     for k in range(number):
@@ -231,10 +225,7 @@ def lip(scene: Scene) -> Outcomes:
 
 @measures("run", "target_fragments", needs=("layer", "motion"))
 def target_fragments(scene: Scene) -> Result:
-    """Return the number of detached fragments of the first layer.
-
-    Failed material whose particles are still within the linking distance counts as attached; a note says how much.
-    """
+    """Return the number of detached fragments of the first layer, with a note on failed mass that is not."""
     groups, held = scene.groups(scene.target), scene.attached_groups(scene.target)
     damage, note = scene.now.fields.get("damage"), ""
     if damage is not None:

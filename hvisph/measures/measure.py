@@ -167,10 +167,7 @@ def body_table(scene: Scene) -> dict[str, Plain]:
 
 
 def debris(scene: Scene) -> tuple[BodyFragments, ...]:
-    """Return the fragments of every body that has particles, in the order of bodies.
-
-    Centres and velocities are in the case's axes, extents along the shot line and across it.
-    """
+    """Return the fragments of every body, centres and velocities in the case's axes, extents in the shot's."""
     pieces = []
     for body in scene.now.present:
         fragments = scene.fragments(body)

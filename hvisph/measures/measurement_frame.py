@@ -148,10 +148,7 @@ class Scene:
 
     @cached_property
     def position(self) -> np.ndarray:
-        """Positions now, shape (n, dim) [m].
-
-        Raises `OutputError` when a position is not finite: no length has a meaning then.
-        """
+        """Positions now (n, dim) [m]; raises `OutputError` where one is not finite: no length has a meaning."""
         position = self.now.fields["position"]
         if not np.isfinite(position).all():
             number = int(self.now.id[np.flatnonzero(~np.isfinite(position).all(axis=1))[0]])
@@ -164,10 +161,7 @@ class Scene:
         return spacing_of(self.now)
 
     def spacings(self, rows: np.ndarray) -> float | np.ndarray:
-        """Return the spacing of the particles `rows` [m]: dx, or where a body has several, of each its own.
-
-        It follows from the initial smoothing lengths.
-        """
+        """Return the spacing of `rows` [m]: dx, or of each its own by its initial smoothing length."""
         start = self.start
         if start is None or "smoothing_length" not in start.fields or not len(rows):
             return self.spacing
@@ -345,10 +339,7 @@ class Scene:
 
     @cached_property
     def target_sides(self) -> list[np.ndarray]:
-        """Indices of the target's main bodies: in 2D on each side of the shot line, in 3D all round it.
-
-        A half model has one side.
-        """
+        """Indices of the target's main bodies: each side of the shot line in 2D (one of a half model), all in 3D."""
         plate = self.is_target
         if self.now.dimensions != 2:
             pieces = self.groups(self.target)

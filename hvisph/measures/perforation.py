@@ -16,6 +16,7 @@ perforated by a path that was not there.
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from .fragments import connected_groups
 from .impact_geometry import own_spacings
@@ -114,24 +115,16 @@ def _normal_velocity(scene: Scene, plate: Plate) -> np.ndarray:
 
 
 def _relative_velocity(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.ndarray) -> np.ndarray:
-    """Return the normal velocity of `rows` relative to the nearest attached particle of each [m/s].
-
-    The middle of a free plate that bends and vibrates does not have the velocity of the whole plate.
-    """
+    """Return normal velocities of `rows` relative to the nearest attached particle [m/s]: a plate may vibrate."""
     if len(rows) == 0:
         return np.zeros(0)
-    from scipy.spatial import cKDTree
-
     along = _normal_velocity(scene, plate)
-    _, nearest = cKDTree(scene.position[fixed]).query(scene.position[rows])
+    _, nearest = scipy.spatial.cKDTree(scene.position[fixed]).query(scene.position[rows])
     return np.asarray(along[rows] - along[fixed][nearest])
 
 
 def _approaching_energy(scene: Scene, plate: Plate, fixed: np.ndarray) -> float:
-    """Return the energy that other bodies, not yet behind the layer, carry towards it, over the initial kinetic energy.
-
-    Velocities are along the normal and relative to the attached part.
-    """
+    """Return the share of kinetic energy that other bodies carry along the normal towards the attached part."""
     depth, mass = plate.depth(scene.position), scene.now.fields["mass"]
     own = fixed if len(fixed) else np.flatnonzero(scene.now.body == plate.body)
     along = _normal_velocity(scene, plate)

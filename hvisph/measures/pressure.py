@@ -235,10 +235,7 @@ def temperatures(scene: Scene) -> Outcomes:
 
 
 def phase_fractions(entropy: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mass fractions of melt and of vapour, (n,) each.
-
-    `levels`: at rest, and of incipient and complete melting and vaporisation at 1 bar, (n, 5) [J/(kg K)].
-    """
+    """Return mass fractions of melt and vapour (n,); `levels` (n, 5) [J/(kg K)] as in the module's formulas."""
     _, solid, liquid, boiling, gas = levels.T
     melt = np.clip((entropy - solid) / (liquid - solid), 0.0, 1.0)
     return melt, np.clip((entropy - boiling) / (gas - boiling), 0.0, 1.0)

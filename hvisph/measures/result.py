@@ -176,10 +176,7 @@ def entries() -> Mapping[str, list[Entry]]:
 def evaluate(
     section: str, scene: Scene, *subject: Plate, names: Collection[str] = (), reason: str = ""
 ) -> dict[str, Result]:
-    """Return the measures of a section in the order of the catalogue.
-
-    `reason`: why all of them are undefined, where they are.
-    """
+    """Return the measures of a section in the catalogue's order; `reason`: why all are undefined, if they are."""
     dim, rows = scene.now.dimensions, SECTIONS[section]
     chosen = names or reported_measures(dim, section)
     found: dict[str, Outcome | Mapping[str, Outcome]] = {}

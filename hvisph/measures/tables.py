@@ -25,10 +25,7 @@ _TIME = NumberFormat("time", "t", "us", 2)
 
 
 def angular_velocity(position: np.ndarray, velocity: np.ndarray, mass: np.ndarray) -> list[float]:
-    """Return the angular velocity of a rigid body [rad/s]: about z in 2D, about x, y, z in 3D, else none.
-
-    `position` [m] and `velocity` [m/s] (n, dim) and `mass` [kg] (n,) are those of its particles.
-    """
+    """Return angular velocities [rad/s] of particles as one rigid body: about z in 2D, x, y, z in 3D, else none."""
     dim = position.shape[1] if position.ndim > 1 else 1
     if dim == 1:
         return []
@@ -61,11 +58,7 @@ def rows(
     unitless: bool = False,
     variants: bool = False,
 ) -> list[Row]:
-    """Return the table's rows in the order of `results`.
-
-    `expected`: what `hvisph.measures.compare.compare_expected` returned.
-    `variants`: whether further variants of a measure have rows below its own.
-    """
+    """Return the table's rows; `expected` is of `compare_expected`, with `variants` these have rows, too."""
     by_name = {entry["name"]: entry for entry in expected}
     table = []
     for name, value in results.items():
@@ -90,10 +83,7 @@ def _row(name: str, result: Result, entry: PlainMapping | None, unitless: bool) 
 
 
 def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, str, str, str]]:
-    """Return name, mass, velocity and kinetic energy of every body of a summary as text.
-
-    Beside the velocity of a body that an explosive drives is that of Gurney's energy balance.
-    """
+    """Return every body's name, mass, velocity (and Gurney's, if driven) and kinetic energy as text."""
     known = {one["quantity"].removeprefix(DRIVEN): one["value"] for one in plain.get("correlations") or []}
     table = []
     for name, body in (plain.get("bodies") or {}).items():

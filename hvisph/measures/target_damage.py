@@ -41,10 +41,7 @@ class Opening:
 
 
 def opening(across: np.ndarray, centre: np.ndarray, spacing: float) -> Opening | None:
-    """Return the opening about `centre` (dim - 1,) among particles at `across` (n, dim - 1) in the plane [m].
-
-    It is None where they do not enclose one; `spacing` is dx.
-    """
+    """Return the opening about `centre` among particles at `across` [m]; None where they do not enclose one."""
     centre = np.array(centre, dtype=float)
     radii, number = np.zeros(0), FEWEST_SECTORS
     for _ in range(RECENTRED):
@@ -277,10 +274,7 @@ def _transient(scene: Scene, plate: Plate) -> Crater | str:
 
 @measures("layer", "crater_depth", "crater_outer_diameter", "crater_volume", "bulge_height")
 def crater(scene: Scene, plate: Plate) -> Outcomes:
-    """Return depth, diameter [m] and volume of the crater, and the height of the rear's bulge [m].
-
-    The depth is not final while the floor would go on by a tenth of it in as much time as has passed.
-    """
+    """Return the crater's depth, diameter and volume and the rear's bulge; not final while the floor moves on."""
     now = crater_of(scene, plate)
     grows = now.depth > scene.spacing and now.floor_speed * scene.now.time > GROWING * now.depth
     note = f"still grows: its floor moves on at {now.floor_speed:.3g} m/s" if grows else ""
@@ -331,10 +325,7 @@ def _least_by_place(place: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, n
 
 @measures("layer", "spall_mass", "spall_thickness", "spall_velocity")
 def spall(scene: Scene, plate: Plate) -> Outcomes:
-    """Return mass, thickness and velocity of the spall [kg], [m], [m/s].
-
-    Spall is all detached fragments that move away from the attached part, with nothing of it behind them, at any speed.
-    """
+    """Return mass, thickness and velocity of the spall: detached fragments that move away behind the layer."""
     _require(scene, plate, perforated=False, reason="the layer is perforated: its fragments are in the cloud")
     fixed, *_ = _attached_particles(scene, plate)
     along = np.array(plate.basis[0])

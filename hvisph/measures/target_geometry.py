@@ -16,6 +16,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hvisph.core.text import Plain
 
@@ -100,10 +101,7 @@ def to_tuples(value: object) -> Any:
 
 
 def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) -> Plate:
-    """Return the geometry of a layer from its initial positions (n, dim) in the axes of the shot [m].
-
-    `axis` are the lateral coordinates of the shot line (dim - 1), `spacing` is dx [m].
-    """
+    """Return a layer's geometry by its initial positions (n, dim) and the shot line's place `axis` [m]."""
     basis = _basis(_normal(position, spacing))
     normal = basis[0]
     depth, flat = position @ normal, position @ basis[1:].T
@@ -209,9 +207,7 @@ class Grid:
 
     def clearance(self, place: np.ndarray) -> np.ndarray:
         """Return the distance [m] from the nearest particle of every cell within the edges, and beyond the faces."""
-        from scipy import ndimage
-
-        far = ndimage.distance_transform_edt(~self.fill(place)) * self.cell
+        far = scipy.ndimage.distance_transform_edt(~self.fill(place)) * self.cell
         return np.asarray(far[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
 
     def free(self, place: np.ndarray, reach: float) -> np.ndarray:
@@ -238,9 +234,7 @@ class Grid:
 
     def leads_through(self, free: np.ndarray) -> bool:
         """Whether free cells connect the space before the layer with that behind it."""
-        from scipy import ndimage
-
-        labels, _ = ndimage.label(free & self.edge_mask)
+        labels, _ = scipy.ndimage.label(free & self.edge_mask)
         return bool(np.intersect1d(labels[0], labels[-1]).max(initial=0) > 0)
 
     def layer_slice(self, place: np.ndarray) -> slice:
@@ -275,10 +269,7 @@ def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
 
 
 def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: float) -> bool:
-    """Return whether a path leads through a layer that was not there at the start.
-
-    `solid` is the part attached now, `before` all of the layer at the start, moved with the rim: places (n, dim) [m].
-    """
+    """Return whether places `solid` now leave a path that those of the start, `before`, did not (n, dim) [m]."""
     grid = Grid.about(plate, spacing, [solid, before], RADIUS + WIDER)
     least = np.full_like(now := grid.clearance(solid), RADIUS * spacing)
     within = grid.layer_slice(before)
@@ -302,14 +293,10 @@ def with_openings(
     free = grid.free(place, RADIUS * spacing)
     if (~(free & grid.edge_mask)).reshape(len(free), -1).all(axis=1).any():  # a slice across it is closed
         return plate
-    from scipy import ndimage
-
-    _, pieces = ndimage.label(cells, structure=np.ones([3] * cells.ndim))
+    _, pieces = scipy.ndimage.label(cells, structure=np.ones([3] * cells.ndim))
     if pieces > 1:  # of cells, which may be more than of particles linked at 2 dx
         pieces = len(np.unique(connected_groups(position, own)))
     if not (opened := grid.leads_through(free)):
         return replace(plate, pieces=max(pieces, 1))
-    from scipy.spatial import cKDTree
-
-    way = cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=LINED_UP * spacing)[0]
+    way = scipy.spatial.cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=LINED_UP * spacing)[0]
     return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(way).any()))

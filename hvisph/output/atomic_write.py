@@ -34,10 +34,7 @@ def write_errors(path: str | Path) -> Iterator[None]:
 
 @contextmanager
 def read_errors(path: str | Path, what: str) -> Iterator[None]:
-    """Raise `OutputError` that names `path` where this block cannot read it; `what` is its kind, as "a VTK file".
-
-    Any error of the block is its content's: a damaged file fails anywhere in a decoder.
-    """
+    """Raise `OutputError` for any error of this block, as of reading `path`, a file of the kind `what`."""
     try:
         yield
     except (CaseError, MemoryError):

@@ -65,10 +65,7 @@ class Ordered:
 
 
 def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
-    """Write a checkpoint, whole or not at all, then delete earlier ones but the one before; return its path.
-
-    Raises `OutputError` when it cannot be written; those before it are untouched.
-    """
+    """Write a checkpoint whole, delete all but it and the last; `OutputError` leaves those before untouched."""
     path = Path(folder) / f"{checkpoint.step:012d}.h5"
     form = {"format_version": FORMAT_VERSION, "code_version": __version__, "step": checkpoint.step}
     header = json.dumps(form | {"content": checkpoint.header}).encode("ascii")
@@ -101,7 +98,6 @@ def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
     """Read a checkpoint after checking that it is whole.
 
     `lazily`: whether arrays are read whenever they are asked for, and not kept: the file must stay as it is.
-
     Raises `OutputError` when it is missing, truncated, damaged or of another kind; `CaseError` when another version of
     hvisph wrote it.
     """
@@ -135,7 +131,6 @@ def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: b
     """Return the newest checkpoint that is whole; None where there is none at all.
 
     `tell`: called with the reason for each that is skipped.
-
     Raises `OutputError` when there are some and none is whole; `CaseError` when another version of hvisph wrote it.
     """
     files = list_checkpoints(folder)

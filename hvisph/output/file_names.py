@@ -50,10 +50,7 @@ def number_of(path: Path) -> int | None:
 
 
 def own_files(folder: Path) -> Iterator[Path]:
-    """Yield hvisph's own files in a run's folder, by name, unfinished ones included.
-
-    The mark is left out. A link, or anything else that is no file, is yielded as well: see `is_plain`.
-    """
+    """Yield hvisph's own files in a run's folder but its mark, unfinished ones and links of their names too."""
     for name in FILES:
         for path in (folder / name, folder / (name + PARTIAL)):
             if path.is_symlink() or path.exists():

@@ -96,7 +96,6 @@ def snapshot_of_another_code(
     `point_data`: arrays with one row a point, by name.
     `field_data`: arrays of the file, by name; `TimeValue` or `Time` among them is the time.
     `step`: number of steps done; 0 where the file does not tell.
-
     Raises `OutputError` when there are no points, no array has a name that was given, positions are not finite, masses
     or densities not above zero, or densities cannot be in SI.
     """
@@ -205,10 +204,7 @@ def _groups(arrays: Mapping[str, Array], convention: Convention, n: int, word: s
 
 
 def read_vtk(path: str | Path, convention: Convention = SI, ending: str = ".vtk") -> Snapshot:
-    """Read another code's points from a legacy VTK file, or a VTP file with ``ending=".vtp"``.
-
-    Raises `OutputError` when pyvista is missing, or the file is missing, truncated, damaged or holds no points.
-    """
+    """Read points of a legacy VTK or VTP file; raises `OutputError` without pyvista, or for a damaged file."""
     with read_errors(path, "a VTK file"):
         try:
             import pyvista
@@ -227,9 +223,8 @@ def read_lammps(path: str | Path, convention: Convention = SI) -> Snapshot:
     """Read the last moment of a LAMMPS text dump.
 
     Scaled (xs), unwrapped (xu) and scaled unwrapped (xsu) coordinates are understood; ``c_``, ``v_`` and ``f_`` before
-    the name of a compute, variable or fix are left out. Format: https://docs.lammps.org/dump.html
-
-    Raises `OutputError` when the file is missing, truncated, damaged, or its particles have no positions.
+    the name of a compute, variable or fix are left out. Format: https://docs.lammps.org/dump.html Raises `OutputError`
+    when the file is missing, truncated, damaged, or its particles have no positions.
     """
     with read_errors(path, "a text dump of LAMMPS"):
         _, _, moment = Path(path).read_text("ascii").rpartition("ITEM: TIMESTEP\n")

@@ -13,9 +13,9 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 from zlib import crc32
 
+import h5py
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
@@ -26,9 +26,6 @@ from hvisph.output.atomic_write import read_errors
 from hvisph.output.sealed_hdf5 import LABELS, reading, writing
 
 from .snapshot import FORMAT_VERSION, INDICES, Snapshot, header_text, snapshot_from, to_vtk
-
-if TYPE_CHECKING:
-    import h5py
 
 _VTK_VERTEX = 1
 # What never changes of a particle, and may stand in the first snapshot alone.
@@ -51,10 +48,7 @@ PLAIN = Form()
 
 
 def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None:
-    """Write `snapshot` to `path`, complete or not at all.
-
-    Raises `OutputError` when it cannot be written; an earlier file of that name is then untouched.
-    """
+    """Write a snapshot; raises `OutputError` where it cannot be written, and leaves an earlier file untouched."""
     with writing(path) as h5:
         more: Plain = {"constants_in": form.constants_in} if form.constants_in else {}
         text = header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
@@ -66,7 +60,6 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
 
     `lazily`: whether fields of a large one are read whenever they are asked for, and not kept, but for the numbers of
         bodies, materials and particles and what stands in another file: the file must stay as it is.
-
     Raises `OutputError` when the file is missing, truncated, damaged, of another format version or not a snapshot.
     """
     with reading(path, "a snapshot", verified=not (lazily and _has_sums(path))) as h5:
@@ -104,10 +97,7 @@ def _has_sums(path: str | Path) -> bool:
 
 
 def time_in(path: str | Path) -> float:
-    """Return the time [s] of a snapshot, without a look at its fields.
-
-    Raises `OutputError` when the file is missing, truncated or not a snapshot.
-    """
+    """Return the time [s] of a snapshot without its fields; raises `OutputError` where it is no whole snapshot."""
     with reading(path, "a snapshot", verified=False) as h5:
         return float(_header(h5)["time"])
 
@@ -149,8 +139,6 @@ def _header(h5: h5py.File) -> Plain:
 
 def mark_vtk(h5: h5py.File) -> h5py.Group:
     """Return the group that ParaView reads, made and marked in an open HDF5 file."""
-    import h5py
-
     root = h5.create_group("VTKHDF")
     # VTK compares this attribute as fixed-length ASCII and rejects h5py's default variable length
     kind = b"UnstructuredGrid"
@@ -161,8 +149,6 @@ def mark_vtk(h5: h5py.File) -> h5py.Group:
 
 def write_labels(root: h5py.Group, bodies: Sequence[str], materials: Sequence[str]) -> None:
     """Write names as texts of the field data, in the order of the numbers `body` and `material`."""
-    import h5py
-
     # VTK reads texts of variable length that claim to be ASCII, and reads their content as UTF-8
     kind = h5py.string_dtype("ascii")
     for label, words in zip(LABELS, (bodies, materials), strict=True):
@@ -226,12 +212,7 @@ MOST = 20_000_000  # numbers of a dataset
 
 
 def read_eos_table(path: Path) -> dict[str, np.ndarray]:
-    """Return the four arrays of a table by name.
-
-    Raises `CaseError` if there is no such file, it is no HDF5, or its datasets do not fit each other.
-    """
-    import h5py
-
+    """Return the four arrays of a table by name; raises `CaseError` if the file is missing or does not fit."""
     if not path.is_file():
         raise CaseError("there is no such file", file=str(path))
     try:

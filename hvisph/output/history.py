@@ -41,7 +41,6 @@ class HistoryWriter:
 
     `path`: the file; an earlier one is replaced.
     `flush_seconds`: wall-clock time [s] after which records are written out.
-
     Raises `OutputError` here and in every method, when the file cannot be written; it then ends with a whole line.
     """
 
@@ -51,10 +50,7 @@ class HistoryWriter:
 
     @classmethod
     def resume(cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0) -> HistoryWriter:
-        """Go on with a file, without its records after `step`, by the column ``step``.
-
-        Raises `OutputError` when the file cannot be read, has other columns or damaged records.
-        """
+        """Go on with a file without its records after `step`; raises `OutputError` where they are damaged."""
         try:
             content = Path(path).read_bytes()
             text = content[: content.rfind(b"\n") + 1].decode("utf-8")

@@ -89,7 +89,6 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
 
     `path`: HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
     `lazily`: whether fields of an HDF5 file are read whenever they are asked for, and not kept: it must stay as it is.
-
     Raises `OutputError` when it is missing, truncated, damaged or of no known kind.
     """
     start = _bytes(Path(path), 64)
@@ -110,20 +109,15 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
 
 
 def read_time(path: str | Path, convention: Convention = SI) -> float:
-    """Return the time [s] of a snapshot, of an HDF5 file without a look at its fields.
-
-    Raises `OutputError` as of `read_snapshot`.
-    """
+    """Return the time [s] of a snapshot, of HDF5 without its fields; raises as `read_snapshot`."""
     return time_in(path) if _bytes(Path(path), 64).startswith(SIGNATURE) else read_snapshot(path, convention).time
 
 
 def list_snapshots(run: str | Path) -> list[Path]:
     """Return the snapshots of a run folder in order of time: its VTKHDF files, or its VTU files if it has none.
 
-    A folder without the sub-folders of a run is searched itself, so that the files of another code
-    can be read. Order of time is the order of the numbers in the names.
-
-    Raises `OutputError` when there is no such folder.
+    A folder without the sub-folders of a run is searched itself, so that the files of another code can be read. Order
+    of time is the order of the numbers in the names. Raises `OutputError` when there is no such folder.
     """
     folder = Path(run)
     if not folder.is_dir():
@@ -145,10 +139,7 @@ def list_snapshots(run: str | Path) -> list[Path]:
 
 
 def snapshots_in(run: str | Path) -> list[Path]:
-    """Return what `list_snapshots` finds.
-
-    Raises `CaseError` without any: it names the content of the folder and the remedy.
-    """
+    """Return what `list_snapshots` finds; without any, `CaseError` names the folder's content and the remedy."""
     files = list_snapshots(run)
     if files:
         return files
@@ -167,10 +158,7 @@ def snapshots_in(run: str | Path) -> list[Path]:
 
 
 def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snapshot]:
-    """Yield the snapshots of a run nearest to some times [s], the last one (None) or ``all``; or a file's.
-
-    Raises `CaseError` when there is none; `OutputError` when one is damaged.
-    """
+    """Yield a file, or the snapshots nearest to times [s], the last (None) or ``all``; `CaseError` without any."""
     files = [path] if path.is_file() else snapshots_in(path)
     if at is None or at == "all":
         yield from (read_snapshot(file) for file in (files[-1:] if at is None else files))
@@ -183,9 +171,8 @@ def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snaps
 def read_history(run: str | Path) -> dict[str, np.ndarray]:
     """Return the columns of a run's `history.csv` by name: floats, or text where a column is not numbers.
 
-    A last line without its end, left by a kill, is not read.
-
-    Raises `OutputError` when the file is missing or not a history, or time or a gauge is not a number.
+    A last line without its end, left by a kill, is not read. Raises `OutputError` when the file is missing or not a
+    history, or time or a gauge is not a number.
     """
     path = Path(run) / file_names.HISTORY
     content = _bytes(path)
@@ -207,10 +194,7 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
 
 
 def read_summary(run: str | Path) -> Plain:
-    """Return a run's `summary.json`.
-
-    Raises `OutputError` when the file is missing (the run did not end), damaged, or lacks what a summary has.
-    """
+    """Return a run's `summary.json`; raises `OutputError` when it is missing, damaged or incomplete."""
     path = Path(run) / file_names.SUMMARY
     try:
         summary = json.loads(_bytes(path, LARGEST_SUMMARY))

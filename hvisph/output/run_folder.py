@@ -29,10 +29,7 @@ class RunLog:
         self.path = Path(path)
 
     def write(self, text: str) -> None:
-        """Append `text`; each of its lines becomes a line of the log.
-
-        Raises `OutputError` when the file cannot be written.
-        """
+        """Append `text` to the log, line by line; raises `OutputError` when it cannot be written."""
         stamp = datetime.now().astimezone().isoformat(sep=" ", timespec="milliseconds")
         block = "".join(f"{stamp}  {sanitize(line)}\n" for line in text.splitlines() or [""])
         with write_errors(self.path):
@@ -90,10 +87,7 @@ def _lock(handle: int) -> None:
 
 
 class RunFolder:
-    """One run's folder, locked for this process until `close`.
-
-    Made by `create` for a new run or by `open` to go on with one.
-    """
+    """A run's folder, made by `create` or `open`, and locked for this process until `close`."""
 
     def __init__(self, path: Path, lock: FileLock):
         self.path = path
@@ -106,7 +100,6 @@ class RunFolder:
 
         `path`: the folder; one that exists must be empty, or a run's with `force`.
         `force`: delete what an earlier run wrote there. Files that hvisph does not write stay.
-
         Raises `CaseError` when the folder is in use for something: an earlier run without `force`, a link where hvisph
         writes, or anything else; `OutputError` when another run is writing it or it cannot be written.
         """
@@ -261,10 +254,7 @@ def _stem(number: int | str) -> str:
 
 
 def forget_snapshots(path: Path, last: bool) -> None:
-    """Delete the snapshots and checkpoints of a run that has ended; with `last`, keep the last snapshot.
-
-    Only files that a run writes there, by their names; never through a link.
-    """
+    """Delete snapshots and checkpoints of a run that has ended, `last` but the last; never through a link."""
     for series in (file_names.SERIES, file_names.TIME_SERIES):  # of deleted snapshots
         if file_names.is_plain(path / series):
             (path / series).unlink()

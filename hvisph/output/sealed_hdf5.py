@@ -17,14 +17,13 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
+
+import h5py
 
 from hvisph.core.errors import OutputError
 
 from .atomic_write import read_errors, replacing
-
-if TYPE_CHECKING:
-    import h5py
 
 _START = b"<!-- hvisph crc32 "
 _END = b" -->\n"
@@ -50,10 +49,7 @@ def has_seal(file: BinaryIO) -> bool:
 
 
 def verify_seal(file: BinaryIO) -> None:
-    """Check the seal of `file`, open for reading, and go back to its start.
-
-    Raises `OutputError` when there is no seal or the bytes do not fit it.
-    """
+    """Check the seal of an open `file` and rewind it; raises `OutputError` where it does not fit the bytes."""
     if not has_seal(file):
         raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
     length = file.seek(-SEAL_LENGTH, 2)
@@ -87,12 +83,7 @@ LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 
 @contextmanager
 def writing(path: str | Path) -> Iterator[h5py.File]:
-    """Give an open `h5py.File` that becomes `path`, sealed, when the block ends well.
-
-    Raises `OutputError` when it cannot be written; an earlier file of that name is then untouched.
-    """
-    import h5py
-
+    """Give an `h5py.File` that is sealed as `path` when the block ends well; `OutputError` keeps an earlier one."""
     with replacing(path) as file:
         sink = _Sink(file)
         try:
@@ -113,11 +104,8 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
     `what`: what it should be, such as ``a snapshot``.
     `verified`: whether its seal is held against all of its content, once as long as it stays as it is; else it may be
         damaged.
-
     Raises `OutputError` when it is missing, truncated, damaged or of another kind.
     """
-    import h5py
-
     with read_errors(path, f"{what} of hvisph"), Path(path).open("rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
             raise OutputError("it is not an HDF5 file")
@@ -146,8 +134,6 @@ def _remember(state: State, whole: bool) -> None:
 
 def _refuse_what_is_not_ours(h5: h5py.File, size: int) -> None:
     """Raise `OutputError` unless all in `h5` is a group or a plain array inside the file, of `size` bytes in all."""
-    import h5py
-
     groups, seen, claimed = [(h5, 0)], 0, 0
     while groups:
         group, depth = groups.pop()
@@ -170,8 +156,6 @@ def _refuse_what_is_not_ours(h5: h5py.File, size: int) -> None:
 
 def _refuse_elsewhere(node: object, name: str) -> None:
     """Raise `OutputError` unless `node` is an array of plain values that lies in the file as it is."""
-    import h5py
-
     if not isinstance(node, h5py.Dataset):
         raise OutputError(f"'{name}' in it is no array")
     made = node.id.get_create_plist()

@@ -119,11 +119,7 @@ def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
 
 
 def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
-    """Return the snapshot with this header and these arrays, named and laid out as in the file.
-
-    Raises `KeyError`, `TypeError` or `ValueError` when something is missing, or is not of the kind that hvisph
-    writes.
-    """
+    """Return the snapshot of a header and arrays as in a file; `KeyError`, `TypeError`, `ValueError` if foreign."""
     for key, kind in _HEADER.items():
         if not isinstance(header[key], kind) or isinstance(header[key], bool):
             raise ValueError(f"its {key} is no {kind.__name__ if isinstance(kind, type) else 'number'}")

@@ -10,8 +10,8 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import h5py
 import numpy as np
 
 from hvisph.core.errors import OutputError
@@ -20,9 +20,6 @@ from . import file_names
 from .atomic_write import write_errors
 from .hdf5 import CONSTANTS, mark_vtk, names_in, write_labels
 from .sealed_hdf5 import LABELS, reading
-
-if TYPE_CHECKING:
-    import h5py
 
 COUNTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
 TIME = "FieldData/TimeValue"
@@ -41,12 +38,9 @@ class _Outline:
 def write_time_series(folder: str | os.PathLike[str]) -> None:
     """Write the series of the numbered snapshots in a run's folder; beside and renamed.
 
-    A snapshot that cannot be read is left out. Without any there is no series, and one that is there is removed.
-
-    Raises `OutputError` when the file cannot be written.
+    A snapshot that cannot be read is left out. Without any there is no series, and one that is there is removed. Raises
+    `OutputError` when the file cannot be written.
     """
-    import h5py
-
     home = Path(folder)
     target = home / file_names.TIME_SERIES
     partial = target.with_name(target.name + file_names.PARTIAL)
@@ -128,8 +122,6 @@ def _write(h5: h5py.File, outlines: Sequence[_Outline]) -> None:
 
 def _string(root: h5py.Group, name: str, outlines: Sequence[_Outline]) -> None:
     """Make an array of those of all snapshots, one after the other."""
-    import h5py
-
     (_, *columns), kind, _ = outlines[0].arrays[name]
     total = sum(one.arrays[name][0][0] for one in outlines)
     layout = h5py.VirtualLayout((total, *columns), kind)

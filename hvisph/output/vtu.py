@@ -29,10 +29,7 @@ _PIECE = 8_192  # particles
 
 
 def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
-    """Write `snapshot` to `path`, complete or not at all.
-
-    Raises `OutputError` when it cannot be written; an earlier file of that name is then untouched.
-    """
+    """Write a snapshot; raises `OutputError` where it cannot be written, and leaves an earlier file untouched."""
     dim, n = snapshot.dimensions, snapshot.count
     with replacing(path) as file:
         order = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
@@ -61,9 +58,8 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
 def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
     """Read a snapshot from a VTU file: hvisph's own exactly, another code's by the names of its arrays.
 
-    See `hvisph.output.foreign` for how the arrays of other codes are understood.
-
-    Raises `OutputError` when the file is missing, truncated, damaged or not a VTU file of points.
+    See `hvisph.output.foreign` for how the arrays of other codes are understood. Raises `OutputError` when the file is
+    missing, truncated, damaged or not a VTU file of points.
     """
     import meshio
 
@@ -85,7 +81,6 @@ def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
     """Write the series of VTU files that ParaView opens as one, beside and renamed.
 
     `entries`: time [s] and file of each snapshot, the file relative to the folder of `path`.
-
     Raises `OutputError` when it cannot be written.
     """
     lines = []

@@ -124,10 +124,7 @@ class Collectives:
         self._at = None
 
     def worst(self, score: np.ndarray) -> ParticleReport | None:
-        """Return the particle with the largest score (n,), the smallest number among equals; None without scores.
-
-        NaN is the largest score, and minus infinity is no score.
-        """
+        """Return the particle of the largest score (n,), the least number of equals; NaN counts, -inf does not."""
         particles = self._stepper.particles
         score = np.where(np.isnan(score), np.inf, score)
         own: tuple[float, int, ParticleReport] | None = None

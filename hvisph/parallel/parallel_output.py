@@ -23,10 +23,7 @@ MOST_GATHERED, SLAB = 10_000_000, 1 << 20
 
 @dataclass
 class Slabs:
-    """Rows of all processes in one order.
-
-    `arrays` are those of this process by name, computed on request; `places` (n,) the positions of its rows.
-    """
+    """Rows of all processes in one order; of this one `arrays`, computed on request, and their `places` (n,)."""
 
     world: SingleProcess
     arrays: Mapping[str, np.ndarray]

@@ -23,10 +23,7 @@ INSTALL = "pip install 'hvisph[mpi]', or mpi4py alone for the MPI that is there"
 
 
 class SingleProcess:
-    """Communication of a single process, which does nothing.
-
-    `waited` is the time spent waiting so far [s]; `messages` and `sent` count the tables sent and their rows.
-    """
+    """Communication of a single process, which does nothing; time waited [s], messages and rows are counted."""
 
     rank, size = 0, 1
     beside = 1  # processes of this machine, this one included
@@ -241,11 +238,7 @@ def _pieces(rows: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def detect_processes() -> SingleProcess:
-    """Return the processes started by the MPI launcher, checked for equal installations.
-
-    Raises `CaseError` when mpi4py is missing, or is that of another MPI than the launcher's, or the processes are not
-    alike.
-    """
+    """Return the launcher's processes; raises `CaseError` where mpi4py is missing or installations differ."""
     _, size = launched_rank()
     if size == 1:
         return SingleProcess()

@@ -34,7 +34,6 @@ def complete(
     """Run the case of an entry, or continue it where it was interrupted; None where it has been run.
 
     `threads`, `listener`: as of `hvisph.simulation.run.run`.
-
     Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process is
     running the case.
     """
@@ -77,7 +76,6 @@ def entries(
     `sources`: case files, names of bundled cases, folders of cases, folders of runs, snapshots.
     `runs`: below which cases run: a bundled case under its name, another under its folder's and its file's.
     `overrides`, `resolution`: for every case, as of `hvisph.casefile.loader.load_case`.
-
     Raises `CaseError` for anything wrong with any of them.
     """
     made: list[Entry] = []

@@ -87,10 +87,9 @@ class ExactSolution:
 def exact_solution(case: Case) -> ExactSolution:
     """Solve a case exactly.
 
-    Gauges see what the particle sees that they ride with. Those fixed in space are left out.
-
-    Raises `CaseError` where there is no exact solution: more dimensions than one, planes of symmetry, clamps, damage, a
-    strength whose shocks depend on the history; `RunError` where the waves lead out of the materials' laws.
+    Gauges see what the particle sees that they ride with. Those fixed in space are left out. Raises `CaseError` where
+    there is no exact solution: more dimensions than one, planes of symmetry, clamps, damage, a strength whose shocks
+    depend on the history; `RunError` where the waves lead out of the materials' laws.
     """
     _refuse_unsolvable(case)
     placed = placed_bodies(case)
@@ -151,11 +150,9 @@ MOST_DRAWN = 6
 def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list[Path]:
     """Write gauges and profiles of an exact solution into `folder`, made if need be; return the files.
 
-    ``gauge.NAME.csv`` holds two lines for every jump, the values before and after it, so that straight
-    lines between its points are the exact history; ``profile_N.csv`` likewise two for every region, at
-    the moments of the case's output.
-
-    Raises `OutputError` when something cannot be written.
+    ``gauge.NAME.csv`` holds two lines for every jump, the values before and after it, so that straight lines between
+    its points are the exact history; ``profile_N.csv`` likewise two for every region, at the moments of the case's
+    output. Raises `OutputError` when something cannot be written.
     """
     folder = Path(folder)
     with write_errors(folder):
@@ -213,10 +210,7 @@ class Overlay:
 
 
 def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:
-    """Return the gauges of runs by their names, beside the exact solutions if `exact`.
-
-    Raises `CaseError` where a folder holds no case, or a run has no gauges; `OutputError` where a run has no history.
-    """
+    """Return gauges of runs, beside exact ones if `exact`; `CaseError` or `OutputError` where there are none."""
     made = Overlay()
     for name, folder in folders.items():
         if not (folder / file_names.CASE).is_file():

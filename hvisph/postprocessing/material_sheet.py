@@ -73,10 +73,7 @@ def derive_properties(model: MaterialModel) -> dict[str, tuple[float, str]]:
 def hugoniot(
     model: MaterialModel, velocities: Sequence[float] = SHOCKS
 ) -> list[tuple[float, float, float, float, float]]:
-    """Return particle velocity, shock speed, pressure, density and temperature behind shocks, where there are any.
-
-    There are none of detonation products, which are never at rest.
-    """
+    """Return velocity, shock speed, pressure, density, temperature behind shocks; none of detonation products."""
     material = material_of(model)
     if isinstance(material.eos, JonesWilkinsLee):
         return []

@@ -104,7 +104,6 @@ class OpenRun:
     """A run's folder: ``run[-1]`` is its last state; ``run.history`` and ``run.summary`` are its records.
 
     `path`: the folder of a run, ended or not, or of another code's snapshots.
-
     Raises `CaseError` when there is no such folder.
     """
 
@@ -246,7 +245,6 @@ def shown_moments(
 
     `at`: times [s], ``all``, or None for the last.
     `named`: whether titles begin with the run's name.
-
     Raises `CaseError` when there is no such run or body, or the run holds no snapshot; `OutputError` when one is
     damaged.
     """

@@ -68,10 +68,7 @@ class PlacedBody:
 
     @property
     def breadth(self) -> np.ndarray:
-        """Side of the square or cube of each particle's volume, of its section if axisymmetric, (n,) [m].
-
-        That of the start of the run where a body starts from one.
-        """
+        """Side of the square or cube of each particle's volume or section (n,) [m], of a carried body at its start."""
         if self.carried:
             return self.spacing
         if isinstance(getattr(self.surface, "shape", None), Section):

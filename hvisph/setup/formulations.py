@@ -185,10 +185,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
 
 
 def impact_pressure(projectile: Material, target: Material, speed: float) -> float:
-    """Return the pressure [Pa] at the interface of a flat impact at `speed` [m/s].
-
-    Where the equations of state have no such shock, that of shocks whose speed is c0 + 1.5 u, at half the speed each.
-    """
+    """Return the pressure [Pa] of a flat impact at `speed` [m/s], of shocks c0 + 1.5 u where none is known."""
     if speed <= 0.0:
         return 0.0
     try:

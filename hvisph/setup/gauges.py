@@ -48,10 +48,7 @@ class PlacedGauge:
 
 
 class Gauges:
-    """Gauges of a run by name, with `columns` ``gauge.<name>.<field>`` of the history.
-
-    Raises `CaseError` for a field that the formulation does not have.
-    """
+    """Gauges of a run, `columns` ``gauge.<name>.<field>``; raises `CaseError` for a field that is not there."""
 
     def __init__(self, gauges: dict[str, PlacedGauge], stepper: AnyStepper):
         self._stepper, self._names = stepper, tuple(gauges)
@@ -159,10 +156,7 @@ class _Values:
 
 
 def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float) -> dict[str, PlacedGauge]:
-    """Place the case's gauges by name on `bodies`, whose particles are numbered in order, with spacing `dx` [m].
-
-    Raises `CaseError` for a gauge outside every body.
-    """
+    """Place gauges on `bodies` of numbered particles; raises `CaseError` for one outside every body."""
     if not models:
         return {}
     positions = np.concatenate([body.positions for body in bodies])

@@ -229,10 +229,7 @@ def _load_column(
 
 
 def density_under_pressure(material: Material, pressure: float, energy: float) -> float:
-    """Return the density [kg/m^3] of a material at a pressure [Pa] and an energy [J/kg], by bisection.
-
-    Pores are taken at their initial distension.
-    """
+    """Return density [kg/m^3] at pressure [Pa] and energy [J/kg], by bisection; pores at initial distension."""
     of, distension = material.pressure_function(), 1.0 if material.porosity is None else material.porosity.distension
     low, high = 0.5 * material.density_at_rest * distension, 2.0 * material.density_at_rest * distension
     for _ in range(100):

@@ -100,10 +100,7 @@ def _ends(model: Any) -> dict[str, float]:
 
 
 def parameters(kind: type[Any], model: object, **known: object) -> Any:
-    """Return the parameter object `kind` of a case's model: each field from `known`, or from the key of its name.
-
-    Fields whose key the model lacks, or has as null, keep their defaults.
-    """
+    """Return the parameters `kind` of a case's model, of `known` or keys of their names; null keeps defaults."""
     keys = KEYS.get(kind, {})
     values = {
         one.name: getattr(model, keys[one.name]) if one.name in keys else getattr(model, one.name, None)
@@ -158,10 +155,7 @@ def _failed_friction(model: DamageModel) -> float:
 
 
 def start_of(name: str, model: Body, material: Material) -> tuple[float, float]:
-    """Return initial density [kg/m^3] and specific internal energy [J/kg] of a body.
-
-    Raises `CaseError` for a temperature without a state of zero pressure.
-    """
+    """Return density [kg/m^3] and energy [J/kg] of a body; `CaseError` for a temperature without zero pressure."""
     rest = material.density_at_rest
     if model.temperature is None:
         return rest, model.internal_energy or material.eos.ambient_energy
@@ -174,10 +168,7 @@ _ALONG = 1e-6  # sine of the angle between directions that are the same
 
 
 def material_axes(case: Case, name: str, model: Body, material: Material) -> np.ndarray:
-    """Return the unit quaternion (4,) that turns x, y, z into the material axes of the body `name`.
-
-    Raises `CaseError` without axes in 3D, and where the material is not symmetric as the case is.
-    """
+    """Return the quaternion (4,) of a body's material axes; `CaseError` without, or not as symmetric as the case."""
     where = f"bodies.{name}"
     kinematics = KINEMATICS[case.kinematics]
     _refuse_kinematics(case, where)

@@ -42,10 +42,7 @@ def rigid_material(body: PlacedBody, material: Material) -> Material:
 def rigid_motions(
     case: Case, particles: Particles, placed: list[PlacedBody], materials: list[Material], planes: tuple[Plane, ...]
 ) -> tuple[RigidMotion, ...]:
-    """Return the motions of the rigid bodies, whose particles are marked here.
-
-    Raises `CaseError` where a clamp holds a part of one, or a plane of symmetry stands in its way.
-    """
+    """Return the motions of rigid bodies and mark their particles; `CaseError` where a clamp or plane holds one."""
     motions: list[RigidMotion] = []
     parts = [part for body in placed for part in body.parts]
     deformable = [one for part, one in zip(parts, materials, strict=True) if part.model.rigid is None]

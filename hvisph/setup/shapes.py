@@ -37,10 +37,7 @@ PROFILES = {
 
 
 def shape_of(model: Any, dim: int) -> Shape:
-    """Return the geometry of a case's shape in `dim` dimensions.
-
-    Raises `CaseError` when sizes do not go together, or a file cannot be read.
-    """
+    """Return a shape's geometry in `dim` dimensions; raises `CaseError` for sizes or files that do not fit."""
     if model.type in SIMPLE:
         return _of_keys(SIMPLE[model.type], model)
     match model.type:
@@ -110,10 +107,7 @@ def initial_velocity(model: Body, positions: np.ndarray, middle: np.ndarray) -> 
 
 
 def refuse_unlike_halves(model: Body, positions: np.ndarray, middle: np.ndarray, axis: int, at: float) -> None:
-    """Raise an error for a field that is not symmetric about the plane `at` [m] across `axis`.
-
-    Raises `CaseError` with the field's number; tables, which may hold the kept half alone, are not tried.
-    """
+    """Raise `CaseError` for a field that is not symmetric about a plane; tables of one half are not tried."""
     turned = positions.copy()
     turned[:, axis] = 2.0 * at - turned[:, axis]
     for number, field in enumerate(model.initial_velocity):

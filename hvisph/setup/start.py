@@ -66,10 +66,7 @@ class Origin:
         return np.asarray(lengths / h_over_dx)
 
     def as_dict(self) -> Plain:
-        """Return the plain form for the summary: folder, time, hash of the case, and lost properties.
-
-        `lost_on_mapping` is the energy of the run [J] that no particle has, its `contact_energy`: it does not go on.
-        """
+        """Return the plain form for the summary, with properties and energy that are lost on mapping."""
         lost = 0.0
         with suppress(OutputError):
             history = read_history(self.folder)
@@ -80,10 +77,7 @@ class Origin:
 
 
 def origin_of(case: Case) -> Origin:
-    """Return the snapshot that a case starts from.
-
-    Raises `CaseError` where there is no such run or snapshot, or the case cannot start from it.
-    """
+    """Return the snapshot that a case starts from; raises `CaseError` where there is none that it can."""
     start: Any = case.start
     folder = Path(start.run)
     if not folder.is_dir():

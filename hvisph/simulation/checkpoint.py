@@ -185,10 +185,7 @@ class Cadence:
 
 
 def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
-    """Raise `CaseError` naming the differences unless a checkpoint's case and `case` are equivalent.
-
-    A new end is accepted unless it is before the checkpoint.
-    """
+    """Raise `CaseError` with the differences of two cases, but for an end after the checkpoint."""
     before, now = checkpoint.header.get("case"), case.model_dump(mode="json")
     try:
         reached, end = float(checkpoint.header["clock"]["time"]), before["time"]["end"]  # type: ignore[index]

@@ -118,10 +118,7 @@ class LateStages:
         return _State(flies, pressure, stress, highest, fast, closing, wanted)
 
     def switch(self, time: float, step: int) -> str:
-        """Begin the next stage and return a remark on it.
-
-        Raises `Failure` where the pressure is above a tenth of the new bulk modulus.
-        """
+        """Begin the next stage and return a remark; `Failure` at a pressure above a tenth of its bulk modulus."""
         stepper, stage, state = self._stepper, self._stages[self._done], self._survey()
         particles, pressure, flies = stepper.particles, state.pressure, state.flies
         if stage.at == "auto":

@@ -119,10 +119,7 @@ def with_threads(case: Case, start: InitialState, threads: int | None, world: Si
 
 
 def set_threads(threads: int | None, worthwhile: int | None = None, beside: int = 1) -> None:
-    """Use so many threads, or `worthwhile`, or one per core; of `beside` processes of this machine each has its share.
-
-    Raises `CaseError` for more than there are, or where none can work.
-    """
+    """Use so many threads, or `worthwhile`, or the share of `beside` processes; `CaseError` for too many."""
     refuse_fork()
     give_back_large()
     most = numba.config.NUMBA_NUM_THREADS

@@ -80,10 +80,7 @@ class RunFiles:
         return self.history
 
     def go_on(self) -> HistoryWriter | NoHistory:
-        """Truncate the files at the checkpoint; return the history, closed by the caller.
-
-        Raises `OutputError` when the history does not reach up to the checkpoint.
-        """
+        """Cut the files at the checkpoint and return the history; `OutputError` where it does not reach it."""
         self.history = NoHistory()
         if not self._writes:
             return self.history
@@ -167,10 +164,7 @@ def exit_code_of(status: str, summary: Plain, signal: int) -> int:
 def measure_end(
     case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: Plain, listener: Listener, origin: Plain
 ) -> Plain:
-    """Write and return the summary, measured from the run's files, with its warnings.
-
-    `ended` has the arguments of `summarise` that describe the end of the run, `origin` tells of the one before it.
-    """
+    """Write and return the summary by the run's files, with warnings; `ended` as for `summarise`."""
     from hvisph.diagnostics.summary import summarise  # all that measures: nothing of it is needed to begin
 
     folder = writer.folder

@@ -17,6 +17,7 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from hvisph.case.sweep import Fit
 from hvisph.case.units import COMMON_UNITS
@@ -144,10 +145,7 @@ class _MissingRunsError(Exception):
 
 
 class Calibration:
-    """A fit, the data it is held against and the runs that are done.
-
-    `fit`: with its data, see `with_data`.
-    """
+    """A fit with its data (see `with_data`), and the runs that are done."""
 
     def __init__(self, fit: Fit, base: PlainMapping, rows: Sequence[PlainMapping] = ()):
         self.fit, self.base = fit, base
@@ -235,10 +233,7 @@ class Calibration:
         return found[0], ((found[1 : n + 1] - found[n + 1 :]) / steps[:, None]).T
 
     def _least_squares(self) -> Plain:
-        from scipy.optimize import least_squares
-        from scipy.stats import t
-
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             lambda u: self._linearize(u)[0],
             self.start,
             jac=lambda u: self._linearize(u)[1],
@@ -251,7 +246,7 @@ class Calibration:
         freedom = max(len(residuals) - len(found.x), 1)
         spread = max(1.0, float(residuals @ residuals) / freedom)
         covariance = np.linalg.inv(jacobian.T @ jacobian / spread + PRIOR * np.eye(len(found.x)))
-        half = float(t.ppf(0.975, freedom)) * np.sqrt(np.diag(covariance))
+        half = float(scipy.stats.t.ppf(0.975, freedom)) * np.sqrt(np.diag(covariance))
         bounds = np.clip([found.x - half, found.x + half], 0.0, 1.0)
         text = f"least squares, {found.nfev} iterations"
         if found.status == 0:
@@ -261,14 +256,10 @@ class Calibration:
 
     def _design(self) -> np.ndarray:
         """Return the points of a surrogate."""
-        from scipy.stats import qmc
-
-        return np.asarray(qmc.LatinHypercube(len(self.scales), rng=0).random(self.fit.count))
+        return np.asarray(scipy.stats.qmc.LatinHypercube(len(self.scales), rng=0).random(self.fit.count))
 
     def _surrogate(self) -> Plain:
         """Return mean and covariance of the posterior by importance sampling of response surfaces."""
-        from scipy.stats import multivariate_normal, qmc, uniform
-
         points = self._design()
         computed = self._evaluate(points)
         surfaces = [Surrogate(points, column) for column in computed.T]
@@ -278,7 +269,7 @@ class Calibration:
         def predict(u: np.ndarray) -> np.ndarray:
             return np.stack([surface.predict(u) for surface in surfaces], axis=1)
 
-        draws = qmc.Sobol(len(self.scales), rng=0).random(DRAWS)
+        draws = scipy.stats.qmc.Sobol(len(self.scales), rng=0).random(DRAWS)
         density = np.zeros(DRAWS)
         for k in range(REFINEMENTS + 1):
             likelihood = -0.5 * (((predict(draws) - measured) / scatter) ** 2).sum(axis=1) - density
@@ -287,12 +278,12 @@ class Calibration:
             mean = weights @ draws
             covariance = (draws - mean).T @ ((draws - mean) * weights[:, None]) + 1e-10 * np.eye(len(mean))
             if k < REFINEMENTS:
-                proposal = multivariate_normal(mean, 2.0 * covariance, seed=k)
+                proposal = scipy.stats.multivariate_normal(mean, 2.0 * covariance, seed=k)
                 draws = np.atleast_2d(proposal.rvs(DRAWS).T).T
                 draws = draws[((draws >= 0.0) & (draws <= 1.0)).all(axis=1)]
                 density = proposal.logpdf(draws)
         bounds = np.array([[weighted_quantile(one, weights, share) for one in draws.T] for share in (0.025, 0.975)])
-        sobol = [surface.sobol([uniform()] * len(mean)) if len(mean) > 1 else None for surface in surfaces]
+        sobol = [surface.sobol([scipy.stats.uniform()] * len(mean)) if len(mean) > 1 else None for surface in surfaces]
         more = {
             "method": f"posterior of a response surface of {self.fit.count} points",
             "converged": True,

@@ -53,10 +53,7 @@ class DaskCrew:
         self.alone: float | None = None  # no worker has been there since
 
     def keep(self, wanted: int) -> int:
-        """Submit workers until the wanted number is running; report a cluster without workers.
-
-        Raises `OutputError` when the scheduler has gone, or workers end with an error again and again.
-        """
+        """Keep the wanted number of workers; `OutputError` without a scheduler, or where all end with errors."""
         for task in self.tasks:
             if task.done():
                 self.failures.add(*_end(task))
@@ -112,10 +109,7 @@ class DaskCrew:
 
 
 def _work(command: list[str]) -> tuple[int, str]:
-    """Run the command of a worker: in a process of its own, which hears signals and outlives no machine.
-
-    Returns its exit code, and the end of what it said on standard error.
-    """
+    """Run a worker's command as a process; return its exit code and the end of its standard error."""
     nothing = subprocess.DEVNULL
     done = subprocess.run(  # noqa: S603 our own command
         command, check=False, stdin=nothing, stdout=nothing, stderr=subprocess.PIPE, text=True, errors="replace"

@@ -24,7 +24,6 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
 
     `rows`: cases that are done. A column counts where its name is that of a measure, and its cell is a number, with a
         unit or in SI.
-
     Returns by measure: ``unit``, ``cases`` (numbers), ``measured`` and ``computed`` [SI], and ``mean`` and ``worst``,
     the mean and the largest of (computed - measured)/measured with its sign; None where all that was measured is zero.
     """

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hvisph.case import sweep as models
 from hvisph.core.errors import CaseError
@@ -17,11 +18,7 @@ from .statistics import perturbations
 
 
 def draw_sample(vary: models.Sample, base: Mapping[str, object]) -> list[Values]:
-    """Return the values of the cases of a sample; the same for the same seed.
-
-    More cases with the same seed begin with the same ones for `sobol` and `random`; a Latin hypercube is
-    another for another count.
-    """
+    """Return the cases of a sample by its seed; more cases extend `sobol` and `random`, not a hypercube."""
     draws = {path: _distribution(path, one, base) for path, one in vary.values.items()}
     cube = _unit_cube(vary.method, len(draws), vary.count, vary.seed)
     return [{path: draw(float(u)) for (path, draw), u in zip(draws.items(), row, strict=True)} for row in cube]
@@ -29,15 +26,13 @@ def draw_sample(vary: models.Sample, base: Mapping[str, object]) -> list[Values]
 
 def _unit_cube(method: str, dimensions: int, count: int, seed: int) -> np.ndarray:
     """Return points of the unit cube, (count, dimensions)."""
-    from scipy.stats import qmc
-
     rng = np.random.default_rng(seed)
     if method == "random":
         return rng.random((count, dimensions))
     if method == "latin_hypercube":
-        return qmc.LatinHypercube(dimensions, rng=rng).random(count)
+        return scipy.stats.qmc.LatinHypercube(dimensions, rng=rng).random(count)
     power = int(np.ceil(np.log2(count))) if count > 1 else 0
-    return qmc.Sobol(dimensions, rng=rng).random_base2(power)[:count]
+    return scipy.stats.qmc.Sobol(dimensions, rng=rng).random_base2(power)[:count]
 
 
 def _distribution(path: str, one: Any, base: PlainMapping) -> Any:
@@ -50,14 +45,12 @@ def _distribution(path: str, one: Any, base: PlainMapping) -> Any:
 
 def distribution(path: str, one: Any, base: PlainMapping) -> tuple[Scale, Any]:
     """Return the scale of a setting and its distribution in that scale, a frozen one of `scipy.stats`."""
-    from scipy.stats import norm, uniform
-
     if isinstance(one, models.Uniform):
         scale = Scale(path, one.uniform, base)
         low, high = scale.numbers
-        return scale, uniform(low, high - low)
+        return scale, scipy.stats.uniform(low, high - low)
     scale = Scale(path, [one.normal.mean, one.normal.sd], base)
-    return scale, norm(*scale.numbers)
+    return scale, scipy.stats.norm(*scale.numbers)
 
 
 def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
@@ -65,7 +58,6 @@ def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
 
     `vary`: what the sweep varies: a model of `hvisph.case.sweep`.
     `folder`: where a table that the sweep names is looked for.
-
     Returns for each case the values of its settings by path; a list's columns of an experiment among them. Raises
     `CaseError` with the key below `vary` that is to blame.
     """

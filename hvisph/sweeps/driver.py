@@ -52,10 +52,7 @@ class Failures:
         self.count = 0
 
     def add(self, code: int, output: str = "") -> None:
-        """Record the end of a worker; raises `OutputError` after too many failures.
-
-        `code`: its exit code; negative for one that was killed, whose case tells for itself how often that was.
-        """
+        """Record the exit code of a worker, negative if killed; raises `OutputError` after too many errors."""
         if code <= 0 or code == INTERRUPTED:
             self.count = 0 if code == 0 else self.count
             return

@@ -25,7 +25,6 @@ class Scale:
 
     `values`: numbers, or text with units.
     `base`: the case as read, which says what may stand at the path.
-
     Raises `CaseError` when one of them is no number, or of another dimension.
     """
 

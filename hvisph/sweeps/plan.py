@@ -42,11 +42,7 @@ class Member:
 
 
 class Plan:
-    """A sweep and the case that it starts from.
-
-    `base`: the case before settings, as read.
-    `places`: lines of the sweep's file, for messages.
-    """
+    """A sweep, the case before settings (`base`), and lines of the sweep's file for messages (`places`)."""
 
     def __init__(self, sweep: Sweep, base: Document, places: Mapping[Any, Place], folder: Path):
         self.sweep, self.places, self.folder = sweep, places, folder

@@ -32,6 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain, PlainMapping
@@ -60,8 +61,6 @@ def observed_order(f: Sequence[float], h: Sequence[float]) -> float | None:
     """Return the order p of three results at three spacings, finest first; None where they are not monotone."""
     if f[1] == f[0] or (f[2] - f[1]) / (f[1] - f[0]) <= 0.0:
         return None
-    from scipy.optimize import brentq
-
     ratio = (f[2] - f[1]) / (f[1] - f[0])
     a, b = h[1] / h[0], h[2] / h[0]
 
@@ -70,7 +69,7 @@ def observed_order(f: Sequence[float], h: Sequence[float]) -> float | None:
 
     if excess(LOWEST) * excess(HIGHEST) > 0.0:
         return None
-    return float(brentq(excess, LOWEST, HIGHEST, xtol=1e-13, rtol=1e-13))
+    return float(scipy.optimize.brentq(excess, LOWEST, HIGHEST, xtol=1e-13, rtol=1e-13))
 
 
 def convergence(
@@ -148,8 +147,6 @@ def logistic_limit(values: Sequence[float], happened: Sequence[bool]) -> tuple[f
     The likelihood is penalised by the determinant of its information (Firth 1993), which keeps the estimate finite
     where a value separates all shots. The deviation is that of the logistic distribution, scale pi/sqrt(3).
     """
-    from scipy.optimize import minimize
-
     v, y = np.asarray(values, float), np.asarray(happened, float)
     middle, width = float(v.mean()), float(v.std())
     if len(v) < 3 or width == 0.0 or len(set(happened)) < 2:
@@ -163,7 +160,7 @@ def logistic_limit(values: Sequence[float], happened: Sequence[bool]) -> tuple[f
         return float(np.logaddexp(0.0, z).sum() - y @ z - 0.5 * np.linalg.slogdet(information + 1e-12 * np.eye(2))[1])
 
     options = {"xatol": 1e-6, "fatol": 1e-9, "maxiter": 4000}
-    fitted = minimize(loss, np.zeros(2), method="Nelder-Mead", options=options).x
+    fitted = scipy.optimize.minimize(loss, np.zeros(2), method="Nelder-Mead", options=options).x
     if fitted[1] == 0.0:
         return None
     return middle - width * float(fitted[0] / fitted[1]), width * float(np.pi / np.sqrt(3.0) / abs(fitted[1]))
@@ -180,15 +177,10 @@ def next_values(known: Bracket, points: int, width: float) -> list[float]:
 
 
 def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known: Bracket) -> LambertJonas | None:
-    """Return the curve through shots that went through; None for fewer than two of them.
-
-    With fewer than four shots p is 2, and with two the limit is the bracket's.
-    """
+    """Return the curve through two or more perforating shots; p = 2 below four, the bracket's limit for two."""
     v, r = np.asarray(velocities, float), np.asarray(residuals, float)
     if len(v) < 2 or known.limit is None:
         return None
-    from scipy.optimize import least_squares
-
     free = min(len(v) - 1, 3)
     start = [0.9, known.limit, 2.0][:free]
     lower = min(float(v.min()), known.above or np.inf)
@@ -201,7 +193,9 @@ def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known
         return a, float(x[2]) if free > 2 else 2.0, limit
 
     sizes = np.maximum(np.abs(start), 1e-3)
-    fit = least_squares(lambda x: lambert_jonas_velocity(v, *full(x)) - r, start, bounds=bounds, x_scale=sizes)
+    fit = scipy.optimize.least_squares(
+        lambda x: lambert_jonas_velocity(v, *full(x)) - r, start, bounds=bounds, x_scale=sizes
+    )
     a, p, limit = full(fit.x)
     return LambertJonas(a, p, limit, float(np.sqrt(np.mean(fit.fun**2))))
 
@@ -273,10 +267,7 @@ Predict = Callable[[np.ndarray], np.ndarray]
 
 
 class Surrogate:
-    """Response surface of one computed number.
-
-    `x`: points, (n, d); of about 0..1 for a process.
-    """
+    """Response surface of a computed number over points `x` (n, d), of about 0..1 for a process."""
 
     def __init__(self, x: np.ndarray, y: np.ndarray, *, polynomial: bool = False):
         process = None if polynomial else _gaussian_process(x, y)
@@ -288,9 +279,9 @@ class Surrogate:
 
     def sobol(self, distributions: Sequence[Any]) -> tuple[list[float], list[float]]:
         """Return first-order and total Sobol indices for independent inputs of these `scipy.stats` distributions."""
-        from scipy.stats import sobol_indices
-
-        found = sobol_indices(func=lambda x: self.predict(x.T), n=SOBOL_POINTS, dists=list(distributions), rng=0)
+        found = scipy.stats.sobol_indices(
+            func=lambda x: self.predict(x.T), n=SOBOL_POINTS, dists=list(distributions), rng=0
+        )
         return [float(v) for v in found.first_order], [float(v) for v in found.total_order]
 
 
@@ -298,7 +289,6 @@ def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> P
     """Return how results depend on inputs; None for too few cases.
 
     `distributions`: of each input, frozen ones of `scipy.stats`.
-
     Returns lists by input: ``slope`` with its standard ``error``, ``swing`` (change over 5 to 95 % of the input),
     ``share`` of the variance, ``first`` and ``total`` Sobol indices of a polynomial; ``r2`` of the slopes, and
     ``surrogate`` with its ``leave_one_out`` error as a share of the deviation.

@@ -44,10 +44,7 @@ class _Limited(Listener):
 
 
 class Worker:
-    """Computes cases until none is left.
-
-    `wanted`: a file as long as which is there to work; None to work until nothing is left.
-    """
+    """Computes cases until none is left, or until the file `wanted` is gone where it is given."""
 
     def __init__(
         self,

@@ -40,10 +40,7 @@ def rotate_view(position: np.ndarray, yaw: float, pitch: float) -> np.ndarray:
 def facing_the_struck_side(
     position: np.ndarray, velocity: np.ndarray, mass: np.ndarray, planes: Sequence[int]
 ) -> tuple[float, float] | None:
-    """Return the yaw and pitch [degrees] from which an oblique plate shows its struck face, None for all else.
-
-    `position`, `velocity`: shape (n, 3); `mass` (n,).
-    """
+    """Return yaw and pitch [degrees] that show an oblique plate's struck face; None for others. Arrays (n, 3), (n,)."""
     kept = [axis for axis in range(3) if axis not in planes]
     shot = np.zeros(3)
     shot[kept] = (mass[:, None] * velocity).sum(axis=0)[kept]

@@ -58,7 +58,6 @@ def curves_picture(
     `across`: ``time``, ``x`` or ``r``: what runs along the axis.
     `units`: SI units of panels that are not named after a field.
     `legends`: one below the picture, for panels of the same curves, or one beside each panel.
-
     Raises `CaseError` where there is nothing to draw.
     """
     from matplotlib.ticker import MaxNLocator
@@ -109,7 +108,6 @@ def gauge_panels(
 
     `exact`: times [s] and values of exact gauges, by their column.
     `prefix`: before the gauges' names in the legend.
-
     Raises `CaseError` where the history holds no gauge; `OutputError` where there is no history.
     """
     history = read_history(Path(run))
@@ -140,9 +138,7 @@ def label_and_scale(
     """Return a column's name with the unit that it is shown in, and how many of that are one of SI's.
 
     `given` is its unit in SI, where it is not named after a field; `shown` the drawn values, by which lengths and times
-    have the unit that suits them.
-
-    Raises `ValueError` for a column without a unit: metres are no plain number.
+    have the unit that suits them. Raises `ValueError` for a column without a unit: metres are no plain number.
     """
     unit = AXES.get(column) if given is None else given
     if unit is None:
@@ -222,9 +218,8 @@ PLUG_AND_LIP = ("plug_width", "plug_thickness", "impact_diameter", "lip_height",
 def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
     """Draw the measures over time and store the picture: a panel each kind of quantity.
 
-    Of the fragments it shows how many there are, the largest one's share of the mass, and its axial velocity.
-
-    Raises `CaseError` where there is one moment only.
+    Of the fragments it shows how many there are, the largest one's share of the mass, and its axial velocity. Raises
+    `CaseError` where there is one moment only.
     """
     shown = moments(measured)
     if len(shown) < 2:
@@ -262,10 +257,7 @@ WIDE = 0.99  # share of the mass that the map shows
 
 
 def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "") -> Path:
-    """Draw the loads on the witness plane of a cloud and store the picture.
-
-    Raises `CaseError` without a plane, or where nothing arrives there.
-    """
+    """Draw the loads on a cloud's witness plane; raises `CaseError` without a plane, or an arrival."""
     came = cloud.arrivals
     if came is None or len(came.when) == 0:
         reason = next((result.reason for result in cloud.results.values() if result.reason), "no particle flies there")

@@ -75,10 +75,8 @@ def usual_view(moment: Moment) -> str | tuple[float, float]:
 def view_picture(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look) -> Path:
     """Draw moments side by side, on one scale of colours and one of lengths, and store the picture.
 
-    In 1D a picture shows the field over x.
-
-    Raises `CaseError` when a snapshot has no such field, their dimensions differ, there are too many, or the file's
-    ending is unknown.
+    In 1D a picture shows the field over x. Raises `CaseError` when a snapshot has no such field, their dimensions
+    differ, there are too many, or the file's ending is unknown.
     """
     return store(draw(moments, look), path)
 
@@ -243,7 +241,6 @@ def animate(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look,
     """Draw every moment on one scale and store them as one moving picture.
 
     `path`: file to write: ``.gif`` or ``.mp4``.
-
     Raises `CaseError` when the ending is unknown, or ffmpeg is not there for an MP4.
     """
     target = Path(path)

@@ -69,10 +69,7 @@ def lengths(snapshot: Snapshot, places: Any) -> tuple[str, float]:
 
 
 def appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
-    """Return label, factor from the snapshot's own unit, colour map, and whether zero is the middle of the scale.
-
-    `field` is as in `field_of`; a component has the unit of its vector or tensor.
-    """
+    """Return label, factor from the own unit, colour map, and whether zero is its middle, of a field or component."""
     name = "velocity" if field == "speed" else field
     whole = next((one for one in snapshot.fields if name in _components(snapshot, one)), name)
     label, factor, colours, symmetric = LOOK.get(whole, (whole.replace("_", " "), 1.0, "viridis", False))
@@ -85,10 +82,7 @@ def appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
 
 
 def field_of(snapshot: Snapshot, field: str) -> np.ndarray:
-    """Return a field (of vectors the magnitude), a component of one, or the speed, in SI, shape (n,).
-
-    Raises `CaseError` when the snapshot has no such field.
-    """
+    """Return a field (of vectors the magnitude), a component or the speed (n,) in SI; `CaseError` if there is none."""
     name = "velocity" if field == "speed" else field
     if name in snapshot.fields:
         values = snapshot.fields[name].reshape(snapshot.count, -1)

@@ -38,7 +38,6 @@ def sweep_picture(
     `results`: content of the sweep's ``results.json``.
     `rows`: its cases, for a sweep without a verdict: measures over the first value that varies.
     `record`: measures to draw; the first of all unless given.
-
     Raises `CaseError` when there is nothing to draw.
     """
     figure = sweep_figure(results, rows, record)

@@ -287,10 +287,7 @@ class BondedContact(StrictModel):
 
 
 class PenaltyContact(StrictModel):
-    """Frictionless penalty force between particles of different bodies (Vignjevic et al. 2006).
-
-    No kernel sum acts between the bodies.
-    """
+    """Frictionless penalty force between bodies (Vignjevic et al. 2006), in place of kernel sums."""
 
     type: Literal["penalty"] = "penalty"
     stiffness: PositiveNumber = key("k, stiffness K over rho0 c0^2/dx^d [-]; a pair has the lower K", 0.025)

@@ -274,10 +274,7 @@ class Honeycomb(Shape):
         return depth * (sides[0] * sides[1] - empty)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m].
-
-        Beside edges of the box and corners of cells it is a lower bound.
-        """
+        """Return signed distances (n,) [m], negative inside; a lower bound beside edges and corners of cells."""
         outside = box_distance(*(np.abs(points) - np.asarray(self.size, dtype=float) / 2.0).T)
         normals = np.array([[1.0, 0.0], [0.5, math.sqrt(0.75)], [-0.5, math.sqrt(0.75)]])
         half = self.wall * np.array([1.0, 0.5, 0.5])

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hvisph.core.errors import CaseError
 
@@ -122,10 +123,7 @@ class Mesh(Shape):
         return ray[hit], x, normal[:, 0] < 0
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to points spread over the surface: (n,) [m].
-
-        The sign is exact, the size is good to half the distance of those points.
-        """
+        """Return signed distances (n,) [m], exact in sign, in size to half the spacing of points of the surface."""
         away, _, along = self._nearest_sample(points)
         # beside a sample of a flat face the distance to the face, farther away that to the sample
         size = np.where(self._is_near_face(away), np.abs(along), away / (1 + SLACK) - self._sample_spacing / 2)
@@ -164,8 +162,6 @@ class Mesh(Shape):
 
     @cached_property
     def _surface(self) -> tuple[np.ndarray, np.ndarray, Any]:
-        from scipy.spatial import cKDTree
-
         edges = self.corners[:, 1:] - self.corners[:, :1]
         normals = np.cross(edges[:, 0], edges[:, 1])
         area = np.sqrt((normals**2).sum(axis=1)) / 2
@@ -179,7 +175,7 @@ class Mesh(Shape):
         u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
         samples = self.corners[owner, 0] + u[:, None] * edges[owner, 0] + v[:, None] * edges[owner, 1]
         unit = normals / np.maximum(2 * area, 1e-300)[:, None]
-        return samples, unit[owner], cKDTree(samples)
+        return samples, unit[owner], scipy.spatial.cKDTree(samples)
 
 
 class _Bins:
@@ -222,13 +218,7 @@ def _side(a: np.ndarray, b: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
-    """Return the solid within the surface in a file.
-
-    `scale`: metres per unit of the file.
-
-    Raises `CaseError` when there is no such file, it cannot be read, or the surface is open or within itself: where it
-    is.
-    """
+    """Return the solid in a file, `scale` in m; `CaseError` says where it is open, or why it is unreadable."""
     if not Path(path).is_file():
         raise CaseError(f"there is no file '{path}'", where="file")
     try:

@@ -46,10 +46,7 @@ class Shape(ABC):
 
     @abstractmethod
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m].
-
-        The sign is exact; the size is at most the true distance.
-        """
+        """Return signed distances (n,) [m], negative inside: exact in sign, at most the true one in size."""
 
     def outward(self, points: np.ndarray, step: float) -> np.ndarray:
         """Return unit vectors (n, dim) along which the distance to the surface grows, by differences of `step` [m]."""

@@ -107,10 +107,7 @@ def parting_time(waves: Tracked) -> float:
 
 
 def interface_slowdown(waves: Tracked) -> float:
-    """Return by how much the interface has slowed the flyer until they part [m/s].
-
-    The impulse holds to 0.1 m/s where the momentum of the profile, without the weakest waves, is off by 3 m/s.
-    """
+    """Return the flyer's loss of velocity [m/s], by the impulse: good to 0.1 m/s, the momentum to 3 m/s."""
     times, states = waves.gauge(0.0)
     until = parting_time(waves)
     kept = times < until

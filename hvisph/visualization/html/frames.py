@@ -39,10 +39,7 @@ class Frames:
 
 
 def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
-    """Return the moments of a run, thinned to the capacity of a page.
-
-    `planes`: axes whose coordinate plane is a mirror of the model.
-    """
+    """Return the moments of a run, thinned to a page; `planes`: axes whose coordinate plane is a mirror."""
     places = np.unique(np.linspace(0, len(paths) - 1, min(len(paths), MOST_FRAMES)).round().astype(int))
     chosen = [paths[k] for k in places]  # evenly, first and last among them
     first, last = read_snapshot(chosen[0]), read_snapshot(chosen[-1])

@@ -24,10 +24,7 @@ PICTURE_DPI = 75
 
 
 class RunFiles:
-    """The folder of a run, ended or not, and the content of its files.
-
-    Raises `CaseError` when there is no such folder, or it holds no snapshots; `OutputError` when they are damaged.
-    """
+    """Folder and files of a run; `CaseError` without any snapshot, `OutputError` for damaged ones."""
 
     def __init__(self, folder: Path):
         self.folder, self.name = folder, folder.resolve().name

@@ -29,10 +29,7 @@ SHARE = 0.995  # of the particles are not faster than the scale's end
 
 
 def multiples(folders: Sequence[Path]) -> dict[Path, str]:
-    """Return pictures of the last states of runs, coloured by speed, as addresses of images that hold themselves.
-
-    Those of the first `MOST` runs that kept a snapshot; 1D runs have none.
-    """
+    """Return pictures of the first `MOST` last states, coloured by speed, as addresses that hold them; not of 1D."""
     kept = [folder for folder in folders if _last(folder) is not None][:MOST]
     states = map(_last, kept)  # one at a time
     fastest = max((float(np.quantile(field_of(state, "speed"), SHARE)) for state in states if state), default=0.0)
