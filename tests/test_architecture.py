@@ -78,8 +78,8 @@ LIBRARIES = {
 LAZY = {"PIL", "trimesh", "jinja2", "sklearn", "matplotlib", "meshio", "pint", "psutil", "mpi4py", "pyvista"}
 # Outside `compiler`, numba sets and tells the number of threads; only `compiler` compiles.
 NUMBA_ELSEWHERE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
-# Packages that must load without numba: nothing that they do needs a compiler.
-WITHOUT_NUMBA = ("case", "casefile", "cli", "geometry", "output", "measures", "visualization")
+# Packages that must load without numba: nothing that they do needs a compiler. Commands import what they call.
+WITHOUT_NUMBA = ("case", "casefile", "geometry", "output", "measures", "visualization")
 
 
 def module_name(path):

@@ -118,7 +118,7 @@ def test_an_unexpected_error_is_a_bug_and_no_traceback(monkeypatch):
     def broken(path):
         raise ZeroDivisionError("by nothing\nin detail")
 
-    monkeypatch.setattr("hvisph.casefile.manual.explain", broken)
+    monkeypatch.setattr("hvisph.cli.commands.library.explain", broken)
     monkeypatch.delenv("HVISPH_DEBUG", raising=False)
     found = call("help", "time")
     assert found.exit_code == 3
@@ -192,7 +192,7 @@ def test_doctor_tries_a_compiled_loop():
 
 def test_doctor_tells_a_broken_machine(monkeypatch):
     broken = {"passed": False, "reason": "wrong", "cached": False, "seconds": 0.0, "threads": 1}
-    monkeypatch.setattr("hvisph.compiler.self_test.self_test", lambda: broken)
+    monkeypatch.setattr("hvisph.cli.commands.doctor.self_test", lambda: broken)
     found = call("doctor")
     assert found.exit_code == 3
     assert "FAILED: wrong" in found.stdout
