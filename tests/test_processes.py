@@ -366,7 +366,7 @@ def test_a_signal_stops_all_after_the_same_step(tmp_path):
     started = long_run(tmp_path, 2)
     of_hvisph(started)[1].send_signal(signal.SIGTERM)
     _, errors = started.communicate(timeout=60)
-    assert "stopped by SIGTERM; go on with: hvisph resume" in errors
+    assert "stopped by SIGTERM; continue with: hvisph resume" in errors
     assert json.loads((tmp_path / "run" / "summary.json").read_text())["status"] == "interrupted"
 
 

@@ -88,7 +88,7 @@ def test_a_signal_finishes_the_step_and_says_how_to_go_on(number, code, case, wh
     process.send_signal(number)
     _, said = process.communicate(timeout=60)
     assert process.returncode == code
-    assert f"stopped by {number.name}; go on with: hvisph resume {folder}" in said
+    assert f"stopped by {number.name}; continue with: hvisph resume {folder}" in said
     assert_all_whole(folder)
     last = int(read_history(folder)["step"][-1])
     assert read_checkpoint(list_checkpoints(folder / "checkpoint")[0]).step == last
@@ -105,7 +105,7 @@ def test_a_run_that_is_interrupted_while_it_is_summed_up_says_how_to_go_on(held,
     with pytest.raises(KeyboardInterrupt), interrupt_notice(tmp_path):
         raise KeyboardInterrupt
     said = capsys.readouterr().err
-    assert (f"go on with: hvisph resume {tmp_path}" in said.replace("\n", "")) == (held == ("checkpoint",))
+    assert (f"continue with: hvisph resume {tmp_path}" in said.replace("\n", "")) == (held == ("checkpoint",))
 
 
 def test_killed_again_and_again_it_loses_nothing_but_steps(case, whole, tmp_path):

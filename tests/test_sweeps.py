@@ -233,7 +233,7 @@ def test_a_limit_may_lie_where_values_fall():
     (["8 mm", "2 mm"], [(8, 1.0), (2, 1.0)], "at every value that was tried: begin at a higher one"),
     (["8 mm", "2 mm"], [(8, 0.0), (2, 0.0)], "at no value that was tried: end at a lower one"),
     (["2 mm", "8 mm"], [(2, 1.0), (8, 1.0)], "begin at a lower one"),
-    (["8 mm", "2 mm"], [(8, 0.0), (2, None)], "shot 2 does not tell yet on which side of it: give a later `longest`"),
+    (["8 mm", "2 mm"], [(8, 0.0), (2, None)], "shot 2 undecided: give a later `longest`"),
     (["8 mm", "2 mm"], [], "no shot is done"),
 ])  # fmt: skip
 def test_a_limit_that_was_not_found_says_what_to_do(between, outcomes, why):
@@ -338,7 +338,7 @@ def test_a_command_that_is_asked_to_end_takes_its_workers_along(tmp_path):
     while not run_log.exists() and command.poll() is None:
         time.sleep(0.02)
     command.send_signal(signal.SIGTERM)
-    assert "go on with" in command.communicate()[1]
+    assert "continue with" in command.communicate()[1]
     assert command.returncode == 130
     assert folder.standing(folder.members()[0]).status == "interrupted"  # by a worker that has ended: nobody holds it
     assert "interrupted at" in run_log.read_text()

@@ -79,7 +79,7 @@ class Notes(StrictModel):
     hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = key("Measured points [up, Us] [m/s]", ())
     lines: tuple[MeasuredLine, ...] = key("Published fits to measured points", ())
     shocks: tuple[Velocity, PositiveVelocity] | None = key("Particle velocities with errors up to 2 % [m/s]", None)
-    beyond: str = key("Material to take outside of `shocks`, or for any where it meets none to 2 %", "")
+    beyond: str = key("Material for shocks beyond `shocks`, or for all where none is within 2 % of measured ones", "")
 
     @property
     def hugoniot_points(self) -> list[tuple[Sequence[tuple[float, float]], str]]:

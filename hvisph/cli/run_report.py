@@ -100,7 +100,7 @@ def status_text(progress: Progress, unit: str) -> str:
     return (
         f"t = {quantity(progress.time, unit)}, step {progress.step}, "
         f"dt = {quantity(progress.dt, unit, 3)} by {progress.criterion} in {progress.body}, "
-        f"{progress.steps_per_second:.0f} steps/s{drift}, {duration(progress.wall_seconds)} gone{remaining}"
+        f"{progress.steps_per_second:.0f} steps/s{drift}, {duration(progress.wall_seconds)} elapsed{remaining}"
     )
 
 
@@ -205,7 +205,7 @@ def conclude(
     if failure is not None:
         say(f"error: the run failed: {failure['message']}", err=True, red=True)
     if outcome.summary["status"] == "interrupted":
-        say(f"stopped by {outcome.signal}; go on with: hvisph resume {outcome.folder}", err=True)
+        say(f"stopped by {outcome.signal}; continue with: hvisph resume {outcome.folder}", err=True)
     raise typer.Exit(outcome.exit_code or (FAILED if failure is not None else 0))
 
 
@@ -217,7 +217,7 @@ def interrupt_notice(folder: Path | str) -> Iterator[None]:
     except KeyboardInterrupt:
         begun = any(Path(folder).glob("checkpoint/*.h5")) and not (Path(folder) / "summary.json").exists()
         if begun and is_first():
-            say(f"stopped before it was summed up; go on with: hvisph resume {folder}", err=True)
+            say(f"stopped before its summary; continue with: hvisph resume {folder}", err=True)
         raise
 
 

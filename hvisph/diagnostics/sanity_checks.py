@@ -18,9 +18,9 @@ DENSITY_EVERY = 8
 # Share of the energy at the start that the internal energy may be below zero without a warning: a first step of contact
 # of bodies at zero energy ends so by 2e-5, for that step.
 UNNOTICED = 1e-4
-# A liquid or metal that is drawn beyond the largest tension of its isentrope falls into itself at any step.
+# Beyond the largest tension of its isentrope a liquid or metal collapses at any step.
 TORN = (
-    ". Nothing limits the tension of its material: drawn to where the speed of sound ends, it runs away at any step; "
+    ". Nothing limits the tension of its material: at the end of its sound speed it is unstable at any step; "
     "give it a damage, as {type: pressure_cutoff, pressure: ...}"
 )
 
@@ -29,7 +29,7 @@ WRONG_STEPS = {
     "not_finite": "a rate is not finite",
     "inverted": "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
     "bear; let particles turn Eulerian (formulation adaptive)",
-    "passed_through": "bodies pass through each other: particles from within one stand in the midst of another, "
+    "passed_through": "bodies pass through each other: particles from within one are within another, "
     "because the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
 }
 

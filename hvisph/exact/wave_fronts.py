@@ -309,4 +309,4 @@ class _Tracker:
             if far == floor:
                 break
             near, width = far, 2.0 * width
-        raise RunError("the layers would part: a tension beyond what the materials' laws can bear")
+        raise RunError("the layers would separate: a tension beyond what the materials' laws can bear")

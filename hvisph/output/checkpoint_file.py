@@ -109,7 +109,7 @@ def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
             if header[what] != here:
                 raise CaseError(
                     f"cannot go on from {path}: its {what} is {header[what]}, and this is {here}; "
-                    "a run goes on with the version that it was begun with"
+                    "a run continues with the version that began it"
                 )
         arrays: dict[str, np.ndarray] = {}
 

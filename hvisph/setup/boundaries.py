@@ -65,7 +65,7 @@ def boundaries_of(
     for edge in edges:
         gap = -float(edge.distance_beyond(x).max())
         if gap > 1.5 * largest:
-            message = f"no body reaches it, the nearest by {gap:.3g} m; put it where a body goes on, or leave it out"
+            message = f"no body reaches it, the nearest by {gap:.3g} m; put it where a body continues, or leave it out"
             raise CaseError(message, where=_name(edges, edge))
     for number, body in enumerate(placed):
         rows, spacing = np.flatnonzero(particles.body == number), float(body.spacing.max())

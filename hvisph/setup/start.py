@@ -113,7 +113,7 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
             "axisymmetric": " in the same kinematics, or `as: axisymmetric`",
             "plane_strain": " in the same kinematics, or `as: extruded`",
         }.get(parent.kinematics, " in the same kinematics")
-        raise CaseError(f"that run is {parent.kinematics}; it goes on{ways}", where="start.as")
+        raise CaseError(f"that run is {parent.kinematics}; start from it{ways}", where="start.as")
     if parent.units != case.units:
         raise CaseError(f"that run has units {parent.units}, and this case {case.units}", where="start.run")
     if parent.formulation.type == "projection":

@@ -158,9 +158,8 @@ def _open(
 ) -> str:
     """Return why no limit was found, with the remedy; empty where one was."""
     if undecided:
-        which = ", ".join(map(str, undecided))
-        told = f"shots {which} do not tell yet" if len(undecided) > 1 else f"shot {which} does not tell yet"
-        return f"{told} on which side of it: give a later `longest`, or the time.end of a run that tells"
+        which = f"shot{'s' * (len(undecided) > 1)} {', '.join(map(str, undecided))}"
+        return f"{which} undecided: give a later `longest`, or a time.end at which the event is decided"
     if not decided:
         return "no shot is done"
     farther = ("lower", "higher") if without < beyond else ("higher", "lower")

@@ -49,7 +49,7 @@ class DaskCrew:
         self.command = worker_command(home, threads, (*options, "--while", str(self.wanted)))
         self.tasks: list[Any] = []
         self.failures = Failures()
-        self.look, self.told = 0.0, False  # when to look next, and whether it was said that
+        self.look, self.reported = 0.0, False  # when to look next, and whether the silence was reported
         self.alone: float | None = None  # no worker has been there since
 
     def keep(self, wanted: int) -> int:
@@ -60,8 +60,8 @@ class DaskCrew:
         self.tasks = [task for task in self.tasks if not task.done()]
         if self.client.status == "closed":
             raise OutputError(
-                f"the Dask scheduler at {self.address} has gone; start one and go on with the same command, or without "
-                "Dask: nothing is lost"
+                f"the Dask scheduler at {self.address} has gone; start one and continue with the same command, or "
+                "without Dask: nothing is lost"
             )
         while len(self.tasks) < wanted:
             self.tasks.append(self.client.submit(_work, self.command, pure=False))
@@ -75,17 +75,17 @@ class DaskCrew:
         now = time.monotonic()
         self.look = now + LOOK
         if there:
-            if self.told:
+            if self.reported:
                 self.tell(f"the Dask cluster has {there} worker{'s' * (there > 1)} again")
-            self.alone, self.told = None, False
+            self.alone, self.reported = None, False
         elif self.alone is None:
             self.alone = now
-        elif not self.told and now - self.alone >= SILENCE:
-            self.told = True
+        elif not self.reported and now - self.alone >= SILENCE:
+            self.reported = True
             self.tell(
                 f"no worker on the Dask cluster at {self.address} for {now - self.alone:.0f} s: the sweep waits until "
                 f"there are some. Start them with `dask worker {self.address}`, or look at the jobs of the queue; "
-                "Ctrl-C ends, nothing is lost, and the same command goes on"
+                "Ctrl-C ends, nothing is lost, and the same command continues"
             )
 
     def _workers(self) -> int:

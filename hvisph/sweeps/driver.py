@@ -243,7 +243,7 @@ def begin(source: Source, out: str | os.PathLike[str] | None = None) -> SweepFol
         if there.exists:
             if out is not None and Path(out).resolve() != there.path.resolve():
                 raise CaseError(
-                    f"{source} is a sweep that was begun, and goes on where it is; leave this out, or give "
+                    f"{source} is a sweep that has begun and continues in its folder; leave this out, or give "
                     "the sweep's own file to begin it elsewhere",
                     where="--out",
                 )

@@ -125,7 +125,7 @@ def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent:
         finally:
             listener.close()
         if outcome is not None and outcome.summary["status"] == "interrupted":
-            say(f"interrupted; the same command goes on with {entry.name}", err=True)
+            say(f"interrupted; the same command continues with {entry.name}", err=True)
             raise typer.Exit(outcome.exit_code)
         if not silent:
             sys.stdout.flush()

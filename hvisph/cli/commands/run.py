@@ -79,7 +79,7 @@ def resume(
     """Continue a run from its newest checkpoint."""
     case = resume_case(folder, end, max_steps)
     if end is None and max_steps is None and has_ended(folder) and not (quiet or as_json) and is_first():
-        typer.echo("the run has ended: this only sums it up anew; --end TIME goes on", err=True)
+        typer.echo("the run has ended: its summary is written anew; --end TIME continues it", err=True)
     listener = listener_for(case, quiet or as_json)
     listener.opening()
     try:

@@ -243,7 +243,7 @@ def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -
             for row in under_way.go():
                 log.report_end(row)
     except KeyboardInterrupt:
-        say(f"interrupted; go on with: hvisph sweep {folder.path}", err=True)
+        say(f"interrupted; continue with: hvisph sweep {folder.path}", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 

@@ -36,7 +36,7 @@ class CompositeState(ReferenceChanges, Stepper):
     def _classify(self) -> None:
         raise NotImplementedError
 
-    def _make_room(self) -> None:
+    def _allocate_arrays(self) -> None:
         """Allocate the arrays of the present particles."""
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count, body = particles.count, self.particles.body
@@ -95,7 +95,7 @@ class CompositeState(ReferenceChanges, Stepper):
         particles, stage = self.particles, self._stage
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.resize(len(data))
-        self._make_room()
+        self._allocate_arrays()
         self._take(carried)
         self._stage = stage
 

@@ -105,7 +105,7 @@ class CompositeStepper(CompositeState):
         self.volume = self._volume_at_start.copy()
         if formulation.axisymmetric:  # areas of the section
             self.volume /= 2.0 * np.pi * self._ring_radius(self._at_start)
-        self._make_room()
+        self._allocate_arrays()
         self.alone = is_rigid_particle(particles.tags)  # they have no pairs of their own
         self.loose = self.alone.copy()
         self._build_reference()

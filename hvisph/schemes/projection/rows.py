@@ -30,9 +30,9 @@ class ProjectionRows:
         self.listed_at = np.zeros((0, dim))
         self._kernels = np.zeros(0)
         self._count = count
-        self._make_room(count + 1)
+        self._ensure_capacity(count + 1)
 
-    def _make_room(self, rows: int) -> None:
+    def _ensure_capacity(self, rows: int) -> None:
         width = max(layout.width for layout in self.layouts)
         self.pair = [aligned_zeros(rows, width) for _ in range(2)]
 
@@ -44,7 +44,7 @@ class ProjectionRows:
     def replace_rows(self, rows: np.ndarray) -> None:
         """Replace all rows (n, width) for the first pass."""
         self._count = len(rows)
-        self._make_room(self._count + 1)
+        self._ensure_capacity(self._count + 1)
         self.pair[0][: self._count] = rows
         self.list.resize(self._count)
 
@@ -56,7 +56,7 @@ class ProjectionRows:
             self._kernels = np.zeros(len(self.list.listed))
         present, first = self.list.present, self.pair[0][: self._count]
         if present + 1 > len(self.pair[0]):
-            self._make_room(present + present // 4 + 1)
+            self._ensure_capacity(present + present // 4 + 1)
             self.pair[0][: self._count] = first
         for rows in self.pair:
             # The far row: no neighbour of anybody, and nothing that it holds divides by zero.

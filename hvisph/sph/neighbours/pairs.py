@@ -132,7 +132,7 @@ class Pairs:
         self.grid = cells.Grid.from_positions(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
         self._room = self._pause = 0
-        self._make_room(self.count)
+        self._ensure_capacity(self.count)
         shared = {
             "DIM": dim,
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
@@ -170,7 +170,7 @@ class Pairs:
             self._sweeps.append((sweep, one.into_rows))
         self._vectors = self.slots["U"] if single else 0, self.slots.get("X_REST", 0), self.slots.get("U_REST", 0)
 
-    def _make_room(self, count: int) -> None:
+    def _ensure_capacity(self, count: int) -> None:
         """Allocate arrays for `count` rows and the far row."""
         if count > self._room:
             self._room = count if count == self.count else count + count // 4
@@ -221,7 +221,7 @@ class Pairs:
         if self.images is not None:
             rows, numbers = self.images.append(rows, numbers, edge)
         if len(rows) != self.present:
-            self._make_room(len(rows))
+            self._ensure_capacity(len(rows))
         self._put_far()
         n = self.present
         self.grid.edge = edge
@@ -252,7 +252,7 @@ class Pairs:
         self.rows, self.numbers, self.count = rows, numbers, len(rows)
         if self._room > 2 * self.count:  # many have gone to other processes
             self._room = 0
-        self._make_room(self.count)
+        self._ensure_capacity(self.count)
         self.sorted[: self.count, : rows.shape[1]] = rows * self._units if self.single else rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
