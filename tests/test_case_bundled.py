@@ -1,5 +1,6 @@
 """Bundled cases and library, the JSON schema, the manual and `explain`."""
 
+import importlib.util
 import json
 
 import jsonschema
@@ -8,15 +9,17 @@ import pytest
 from hvisph.case.consistency import warnings_of
 from hvisph.casefile.document import parse
 from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
-from hvisph.casefile.manual import case_manual, explain
+from hvisph.casefile.manual import explain
 from hvisph.casefile.paths import cases_in, data_folder
-from hvisph.casefile.schema import case_schema, generated_files
 from hvisph.core.catalogues import SHAPES, arrangements_of
 from hvisph.core.errors import CaseError
 from hvisph.setup.shapes import shape_of
 
 ROOT = data_folder("cases").parent
-VALIDATOR = jsonschema.Draft202012Validator(case_schema())
+_SPEC = importlib.util.spec_from_file_location("case_schema_pages", ROOT / "tools" / "case_schema.py")
+TOOL = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(TOOL)
+VALIDATOR = jsonschema.Draft202012Validator(TOOL.case_schema())
 
 
 def plain(name):
@@ -112,27 +115,27 @@ def test_shorthands_are_in_the_schema():
 
 
 def test_every_field_is_described():
-    schema = case_schema()
+    schema = TOOL.case_schema()
     for name, definition in schema["$defs"].items():
         assert definition["description"], name
         for key, field in definition.get("properties", {}).items():
             assert key == "type" or field.get("description"), f"{name}.{key}"
 
 
-@pytest.mark.parametrize("path", generated_files(ROOT), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", TOOL.generated_files(ROOT), ids=lambda path: path.name)
 def test_generated_files_are_fresh(path):
-    """Run `python -m hvisph.casefile.schema --write` after a change of the models."""
-    assert path.read_text(encoding="utf-8") == generated_files(ROOT)[path]
+    """Run `python tools/case_schema.py --write` after a change of the models."""
+    assert path.read_text(encoding="utf-8") == TOOL.generated_files(ROOT)[path]
 
 
 def test_schema_is_a_schema():
-    jsonschema.Draft202012Validator.check_schema(case_schema())
-    assert json.loads(json.dumps(case_schema())) == case_schema()
+    jsonschema.Draft202012Validator.check_schema(TOOL.case_schema())
+    assert json.loads(json.dumps(TOOL.case_schema())) == TOOL.case_schema()
 
 
 def test_manual_names_every_field():
-    manual = "".join([*case_manual().values(), *(path.read_text() for path in (ROOT / "docs/models").glob("*.md"))])
-    for definition in case_schema()["$defs"].values():
+    manual = "".join([*TOOL.case_manual().values(), *(path.read_text() for path in (ROOT / "docs/models").glob("*.md"))])
+    for definition in TOOL.case_schema()["$defs"].values():
         for key in definition.get("properties", {}):
             assert f"`{key}`" in manual or f".{key}`" in manual or key in ("type", "value", "tolerance")
 

@@ -149,7 +149,7 @@ def test_any_text_is_a_number_or_a_value_error(text):
 def test_usual_cases_need_neither_pint_nor_numba():
     """Importing pint and building its registry would take a third of the second that `check` may take."""
     code = (
-        "import sys, hvisph.casefile.loader as l, hvisph.casefile.schema, hvisph.casefile.manual\n"
+        "import sys, hvisph.casefile.loader as l, hvisph.casefile.manual\n"
         "for name in l.bundled_cases(): l.load_case(name)\n"
         "l.library()\n"
         "print(sorted({'pint', 'numba', 'typer', 'h5py'} & set(sys.modules)))"
