@@ -10,6 +10,7 @@ branches costs numba atomic reference counts at each call, more than all the phy
 drops the numbers that are not used.
 """
 
+import sys
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -88,6 +89,28 @@ parameters = inline(globals()["parameters"])
 def values(row: np.ndarray) -> tuple[float, ...]:
     """Return the result of `parameters` for a whole row of the table, which must outlive it, in plain Python."""
     return (*row[:SLOT_COUNT].tolist(), row_address(row[None], 0))
+
+
+class Parameters:
+    """Base of the parameters of a model, a dataclass whose fields must be finite and in their range.
+
+    `positive`, `not_negative`: names of fields above zero, and not below zero; raises `CaseError` for others.
+    """
+
+    name: ClassVar[str]
+    positive: ClassVar[tuple[str, ...]] = ()
+    not_negative: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        require_positive(self, *self.positive)
+        require_not_negative(self, *self.not_negative)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write each field into the slot of its name, here or in the model's module: `yield_stress` in YIELD_STRESS."""
+        slots = globals() | vars(sys.modules[type(self).__module__])
+        for name in self.__dataclass_fields__:  # type: ignore[attr-defined]
+            if isinstance(slot := slots.get(name.upper()), int):
+                row[slot] = getattr(self, name)
 
 
 class Model(Protocol):

@@ -39,7 +39,7 @@ BRITTLE, DUCTILE, PLASTIC = 0.01, 0.05, 0.1  # failure strains without pressure,
 
 
 @dataclass(frozen=True)
-class GradyKipp:
+class GradyKipp(slots.Parameters):
     """Parameters of Grady-Kipp damage; `particle_volume` and the moduli are set when a body is built."""
 
     weibull_k: float  # k [1/m^3]
@@ -54,10 +54,11 @@ class GradyKipp:
     speed_share: ClassVar[float] = 0.4  # c_g over c_l
     name: ClassVar[str] = "grady_kipp"
     tag: ClassVar[int] = tags.GRADY_KIPP
+    positive = ("weibull_k", "weibull_m")
+    not_negative = ("crack_speed", "young_modulus", "particle_volume", "brittle_ductile")
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "weibull_k", "weibull_m")
-        slots.require_not_negative(self, "crack_speed", "young_modulus", "particle_volume", "brittle_ductile")
+        super().__post_init__()
         if self.brittle_ductile > 0.0 and not self.brittle_plastic > self.brittle_ductile:
             raise CaseError(f"brittle_plastic {self.brittle_plastic!r} is not above brittle_ductile", where=self.name)
         if self.seed < 0:
@@ -70,10 +71,10 @@ class GradyKipp:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
+        super().pack(row, density)
         if self.particle_volume > 0.0:
             row[CRACK_SPEED_OVER_RADIUS] = self.crack_speed / self.radius
         row[FLAWS], row[EXPONENT] = self.weibull_k * self.particle_volume, self.weibull_m
-        row[BRITTLE_DUCTILE], row[BRITTLE_PLASTIC] = self.brittle_ductile, self.brittle_plastic
         if self.young_modulus > 0.0:
             row[INVERSE_YOUNG] = 1.0 / self.young_modulus
 

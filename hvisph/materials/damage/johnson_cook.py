@@ -21,7 +21,7 @@ import numpy as np
 from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
-from hvisph.materials.slots import PRESSURE_MINIMUM, SPALL_GROWTH
+from hvisph.materials.slots import SPALL_GROWTH
 
 from .pressure_cutoff import require_tension
 
@@ -42,7 +42,7 @@ _EXPONENT_LIMIT = 100.0  # exp stays finite
 
 
 @dataclass(frozen=True)
-class JohnsonCookDamage:
+class JohnsonCookDamage(slots.Parameters):
     """Parameters of Johnson-Cook damage."""
 
     d1: float  # [-]
@@ -57,9 +57,10 @@ class JohnsonCookDamage:
 
     name: ClassVar[str] = "johnson_cook"
     tag: ClassVar[int] = tags.JOHNSON_COOK_DAMAGE
+    positive = ("reference_rate",)
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "reference_rate")
+        super().__post_init__()
         require_tension(self.pressure_minimum, self.name)
         if not 0.0 <= self.softening < 1.0:
             raise CaseError(f"softening is {self.softening!r}, but must be at least 0 and below 1", where=self.name)
@@ -75,14 +76,8 @@ class JohnsonCookDamage:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[PRESSURE_MINIMUM] = self.pressure_minimum
-        row[D1] = self.d1
-        row[D2] = self.d2
-        row[D3] = self.d3
-        row[D4] = self.d4
-        row[D5] = self.d5
+        super().pack(row, density)
         row[LOG_REFERENCE_RATE] = log(self.reference_rate)
-        row[SOFTENING] = self.softening
         row[VOID_GROWTH_FROM] = self.void_growth_from
 
 

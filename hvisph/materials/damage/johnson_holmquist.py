@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import ClassVar
 
-import numpy as np
-
 from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.eos.polynomial import A1
@@ -26,7 +24,7 @@ _LEAST_STRAIN = 1e-9
 
 
 @dataclass(frozen=True)
-class JohnsonHolmquistDamage:
+class JohnsonHolmquistDamage(slots.Parameters):
     """Parameters of JH-2 damage."""
 
     d1: float  # [-]
@@ -35,14 +33,8 @@ class JohnsonHolmquistDamage:
 
     name: ClassVar[str] = "johnson_holmquist"
     tag: ClassVar[int] = tags.CRUSHING
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "d1")
-        slots.require_not_negative(self, "d2", "beta")
-
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
-        row[D1], row[D2], row[BETA] = self.d1, self.d2, self.beta
+    positive = ("d1",)
+    not_negative = ("d2", "beta")
 
 
 @inline

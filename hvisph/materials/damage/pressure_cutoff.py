@@ -23,12 +23,12 @@ import numpy as np
 
 from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
-from hvisph.materials import tags
+from hvisph.materials import slots, tags
 from hvisph.materials.slots import FAILS_IN_TENSION, PRESSURE_MINIMUM, SPALL_GROWTH, SPALL_INVERSE, SPALL_POWER
 
 
 @dataclass(frozen=True)
-class PressureCutoff:
+class PressureCutoff(slots.Parameters):
     """Parameters of the pressure cut-off."""
 
     pressure_minimum: float  # p_min [Pa], not above zero
@@ -42,7 +42,7 @@ class PressureCutoff:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[PRESSURE_MINIMUM] = self.pressure_minimum
+        super().pack(row, density)
         row[FAILS_IN_TENSION] = float(self.permanent)
 
 
@@ -59,14 +59,11 @@ def limited_pressure(p, row):
 
 
 @dataclass(frozen=True)
-class NoDamage:
+class NoDamage(slots.Parameters):
     """A material that never fails; it has no parameters."""
 
     name: ClassVar[str] = "none"
     tag: ClassVar[int] = tags.NO_DAMAGE
-
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Leave tension without a limit."""
 
 
 SLOWEST, FASTEST = 1e4, 1e7  # rates at which the law is known to hold [1/s]

@@ -31,7 +31,7 @@ _NOTHING = 1e-100
 
 
 @dataclass(frozen=True)
-class PrincipalStress:
+class PrincipalStress(slots.Parameters):
     """Parameters of failure by principal stress."""
 
     tensile_strength: float  # sigma_f [Pa]
@@ -39,36 +39,32 @@ class PrincipalStress:
 
     name: ClassVar[str] = "principal_stress"
     tag: ClassVar[int] = tags.PRINCIPAL_STRESS
+    positive = ("tensile_strength",)
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "tensile_strength")
+        super().__post_init__()
         if not self.shear_strength > 0.0:
             raise CaseError(f"shear_strength is {self.shear_strength!r}, but must be above zero", where=self.name)
 
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
-        row[TENSILE_STRENGTH], row[SHEAR_STRENGTH] = self.tensile_strength, self.shear_strength
-
 
 @dataclass(frozen=True)
-class CockcroftLatham:
+class CockcroftLatham(slots.Parameters):
     """Parameters of failure by plastic work in tension."""
 
     critical_work: float  # W_cr [Pa = J/m^3]
 
     name: ClassVar[str] = "cockcroft_latham"
     tag: ClassVar[int] = tags.COCKCROFT_LATHAM
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "critical_work")
+    positive = ("critical_work",)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
+        super().pack(row, density)
         row[INVERSE_WORK] = 1.0 / self.critical_work
 
 
 @dataclass(frozen=True)
-class GradySpall:
+class GradySpall(slots.Parameters):
     """Parameters of Grady's spall."""
 
     toughness: float  # K_c [Pa m^(1/2)]
@@ -77,14 +73,13 @@ class GradySpall:
 
     name: ClassVar[str] = "grady_spall"
     tag: ClassVar[int] = tags.GRADY_SPALL
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "toughness", "critical_strain")
-        slots.require_not_negative(self, "yield_stress")
+    positive = ("toughness", "critical_strain")
+    not_negative = ("yield_stress",)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[TOUGHNESS], row[CRITICAL_STRAIN], row[SPALL_YIELD] = self.toughness, self.critical_strain, self.yield_stress
+        super().pack(row, density)
+        row[SPALL_YIELD] = self.yield_stress
 
 
 @inline

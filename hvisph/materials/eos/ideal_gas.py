@@ -19,7 +19,7 @@ GAMMA_MINUS_ONE = slots.EOS[0]
 
 
 @dataclass(frozen=True)
-class IdealGas:
+class IdealGas(slots.Parameters):
     """Parameters of the ideal gas."""
 
     gamma: float  # adiabatic exponent [-]
@@ -27,9 +27,10 @@ class IdealGas:
 
     name: ClassVar[str] = "ideal_gas"
     tag: ClassVar[int] = tags.IDEAL_GAS
+    positive = ("ambient_energy",)
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "ambient_energy")
+        super().__post_init__()
         if not 1.0 < self.gamma < np.inf:
             raise CaseError(f"gamma is {self.gamma!r}, but must be above 1", where=self.name)
 

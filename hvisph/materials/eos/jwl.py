@@ -31,7 +31,7 @@ BURN_SPACINGS = 1.5
 
 
 @dataclass(frozen=True)
-class JonesWilkinsLee:
+class JonesWilkinsLee(slots.Parameters):
     """Parameters of the Jones-Wilkins-Lee equation of state."""
 
     capital_a: float  # A [Pa]
@@ -45,10 +45,8 @@ class JonesWilkinsLee:
 
     name: ClassVar[str] = "jwl"
     tag: ClassVar[int] = tags.JWL
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "capital_a", "r1", "r2", "omega", "detonation_energy", "reference_density")
-        slots.require_not_negative(self, "burn_rate")
+    positive = ("capital_a", "r1", "r2", "omega", "detonation_energy", "reference_density")
+    not_negative = ("burn_rate",)
 
     @property
     def ambient_energy(self) -> float:
@@ -75,12 +73,6 @@ class JonesWilkinsLee:
         p = (cold + w * self.detonation_energy / v) / (1.0 - 0.5 * w * (1.0 - v) / v)
         speed = np.sqrt(p / (1.0 - v) / self.reference_density)
         return float(speed.min()), float(p[speed.argmin()])
-
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
-        row[CAPITAL_A], row[CAPITAL_B] = self.capital_a, self.capital_b
-        row[R1], row[R2], row[OMEGA] = self.r1, self.r2, self.omega
-        row[BURN_RATE] = self.burn_rate
 
 
 @inline

@@ -27,25 +27,19 @@ BULK_MODULUS = slots.EOS[0]
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linear(slots.Parameters):
     """Parameters of the linear equation of state."""
 
     bulk_modulus: float  # K [Pa]
 
     name: ClassVar[str] = "linear"
     tag: ClassVar[int] = tags.LINEAR
+    positive = ("bulk_modulus",)
     ambient_energy: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "bulk_modulus")
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return sqrt(K/rho0) [m/s]."""
         return float(np.sqrt(self.bulk_modulus / density))
-
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
-        row[BULK_MODULUS] = self.bulk_modulus
 
 
 @inline
@@ -71,7 +65,7 @@ def young_modulus(bulk_modulus: float, shear_modulus: float) -> float:
 
 
 @dataclass(frozen=True)
-class Elastic:
+class Elastic(slots.Parameters):
     """Parameters of the elastic equation of state."""
 
     young_modulus: float  # E [Pa]
@@ -79,10 +73,11 @@ class Elastic:
 
     name: ClassVar[str] = "elastic"
     tag: ClassVar[int] = tags.ELASTIC
+    positive = ("young_modulus",)
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "young_modulus")
+        super().__post_init__()
         if not -1.0 < self.poisson_ratio < 0.5:
             raise CaseError(
                 f"poisson_ratio is {self.poisson_ratio!r}, but must lie between -1 and 0.5", where=self.name

@@ -35,7 +35,7 @@ DENOMINATOR_FLOOR = 0.1
 
 
 @dataclass(frozen=True)
-class MieGrueneisen:
+class MieGrueneisen(slots.Parameters):
     """Parameters of the Mie-Grueneisen equation of state."""
 
     sound_speed: float  # c0 [m/s]
@@ -48,11 +48,9 @@ class MieGrueneisen:
 
     name: ClassVar[str] = "mie_gruneisen"
     tag: ClassVar[int] = tags.MIE_GRUENEISEN
+    positive = ("sound_speed",)
+    not_negative = ("gamma0", "s1")
     ambient_energy: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "sound_speed")
-        slots.require_not_negative(self, "gamma0", "s1")
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return c0 [m/s]."""
@@ -68,12 +66,9 @@ class MieGrueneisen:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
+        super().pack(row, density)
         row[C0_SQUARED] = self.sound_speed**2
-        row[GAMMA0] = self.gamma0
-        row[A] = self.a
         row[S1_MINUS_ONE] = self.s1 - 1.0
-        row[S2] = self.s2
-        row[S3] = self.s3
         row[OF_GAS] = expansion.AS_CONDENSED if self.linear_expansion else expansion.of_gas(self.gamma0 - self.a)
 
 

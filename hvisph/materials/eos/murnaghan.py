@@ -28,7 +28,7 @@ OF_GAS = slots.EOS[3]
 
 
 @dataclass(frozen=True)
-class Murnaghan:
+class Murnaghan(slots.Parameters):
     """Parameters of the Murnaghan equation of state."""
 
     bulk_modulus: float  # K [Pa]
@@ -37,11 +37,12 @@ class Murnaghan:
 
     name: ClassVar[str] = "murnaghan"
     tag: ClassVar[int] = tags.MURNAGHAN
+    positive = ("bulk_modulus",)
+    not_negative = ("gamma",)
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "bulk_modulus")
-        slots.require_not_negative(self, "gamma")
+        super().__post_init__()
         if not 1.0 < self.exponent < np.inf:
             raise CaseError(f"exponent is {self.exponent!r}, but must be above 1", where=self.name)
 
@@ -51,9 +52,7 @@ class Murnaghan:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[BULK_MODULUS] = self.bulk_modulus
-        row[EXPONENT] = self.exponent
-        row[GAMMA] = self.gamma
+        super().pack(row, density)
         row[OF_GAS] = expansion.of_gas(self.gamma)
 
 

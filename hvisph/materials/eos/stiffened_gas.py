@@ -22,7 +22,7 @@ GAMMA_MINUS_ONE = slots.EOS[1]
 
 
 @dataclass(frozen=True)
-class StiffenedGas:
+class StiffenedGas(slots.Parameters):
     """Parameters of the stiffened gas."""
 
     sound_speed: float  # c0 [m/s]
@@ -30,10 +30,11 @@ class StiffenedGas:
 
     name: ClassVar[str] = "stiffened_gas"
     tag: ClassVar[int] = tags.STIFFENED_GAS
+    positive = ("sound_speed",)
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "sound_speed")
+        super().__post_init__()
         if not 1.0 <= self.gamma0 < np.inf:
             raise CaseError(f"gamma0 is {self.gamma0!r}, but must be at least 1", where=self.name)
 

@@ -40,7 +40,7 @@ INVERSE_LOW, INVERSE_MIDDLE, INVERSE_HIGH = slots.EOS[3], slots.EOS[4], slots.EO
 
 
 @dataclass(frozen=True)
-class Table:
+class Table(slots.Parameters):
     """A tabulated equation of state about its reference density."""
 
     grid: Grid

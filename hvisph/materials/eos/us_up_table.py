@@ -34,7 +34,7 @@ DENOMINATOR_FLOOR = 0.05
 
 
 @dataclass(frozen=True)
-class UsUpTable:
+class UsUpTable(slots.Parameters):
     """Parameters of the Mie-Grueneisen equation of state on a tabulated Hugoniot."""
 
     us_up: tuple[tuple[float, float], ...]  # points (up, Us) [m/s], the first (0, c0)
@@ -42,10 +42,11 @@ class UsUpTable:
 
     name: ClassVar[str] = "us_up_table"
     tag: ClassVar[int] = tags.US_UP_TABLE
+    not_negative = ("gamma0",)
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
-        slots.require_not_negative(self, "gamma0")
+        super().__post_init__()
         for (u, speed), (later, faster) in pairwise(self.us_up):
             if not (later > u and later * speed > u * faster and later * faster > u * speed and faster > later):
                 raise CaseError("density and pressure must rise along the points of the Hugoniot", where="us_up")
@@ -70,7 +71,8 @@ class UsUpTable:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[C0_SQUARED], row[GAMMA0] = self.us_up[0][1] ** 2, self.gamma0
+        super().pack(row, density)
+        row[C0_SQUARED] = self.us_up[0][1] ** 2
         row[OF_GAS], row[PIECES] = expansion.of_gas(self.gamma0), len(self.us_up) - 1
 
 

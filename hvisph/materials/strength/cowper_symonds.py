@@ -14,16 +14,13 @@ import numpy as np
 
 from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
-from hvisph.materials.slots import SHEAR_MODULUS
-
-from .linear_hardening import HARDENING_MODULUS, YIELD_STRESS
 
 INVERSE_REFERENCE_RATE = slots.STRENGTH[2]
 INVERSE_EXPONENT = slots.STRENGTH[3]
 
 
 @dataclass(frozen=True)
-class CowperSymonds:
+class CowperSymonds(slots.Parameters):
     """Parameters of Cowper-Symonds strength."""
 
     shear_modulus: float  # G [Pa]
@@ -34,15 +31,12 @@ class CowperSymonds:
 
     name: ClassVar[str] = "cowper_symonds"
     tag: ClassVar[int] = tags.COWPER_SYMONDS
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "shear_modulus", "reference_rate", "exponent")
-        slots.require_not_negative(self, "yield_stress", "hardening_modulus")
+    positive = ("shear_modulus", "reference_rate", "exponent")
+    not_negative = ("yield_stress", "hardening_modulus")
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[SHEAR_MODULUS] = self.shear_modulus
-        row[YIELD_STRESS], row[HARDENING_MODULUS] = self.yield_stress, self.hardening_modulus
+        super().pack(row, density)
         row[INVERSE_REFERENCE_RATE], row[INVERSE_EXPONENT] = 1.0 / self.reference_rate, 1.0 / self.exponent
 
 

@@ -3,35 +3,23 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from hvisph.materials import slots, tags
-from hvisph.materials.slots import SHEAR_MODULUS
 
 
 @dataclass(frozen=True)
-class ElasticStrength:
+class ElasticStrength(slots.Parameters):
     """Parameters of the elastic deviator."""
 
     shear_modulus: float  # G [Pa]
 
     name: ClassVar[str] = "elastic"
     tag: ClassVar[int] = tags.ELASTIC_STRENGTH
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "shear_modulus")
-
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
-        row[SHEAR_MODULUS] = self.shear_modulus
+    positive = ("shear_modulus",)
 
 
 @dataclass(frozen=True)
-class NoStrength:
+class NoStrength(slots.Parameters):
     """A fluid; it has no parameters."""
 
     name: ClassVar[str] = "none"
     tag: ClassVar[int] = tags.NO_STRENGTH
-
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Leave the shear modulus at zero."""

@@ -19,9 +19,6 @@ from hvisph.materials import slots, tags
 from hvisph.materials.slots import (
     INVERSE_HEAT_CAPACITY,
     INVERSE_MELT_RANGE,
-    MELT_TEMPERATURE,
-    ROOM_TEMPERATURE,
-    SHEAR_MODULUS,
 )
 
 YIELD_STRESS = slots.STRENGTH[0]
@@ -36,7 +33,7 @@ _SMALL_SHARE = 0.04
 
 
 @dataclass(frozen=True)
-class JohnsonCook:
+class JohnsonCook(slots.Parameters):
     """Parameters of Johnson-Cook strength."""
 
     shear_modulus: float  # G [Pa]
@@ -52,12 +49,11 @@ class JohnsonCook:
 
     name: ClassVar[str] = "johnson_cook"
     tag: ClassVar[int] = tags.JOHNSON_COOK
+    positive = ("shear_modulus", "hardening_exponent", "thermal_exponent", "specific_heat", "reference_rate")
+    not_negative = ("yield_stress", "hardening_coefficient", "rate_coefficient")
 
     def __post_init__(self) -> None:
-        slots.require_positive(
-            self, "shear_modulus", "hardening_exponent", "thermal_exponent", "specific_heat", "reference_rate"
-        )
-        slots.require_not_negative(self, "yield_stress", "hardening_coefficient", "rate_coefficient")
+        super().__post_init__()
         if not self.melt_temperature > self.room_temperature:
             raise CaseError(
                 f"melt_temperature {self.melt_temperature!r} is not above room_temperature {self.room_temperature!r}",
@@ -66,17 +62,10 @@ class JohnsonCook:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[SHEAR_MODULUS] = self.shear_modulus
-        row[ROOM_TEMPERATURE] = self.room_temperature
+        super().pack(row, density)
         row[INVERSE_HEAT_CAPACITY] = 1.0 / self.specific_heat
-        row[MELT_TEMPERATURE] = self.melt_temperature
         row[INVERSE_MELT_RANGE] = 1.0 / (self.melt_temperature - self.room_temperature)
-        row[YIELD_STRESS] = self.yield_stress
-        row[HARDENING_COEFFICIENT] = self.hardening_coefficient
-        row[HARDENING_EXPONENT] = self.hardening_exponent
-        row[RATE_COEFFICIENT] = self.rate_coefficient
         row[LOG_REFERENCE_RATE] = log(self.reference_rate)
-        row[THERMAL_EXPONENT] = self.thermal_exponent
 
 
 @inline

@@ -19,14 +19,13 @@ import numpy as np
 from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
-from hvisph.materials.slots import SHEAR_MODULUS
 
 HEL_STRESS, INTACT, INTACT_EXPONENT, RATE_COEFFICIENT = slots.STRENGTH[:4]
 FRACTURED, FRACTURED_EXPONENT, FRACTURED_LIMIT, TENSION, INVERSE_HEL_PRESSURE = slots.STRENGTH[4:9]
 
 
 @dataclass(frozen=True)
-class JohnsonHolmquist:
+class JohnsonHolmquist(slots.Parameters):
     """Parameters of JH-2 strength."""
 
     shear_modulus: float  # G [Pa]
@@ -42,10 +41,11 @@ class JohnsonHolmquist:
 
     name: ClassVar[str] = "johnson_holmquist"
     tag: ClassVar[int] = tags.JOHNSON_HOLMQUIST
+    positive = ("shear_modulus", "hel_pressure", "intact", "intact_exponent", "fractured_exponent")
+    not_negative = ("tension", "fractured", "rate_coefficient")
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "shear_modulus", "hel_pressure", "intact", "intact_exponent", "fractured_exponent")
-        slots.require_not_negative(self, "tension", "fractured", "rate_coefficient")
+        super().__post_init__()
         if not self.hugoniot_elastic_limit > self.hel_pressure:
             raise CaseError("hugoniot_elastic_limit is not above hel_pressure", where=self.name)
 
@@ -56,15 +56,8 @@ class JohnsonHolmquist:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[SHEAR_MODULUS] = self.shear_modulus
+        super().pack(row, density)
         row[HEL_STRESS] = self.hel_stress
-        row[INTACT], row[INTACT_EXPONENT], row[RATE_COEFFICIENT] = (
-            self.intact,
-            self.intact_exponent,
-            self.rate_coefficient,
-        )
-        row[FRACTURED], row[FRACTURED_EXPONENT] = self.fractured, self.fractured_exponent
-        row[FRACTURED_LIMIT], row[TENSION] = self.fractured_limit, self.tension
         row[INVERSE_HEL_PRESSURE] = 1.0 / self.hel_pressure
 
 

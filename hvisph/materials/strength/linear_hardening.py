@@ -9,18 +9,15 @@ E_t/(E - E_t).
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
-from hvisph.materials.slots import SHEAR_MODULUS
 
 YIELD_STRESS = slots.STRENGTH[0]
 HARDENING_MODULUS = slots.STRENGTH[1]
 
 
 @dataclass(frozen=True)
-class LinearHardening:
+class LinearHardening(slots.Parameters):
     """Parameters of linear hardening."""
 
     shear_modulus: float  # G [Pa]
@@ -29,16 +26,8 @@ class LinearHardening:
 
     name: ClassVar[str] = "linear_hardening"
     tag: ClassVar[int] = tags.LINEAR_HARDENING
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "shear_modulus")
-        slots.require_not_negative(self, "yield_stress", "hardening_modulus")
-
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
-        row[SHEAR_MODULUS] = self.shear_modulus
-        row[YIELD_STRESS] = self.yield_stress
-        row[HARDENING_MODULUS] = self.hardening_modulus
+    positive = ("shear_modulus",)
+    not_negative = ("yield_stress", "hardening_modulus")
 
 
 @inline

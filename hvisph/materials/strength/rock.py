@@ -22,7 +22,6 @@ import numpy as np
 from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
-from hvisph.materials.slots import MELT_TEMPERATURE, SHEAR_MODULUS
 
 COHESION, FRICTION, INVERSE_RANGE, BROKEN_FRICTION, INVERSE_MELT_ENERGY = slots.STRENGTH[:5]
 
@@ -30,7 +29,7 @@ XI = 1.2
 
 
 @dataclass(frozen=True)
-class Rock:
+class Rock(slots.Parameters):
     """Parameters of the strength of rock."""
 
     shear_modulus: float  # G [Pa]
@@ -44,10 +43,11 @@ class Rock:
 
     name: ClassVar[str] = "rock"
     tag: ClassVar[int] = tags.ROCK
+    positive = ("shear_modulus",)
+    not_negative = ("cohesion", "friction", "broken_friction")
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "shear_modulus")
-        slots.require_not_negative(self, "cohesion", "friction", "broken_friction")
+        super().__post_init__()
         if not self.limit > self.cohesion:
             raise CaseError(f"limit {self.limit!r} is not above cohesion {self.cohesion!r}", where=self.name)
         if not (self.melt_energy > 0.0 and self.melt_temperature > 0.0):
@@ -62,11 +62,9 @@ class Rock:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[SHEAR_MODULUS] = self.shear_modulus
-        row[COHESION], row[FRICTION], row[BROKEN_FRICTION] = self.cohesion, self.friction, self.broken_friction
+        super().pack(row, density)
         row[INVERSE_RANGE] = 1.0 / (self.limit - self.cohesion)
         row[INVERSE_MELT_ENERGY] = 1.0 / self.melt_energy
-        row[MELT_TEMPERATURE] = self.melt_temperature
 
 
 @inline

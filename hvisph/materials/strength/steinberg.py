@@ -22,7 +22,7 @@ from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.melting import Lindemann
-from hvisph.materials.slots import INVERSE_RHO0, SHEAR_MODULUS
+from hvisph.materials.slots import INVERSE_RHO0
 
 YIELD_STRESS, YIELD_LIMIT, BETA, EXPONENT, INITIAL_STRAIN = slots.STRENGTH[:5]
 PRESSURE_COEFFICIENT, HEAT_COEFFICIENT = slots.STRENGTH[5], slots.STRENGTH[6]
@@ -36,7 +36,7 @@ _LEAST = 1e-3  # [Pa]; Y_T is sought above
 
 
 @dataclass(frozen=True)
-class SteinbergGuinan:
+class SteinbergGuinan(slots.Parameters):
     """Parameters of Steinberg-Guinan strength."""
 
     shear_modulus: float  # G0 [Pa]
@@ -53,19 +53,17 @@ class SteinbergGuinan:
 
     name: ClassVar[str] = "steinberg_guinan"
     tag: ClassVar[int] = tags.STEINBERG_GUINAN
+    positive: ClassVar[tuple[str, ...]] = ("shear_modulus", "melt_temperature")
+    not_negative = ("yield_stress", "beta", "exponent", "heat_coefficient", "initial_strain")
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "shear_modulus", "melt_temperature")
-        slots.require_not_negative(self, "yield_stress", "beta", "exponent", "heat_coefficient", "initial_strain")
+        super().__post_init__()
         if not self.yield_limit >= self.yield_stress:
             raise CaseError(f"yield_limit {self.yield_limit!r} is below yield_stress", where=self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[SHEAR_MODULUS] = self.shear_modulus
-        row[YIELD_STRESS], row[YIELD_LIMIT] = self.yield_stress, self.yield_limit
-        row[BETA], row[EXPONENT], row[INITIAL_STRAIN] = self.beta, self.exponent, self.initial_strain
-        row[PRESSURE_COEFFICIENT], row[HEAT_COEFFICIENT] = self.pressure_coefficient, self.heat_coefficient
+        super().pack(row, density)
         Lindemann(self.melt_temperature, self.gamma0, self.a_melt).pack(row)
 
 
@@ -80,16 +78,19 @@ class SteinbergLund(SteinbergGuinan):
 
     name: ClassVar[str] = "steinberg_lund"
     tag: ClassVar[int] = tags.STEINBERG_LUND
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        slots.require_positive(self, "rate_c1", "activation_energy", "peierls_stress", "drag")
+    positive: ClassVar[tuple[str, ...]] = (
+        *SteinbergGuinan.positive,
+        "rate_c1",
+        "activation_energy",
+        "peierls_stress",
+        "drag",
+    )
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
         super().pack(row, density)
-        row[RATE_C1], row[ACTIVATION] = self.rate_c1, self.activation_energy * _ELECTRON_VOLT_PER_KELVIN
-        row[PEIERLS], row[DRAG] = self.peierls_stress, self.drag
+        row[ACTIVATION] = self.activation_energy * _ELECTRON_VOLT_PER_KELVIN
+        row[PEIERLS] = self.peierls_stress
 
 
 @inline
