@@ -134,7 +134,9 @@ def test_schema_is_a_schema():
 
 
 def test_manual_names_every_field():
-    manual = "".join([*TOOL.case_manual().values(), *(path.read_text() for path in (ROOT / "docs/models").glob("*.md"))])
+    manual = "".join(
+        [*TOOL.case_manual().values(), *(path.read_text() for path in (ROOT / "docs/models").glob("*.md"))]
+    )
     for definition in TOOL.case_schema()["$defs"].values():
         for key in definition.get("properties", {}):
             assert f"`{key}`" in manual or f".{key}`" in manual or key in ("type", "value", "tolerance")

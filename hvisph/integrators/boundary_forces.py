@@ -77,10 +77,7 @@ class AmbientLayer:
     normals: np.ndarray  # outward normal of the edge before each particle (k, dim)
 
     def follow(self, positions: np.ndarray, moved: np.ndarray) -> np.ndarray:
-        """Return the places (k, dim) [m] for `positions` (m, dim) [m] of the sources.
-
-        `moved` (dim,) [m] is how far the planes of symmetry across each axis are from their places at the start.
-        """
+        """Return places (k, dim) [m] for those of the sources; planes of symmetry have `moved` (dim,) [m]."""
         displacement = (positions - self.at_start)[self.terms] * self.signs + (1.0 - self.signs) * moved
         return np.asarray(self.places + np.add.reduceat(displacement * self.weights[:, None], self.starts, axis=0))
 

@@ -42,10 +42,7 @@ SLOWEST_SIGNAL = 1e-30
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocity of the particles of `group`: `velocities` (k, dim) [m/s] at `times` (k,) [s].
-
-    It is linear between the times and constant beyond them; two rows at one time are a jump.
-    """
+    """Velocities (k, dim) [m/s] of a `group` at times (k,) [s]: linear between, constant beyond, or jumps."""
 
     group: int
     times: np.ndarray

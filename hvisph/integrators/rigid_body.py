@@ -48,10 +48,7 @@ class MassProperties:
 
 
 def mass_properties(mass: np.ndarray, position: np.ndarray, spacing: np.ndarray, exact: Any) -> MassProperties:
-    """Return the mass properties of particles: `mass` (n,) [kg], `position` (n, dim) [m], `spacing` (n,) [m].
-
-    `exact` returns the sum of terms (n,), whatever their order.
-    """
+    """Return the mass properties of particles; `exact` sums terms (n,) the same in any order."""
     whole, x = exact(mass), in_space(position)
     centre = np.array([exact(mass * component) for component in x.T]) / whole
     r, of_points = x - centre, np.empty((3, 3))
@@ -327,10 +324,7 @@ class RigidMotion:
         return np.asarray(in_space(x) - self.state[CENTRE] if self.turns else x - self.state[CENTRE][: x.shape[1]])
 
     def place(self, stepper: Any, rows: np.ndarray, now: float, stage: float) -> np.ndarray:
-        """Write positions and velocities of the particles, and those of the time `stage` [s] after `now` in their rows.
-
-        Returns kinetic energy [J] and momentum (dim,) [kg m/s] of the body.
-        """
+        """Write the motion of the body at `now` + `stage` [s]; return its energy [J] and momentum (dim,) [kg m/s]."""
         particles, state, dim = stepper.particles, self.state, stepper.particles.dim
         turned = rotation(state[TURN]) if self.turns else None
         here = slice(0, 3 if self.turns else dim)

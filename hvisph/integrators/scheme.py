@@ -30,11 +30,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Scheme:
-    """Integrator with one evaluation a step.
-
-    Stage theta within the step, weight w of the previous rates (`previous`), and share kappa of the acceleration in the
-    predicted positions (`drift`).
-    """
+    """Integrator of one evaluation: stage theta, weight w of the previous rates, share kappa of the drift."""
 
     name: str
     stage: float

@@ -158,10 +158,7 @@ def transverse_modulus(table, models, m, shear):
 
 @inline
 def squared_speeds(table, models, m, rho, c, shear, axes):
-    """Return the tensor M [m^2/s^2] of longitudinal waves, six components: along n their speed is sqrt(n . M . n).
-
-    Along material axes that is sqrt(c^2 + (C_ii - K0)/rho); `c` [m/s] is the bulk sound speed.
-    """
+    """Return M [m^2/s^2], six components: waves along n run at sqrt(n . M . n); `c` is the bulk sound speed [m/s]."""
     strength = models[m, STRENGTH_TAG]
     if strength < tags.ORTHOTROPIC:
         return add_identity(no_symmetric(3), c * c + (4.0 / 3.0) * shear / rho)

@@ -149,10 +149,7 @@ class Material:
         return bool(getattr(self.damage, "permanent", breaks))
 
     def at_temperature(self, temperature: float) -> tuple[float, float]:
-        """Return density [kg/m^3] and energy [J/kg] of the material at no pressure and `temperature` [K].
-
-        Raises `CaseError` where it has no heat capacity, or bears no such temperature without pressure.
-        """
+        """Return density [kg/m^3] and energy [J/kg] without pressure at `temperature` [K]; `CaseError` without any."""
         if not self.whole_row[slots.INVERSE_HEAT_CAPACITY] > 0.0:
             raise CaseError("needs a heat capacity: give the material `temperature: {heat_capacity: ...}`")
         pressure = self.pressure_function()
@@ -322,10 +319,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def late_material(material: Material, bulk_modulus: float, poisson_ratio: float) -> Material:
-    """Return a material in a late stage of a bulk modulus [Pa]: its strength with the shear modulus, its damage kept.
-
-    Raises `CaseError` where the bulk modulus is above that of the material.
-    """
+    """Return a material in a late stage, its moduli scaled; `CaseError` for a bulk modulus above its own [Pa]."""
     bulk = material.bulk_modulus
     if bulk_modulus > bulk:
         raise CaseError(f"is above that of '{material.name}', {bulk:.3g} Pa; give a lower one", where="bulk_modulus")

@@ -273,10 +273,7 @@ def _smooth_rate(rate, before, dt, row):
 
 @inline
 def _flow_at(strength, state, row):
-    """Return the flow stress [Pa] of the undamaged material.
-
-    `state` is density, energy, pressure, plastic strain, strain rate and damage.
-    """
+    """Return the undamaged flow stress [Pa]; `state`: density, energy, pressure, plastic strain, rate, damage."""
     rho, e, p, plastic_strain, rate, felt = state
     _, _, factor, offset, _ = circumstances(strength, rho, e, p, rate, felt, row)
     return yield_stress(strength, plastic_strain, factor, offset, row)

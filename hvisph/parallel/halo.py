@@ -42,10 +42,7 @@ def _pack(rows, numbers, chosen, used, table):
 
 
 class Halo:
-    """Rows of other processes, stored behind those of this process.
-
-    `planes` are those of symmetry: behind one the interaction distance doubles.
-    """
+    """Rows of other processes behind the own; behind `planes` of symmetry the interaction distance doubles."""
 
     def __init__(self, world: MpiProcesses, dim: int, used: int, planes: Sequence[Plane] = ()):
         self._world, self._dim, self._used, self._planes = world, dim, used, planes

@@ -103,10 +103,7 @@ def _impedance(body: Body) -> float:
 
 
 def body_boxes(case: Case) -> tuple[list[Box], list[float]]:
-    """Return the bounding box of each placed body, and the shifts of the bodies placed in a row.
-
-    These are how far a body stands along x from where it would be about the origin [m]; 0 of those with a place.
-    """
+    """Return bounding boxes of placed bodies, and how far each is along x from the origin [m]; 0 with a place."""
     bodies = list(case.bodies.values())
     boxes, shifts = [_box(body, case) for body in bodies], [0.0] * len(bodies)
     row = [k for k, body in enumerate(bodies) if body.position is None]
@@ -154,10 +151,7 @@ def _box(body: Body, case: Case, shift: float = 0.0, axes: np.ndarray | None = N
 
 
 def _contact_time(one: Box, other: Box, closing: np.ndarray) -> tuple[float, float] | None:
-    """Return when two boxes meet [s] and how fast across the faces that do [m/s]; None where they never do.
-
-    `closing` (dim,) [m/s] is the velocity of the one relative to the other.
-    """
+    """Return when boxes closing at (dim,) [m/s] meet [s] and at which normal speed; None where they never do."""
     moving = closing != 0.0
     sizes = np.concatenate([one[1] - one[0], other[1] - other[0]])
     slack = TOUCHING * float(sizes[np.isfinite(sizes)].max(initial=0.0))

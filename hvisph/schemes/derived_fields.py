@@ -37,10 +37,7 @@ def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, t
 
 
 def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dict[str, np.ndarray]:
-    """Return pressure [Pa], sound speed [m/s], von Mises stress [Pa] and temperature [K] of the state, each (n,).
-
-    The temperature is NaN without a heat capacity, and omitted where no material has one.
-    """
+    """Return pressure, sound speed, von Mises stress and, where known, temperature of the state, (n,) each in SI."""
     fields = {name: np.zeros(particles.count) for name in NAMES}
     options = {
         "remembered_state": bind_models(thermodynamics.remembered_state, table, models),

@@ -203,10 +203,7 @@ class Formulation(AnyFormulation, Protocol):
 
 @dataclass(frozen=True)
 class Smoothing:
-    """Evolution of the smoothing length: dh/dt = h/d div u if `variable`, within limits relative to the start.
-
-    Sources: Farahani 2009 eq. 19; Zisis 2013 eq. 20.
-    """
+    """dh/dt = h/d div u if `variable`, within limits over the start (Farahani 2009 eq. 19; Zisis 2013 eq. 20)."""
 
     variable: bool = False
     smallest: float = 0.5

@@ -275,10 +275,7 @@ class Stepper:
         self._sum_up()
 
     def use_late_materials(self, number: int, materials: Sequence[Material] = ()) -> None:
-        """Take the materials of a late stage in place of those before it; `predict` shows them to the neighbours.
-
-        `materials` replace those given at the start.
-        """
+        """Take `materials` of a late stage in place of those before; `predict` shows them to the neighbours."""
         if materials:
             self._later[number] = pack(materials)
         self.table, self.models = self._later[number]

@@ -56,10 +56,7 @@ class FractureEnergy:
 
 
 def largest_widths(energy: float, flow: float, tension: float, shear_modulus: float, modulus: float) -> float:
-    """Return l_max [m], up to which the strengths `flow` and `tension` [Pa] are reached; 0 is for no such strength.
-
-    `modulus` is E' [Pa], `energy` G_f [J/m^2].
-    """
+    """Return l_max [m] for `flow`, `tension` [Pa], E' [Pa] and G_f [J/m^2]; 0 is no such strength."""
     in_shear = 6.0 * shear_modulus * energy / flow**2 if flow > 0.0 else inf
     in_tension = 2.0 * modulus * energy / tension**2 if tension > 0.0 else inf
     return min(in_shear, in_tension)
@@ -86,10 +83,7 @@ def localised_share(width, row):
 
 @inline
 def open_crack(d, p, rate, dt, tension, softening, stiffness):
-    """Return d after `dt` [s] at the pressure `p` [Pa] of the whole material, and rate of volume [1/s].
-
-    Strain counts as far as the tension is beyond its limit (1 - d) p_0; `stiffness` is K [Pa].
-    """
+    """Return d after `dt` [s] at `p` [Pa] and a rate of volume [1/s]; only tension beyond (1 - d) p_0 counts."""
     beyond = (d - 1.0) * tension - p
     if beyond <= 0.0:
         return d

@@ -109,10 +109,7 @@ def require_share(value: float, where: str) -> None:
 
 @inline
 def hashin_modes(s, row):
-    """Return the criteria of fibre, matrix and delamination [-], each 1 at failure.
-
-    `s` are six components of the stress [Pa] in material axes.
-    """
+    """Return fibre's, matrix' and delamination's criteria, 1 at failure, for six stresses along the axes [Pa]."""
     s11, s22, s33, s12, s13, s23 = s
     along = (s12 * s12 + s13 * s13) / (row[S12] * row[S12])
     confinement = max(-0.5 * (s22 + s33), 0.0)

@@ -94,12 +94,7 @@ def monotone(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, 
 
 
 def read_sesame(path: Path, material: int | None = None) -> Grid:
-    """Return the 301 table of a file in SESAME's text layout.
-
-    `material`: number of the material; the first of the file unless given.
-
-    Raises `CaseError` if there is no such table in it, or it is cut short.
-    """
+    """Return a material's 301 table of SESAME's text, the first unless given; `CaseError` if cut short or absent."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     for number, line in enumerate(lines):
         words = line.split()

@@ -20,10 +20,7 @@ MODULI = 1e8, 1e12  # bulk moduli of condensed matter lie between [Pa]; diamond 
 
 
 def read_table(path: Path, form: str | None = None, number: int | None = None) -> Grid:
-    """Return the table of a file in the layout `form`, which is detected unless given.
-
-    Raises `CaseError` if the file is none, holds the input of a program instead of a table, or does not fit its layout.
-    """
+    """Return a table in the layout `form`, detected unless given; `CaseError` for a file that does not fit it."""
     if path.name.upper().startswith("ANEOS.INPUT") or path.suffix.lower() == ".aneos":
         raise CaseError(
             "is the input of ANEOS, not a table: run ANEOS with it and give the table that it writes, "
@@ -115,10 +112,7 @@ def _grid(rho: np.ndarray, temperature: np.ndarray, p: np.ndarray, e: np.ndarray
 
 
 def check_units(grid: Grid, density: float, path: Path) -> None:
-    """Refuse a table of condensed matter whose density or bulk modulus at zero pressure is off by powers of ten.
-
-    Gases, whose pressure has no zero, pass.
-    """
+    """Refuse a condensed table whose density or bulk modulus without pressure is off by powers of ten."""
     rho = grid.density
     temperature = np.broadcast_to(grid.temperature, grid.pressure.shape)
     p = np.array([np.interp(AMBIENT, t, of_t) for t, of_t in zip(temperature, grid.pressure, strict=True)])

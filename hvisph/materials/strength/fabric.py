@@ -62,10 +62,7 @@ def packing(rho, row):
 
 @inline
 def pull_yarn(t, strain, broken, full, modulus, strength):
-    """Return tension [Pa] of a yarn after an increment of strain, and 1 where it is broken.
-
-    `full` is `packing`; `modulus` and `strength` [Pa] those at rest.
-    """
+    """Return a yarn's tension [Pa] after a strain, and 1 if broken; `full` is `packing`, others are at rest [Pa]."""
     trial = max(t + modulus * full * strain, 0.0)
     broken = 1.0 if trial >= strength * full else broken
     return (0.0 if broken > 0.0 else trial), broken

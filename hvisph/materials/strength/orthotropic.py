@@ -156,10 +156,7 @@ class Orthotropic:
 
 @inline
 def add_strain(t, strain, borne, row):
-    """Return T [Pa] after an increment of strain, six tensor components in material axes.
-
-    `borne` are the shares of the shear moduli 12, 13 and 23 that are left.
-    """
+    """Return T [Pa] after six strains along the axes; `borne` are shares of the shear moduli 12, 13, 23."""
     e1, e2, e3, e12, e13, e23 = strain
     return (
         t[0] + row[R11] * e1 + row[R12] * e2 + row[R13] * e3,

@@ -138,10 +138,7 @@ def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
 
 
 def add_rates(k, spatial, place, chosen, eulerian, rates):
-    """Add the rates of the spatial pass to those of the `chosen` particles (template).
-
-    The larger max|mu| remains, and an Eulerian particle takes the spatial velocity gradient.
-    """
+    """Add the spatial rates of `chosen` particles: the larger max|mu|, of Eulerian ones their gradient (template)."""
     i, at = np.uint64(chosen[k]), np.uint64(place[k])
     a = add(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
     put(rates, i, R_ACCELERATION, a)

@@ -121,10 +121,7 @@ class BodyContact:
     def add(
         self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray, rates: np.ndarray
     ) -> None:
-        """Add contact accelerations, and power where it is heat, to `rates`.
-
-        `chosen` are particles near another component, `loose` (n,), bool, those detached from their bodies.
-        """
+        """Add contact accelerations and heat to `rates` of `chosen` particles; `loose` (n,) bool are detached."""
         halo = self.pairs.halo
         self.omega[:], self._power = 0.0, 0.0
         looks = self._evaluations % LOOK_EVERY == 0

@@ -134,10 +134,7 @@ class CompositeStepper(CompositeState):
 
     @property
     def rows(self) -> np.ndarray:
-        """Packed rows, in the particles' order; behind them images at symmetry planes and the far row.
-
-        An evaluation leaves the velocities of its stage in them.
-        """
+        """Packed rows with velocities of the stage, in the particles' order; then images and the far row."""
         return self.rows_
 
     @property

@@ -18,10 +18,7 @@ MARGIN = 0.1
 
 
 class ProjectionRows:
-    """Rows of one pass and of the next in two arrays, and a neighbour list for many steps.
-
-    Behind the particles follow copies, images and the far row; `listed_at` are the positions of the list (n, dim) [m].
-    """
+    """Rows of a pass and the next, then copies, images, far row; a list of neighbours of `listed_at` (n, dim) [m]."""
 
     def __init__(self, kernel: Kernel, positions: np.ndarray, h: float, planes: tuple[Plane, ...]):
         count, dim = positions.shape

@@ -25,10 +25,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 
 
 class ProjectionStepper:
-    """Particles under SPH-projection, with the field ``pressure``; see `AnyStepper`.
-
-    The materials' equations of state are not used, nor are stage and weight of an integrator.
-    """
+    """Particles under SPH-projection, see `AnyStepper`: no equation of state, no stage, the field ``pressure``."""
 
     has_energy = keeps_order = False
     late = np.zeros(1)

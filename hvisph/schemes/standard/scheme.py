@@ -220,10 +220,7 @@ class Eulerian:
         }
 
     def isolated_density(self, dim: int) -> float:
-        """Return the least rho h^dim/m in axisymmetric cases, W(0) of an isolated particle; 0, no limit, otherwise.
-
-        The section m/rho of thin particles beside dense ones grows without bound otherwise.
-        """
+        """Return the least rho h^dim/m, that of a lone axisymmetric particle, whose section would grow; else 0."""
         return float(self.kernel.value(0.0, 1.0, dim)) if self.axisymmetric else 0.0
 
     def limits(self) -> None:

@@ -59,10 +59,7 @@ CHUNK = 256
 
 @inline
 def equivalent_strain(f, hoop):
-    """Return the equivalent of the deviatoric Green-Lagrange strain, sqrt(2/3 E':E'), of a deformation gradient.
-
-    `hoop` is the stretch out of the plane, 1 unless particles are axisymmetric.
-    """
+    """Return sqrt(2/3 E':E') of the Green-Lagrange strain; `hoop` is the stretch out of the plane."""
     full = full_gradient(multiply(0.5, subtract(product(transpose(f), f), identity(f))))
     e = symmetric_part(replace_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
     e = add_identity(e, (-1.0 / 3.0) * (e[0] + e[1] + e[2]))

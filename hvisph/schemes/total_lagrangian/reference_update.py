@@ -184,10 +184,7 @@ class ReferenceChanges:
 
 
 def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) -> bool:
-    """Return particles beyond a plane of symmetry to it; return whether there were any.
-
-    They take the velocity of the plane; the energy that they lose in its frame becomes heat.
-    """
+    """Return whether particles were beyond a plane: they are put on it at its velocity, energy becomes heat."""
     passed = False
     x, u = particles["position"], particles["velocity"]
     for plane in planes:

@@ -101,10 +101,7 @@ def contact_gate(fills, ends):
 
 @inline
 def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
-    """Return the pair's normal, the cosine that scales its kernel slope, and its gate.
-
-    `e` is the line of centres from a to b, and the normal where `other` is 0 (same body); then F and O of both sides.
-    """
+    """Return normal, cosine of the kernel slope and gate, from the centre line `e` and F and O of both sides."""
     fills = subtract(fills_a, fills_b)
     size = np.sqrt(dot(fills, fills)) + TINY
     n = multiply(1.0 / size, fills)
@@ -116,10 +113,7 @@ def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
 
 @inline
 def faces_each_other(face_a, face_b, dx):
-    """Return 1 where a particle lies in front of the other's face of the same body, else 0.
-
-    `face_a`, `face_b` are face normals, of length 1 in the outermost layer of a flat face; `dx` is x_b - x_a.
-    """
+    """Return 1 where a particle is in front of the other's face, by normals of length 1 in flat faces; else 0."""
     of_a, of_b = dot(face_a, dx), -dot(face_b, dx)
     most = max(max(of_a, of_b), of_a + of_b)
     return max(np.copysign(1.0, most - FACING_COSINE * np.sqrt(dot(dx, dx))), 0.0)

@@ -160,10 +160,7 @@ def was_outside_reach(dx, d_a, d_b, reach2):
 
 
 def against(rows, i, b, dx, reach2):
-    """Return 1 for lanes `b` in contact with row `i`, else 0 (template).
-
-    `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
-    """
+    """Return 1 for lanes `b` touching row `i` (template); `dx` is x_a - x_b, `reach2` the squared support [m^2]."""
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     if SELF_CONTACT:
         own_face = (

@@ -57,10 +57,7 @@ CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
 
 @dataclass(frozen=True)
 class Contact:
-    """Parameters of the repulsion: dimensionless k with K = k rho0 c0^2 / dx^d, exponent n >= 2.
-
-    `absolute` replaces k by K [Pa/m^d] for all bodies; None for none.
-    """
+    """Dimensionless k of K = k rho0 c0^2/dx^d, exponent n >= 2; `absolute` is K [Pa/m^d] for all bodies."""
 
     stiffness: float = 0.025
     exponent: int = 4

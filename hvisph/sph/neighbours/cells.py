@@ -45,10 +45,7 @@ class Grid:
 
     @classmethod
     def from_positions(cls, positions: np.ndarray, edge: float, per_particle: int = 4) -> Grid:
-        """Return a grid for particles at `positions` (n, dim) [m], with a margin for them to spread.
-
-        It has no more than `per_particle` cells a particle.
-        """
+        """Return a grid for `positions` (n, dim) [m] with a margin, of `per_particle` cells a particle at most."""
         n, dim = positions.shape
         wanted = np.ptp(positions, axis=0) / edge * 1.5 + 4
         shape = [int(2 ** np.ceil(np.log2(w))) for w in wanted] + [1] * (3 - dim)
@@ -89,10 +86,7 @@ def place_of(cell, nx, nz):
 
 @inline
 def adjacent_cell(place, shift, nx, ny, nz):
-    """Return the number of one of the 3, 9 or 27 cells around the one at `place`, itself in their middle.
-
-    They are counted along x, then y, then z: `shift` is 0 to 3**dim - 1.
-    """
+    """Return the cell `shift`, 0 to 3**dim - 1 along x, y, z, of those around the one at `place`."""
     one, three = np.uint64(1), np.uint64(3)
     x = (place[0] + shift % three + nx - one) & (nx - one)
     y = (place[1] + (shift // three) % three + ny - one) & (ny - one)

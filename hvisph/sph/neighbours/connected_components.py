@@ -61,10 +61,7 @@ def label_components(
 
 
 def connect_components(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:
-    """Return the root of each particle's component (n,); different `labels` (n,) uint32 are not connected.
-
-    `link` is the distance below which two particles are connected [m].
-    """
+    """Return the root of each component (n,): particles nearer than `link` [m] of equal `labels` (n,)."""
     count, dim = position.shape
     grid = Grid.from_positions(position, link / np.sqrt(dim + 3.0))
     cells, order, parent = np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.arange(count)

@@ -158,10 +158,7 @@ class Selection:
         return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
 
     def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the indices of the particles within `reach` [m] of another body, and of their neighbours.
-
-        Cells wrap round: some are chosen in vain.
-        """
+        """Return particles within `reach` [m] of another body, and their neighbours; cells wrap round."""
         self.grid.edge = reach
         sizes, count = self.grid.sizes, len(rows)
         if len(self._nowhere) < count:

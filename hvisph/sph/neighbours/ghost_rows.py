@@ -206,10 +206,7 @@ class FixedCopies:
     def find(
         self, position: np.ndarray, numbers: np.ndarray, reach: float, alone: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Find the ghost rows of reference positions; return positions (m, dim) [m] and numbers (m,) with theirs.
-
-        `alone` (n,), bool, marks particles without neighbours.
-        """
+        """Return ghosts of reference positions, (m, dim) [m] and numbers (m,); `alone` (n,) are without neighbours."""
         dim, count = self.layout.dim, len(position)
         if self.halo is not None:
             meeting = np.flatnonzero(~alone)

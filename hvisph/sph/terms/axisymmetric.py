@@ -108,8 +108,5 @@ def axis_regularization(radial_rate, hoop_rate, ring, h):
 
 @inline
 def hoop_share(fullness):
-    """Return the share of hoop strain rate and hoop force that acts; 0 for an isolated particle.
-
-    `fullness`: kappa: 1 within a body, 1/2 at a face, 1/4 at an edge
-    """
+    """Return the share of hoop strain and force for `fullness` kappa: 1 inside, 1/2 at a face; 0 when alone."""
     return min(max(EDGES * fullness, 0.0), 1.0)
