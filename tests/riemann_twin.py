@@ -7,6 +7,7 @@ from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
 from hvisph.sph.terms.free_surface_correction import SOUND
 from hvisph.sph.terms.reconstruction import MIN_LIMITER
 from hvisph.sph.terms.riemann_solver import FRONT, SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
+from hvisph.sph.terms.shape_matrix import SINGULAR
 from hvisph.sph.terms.tension_stabilization import TENSION_GAIN
 
 
@@ -365,7 +366,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         if formulation.has_contact:
             further = [*further, *[0.0] * (2 - len(further)), slip]
         if formulation.angular_momentum:
-            if not correctable(moment):
+            if np.trace(moment) <= SINGULAR * dim:
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]
             further = [*further, *[0.0] * (3 - len(further)), *spin]
         if formulation.adjoint:

@@ -7,8 +7,7 @@ Tangential tractions act beside the line of centres and create angular momentum.
 half of the torque of its pairs and the torque that its own w returns. In the next step dt the pairs of the own body
 carry (w_a + w_b) x e/2 beside t*, with w_a = rho_a s_a/(2 dt), equal and opposite in each pair. The work of w_a on
 u_b - u_a belongs to a alone: a rigid rotation gains no heat. What remains at any time is the torque of one step.
-Where B cannot be inverted (`sph.terms.free_surface_correction.correctable`), in particle chains and isolated
-fragments, s is set to zero.
+Where almost no neighbour is left (tr B/d below SINGULAR, `sph.terms.shape_matrix`) s is set to zero.
 
 Source: this code's own. Verification: `spinning_disc`, `random_collisions`.
 """
@@ -16,9 +15,9 @@ Source: this code's own. Verification: `spinning_disc`, `random_collisions`.
 from __future__ import annotations
 
 from hvisph.compiler.jit import inline
-from hvisph.compiler.tensors import axial_cross, dot_rows, inertia, matrix, multiply, subtract
+from hvisph.compiler.tensors import axial_cross, dot_rows, inertia, matrix, mean_diagonal, multiply, subtract
 
-from .free_surface_correction import correctable
+from .shape_matrix import SINGULAR
 
 
 @inline
@@ -36,4 +35,4 @@ def torque_residual(pair_torque, moment, contact_moment, spin):
     `spin`: w
     """
     returned = dot_rows(inertia(subtract(moment, contact_moment)), spin)
-    return subtract(pair_torque, returned) if correctable(matrix(moment)) else multiply(-2.0, spin)
+    return subtract(pair_torque, returned) if mean_diagonal(matrix(moment)) > SINGULAR else multiply(-2.0, spin)

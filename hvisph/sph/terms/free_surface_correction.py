@@ -32,23 +32,23 @@ SOUND = 0.4
 
 @inline
 def correctable(moment):
-    """Return whether B, row by row, tells all of a gradient: a string of particles or a crumb sees a part of it."""
+    """Return whether B, row by row, can be inverted: it is nearly singular in chains and fragments of few particles."""
     return determinant(moment) > power_of_dimension(SOUND, moment)
 
 
 @inline
-def free_surface_correction(l, rate, moment, calm, bear):
+def free_surface_correction(l, rate, moment, smooth, tension_limit):
     """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
 
     `l`, `rate`: sums of the velocity gradient, row by row, and of the rate of volume [1/s]
     `moment`: B, row by row
-    `calm`: 1 where nothing closes, 0 in a shock front, max(0, 1 - 20 mu/c_l)
-    `bear`: largest tension of the particle [Pa]
+    `smooth`: 1 where nothing closes, 0 in a shock front, max(0, 1 - 20 mu/c_l)
+    `tension_limit`: largest tension of the particle [Pa]
     """
-    if not (bear > 0.0 and correctable(moment)):
+    if not (tension_limit > 0.0 and correctable(moment)):
         return l, rate
     size = determinant(moment)
-    opened = min(max((WHOLE - size) / RANGE, 0.0), 1.0) * calm
+    opened = min(max((WHOLE - size) / RANGE, 0.0), 1.0) * smooth
     change = subtract(multiply(1.0 / size, adjugate(moment)), identity(moment))
     l = add(l, multiply(opened, product(l, change)))
     return l, (1.0 - opened) * rate + opened * divergence(l)
