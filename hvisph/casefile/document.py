@@ -50,12 +50,10 @@ class Document:
 
 
 def parse(text: str, name: str) -> Document:
-    """Return the one value that `text` holds.
+    """Return the one value of a YAML `text`, called `name` in messages.
 
-    `text`: YAML.
-    `name`: what messages call the text: the file's name, or the override.
-    Raises `CaseError` for invalid YAML, and for features that a case may not use: tags, several documents,
-    keys twice, keys that are not text, recursive anchors, excessive depth or size.
+    Raises `CaseError` for invalid YAML, and for features that a case may not use: tags, several documents, keys twice,
+    keys that are not text, recursive anchors, excessive depth or size.
     """
     try:
         text.encode("utf-8")

@@ -73,12 +73,10 @@ def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
 
 
 def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None) -> Spot | None:
-    """Return the expected content at the path `keys` below `root`, None where nothing is allowed.
+    """Return the expected content at the path `keys` below the model `root`, None where nothing is allowed.
 
-    `root`: model to start from.
-    `keys`: keys as a user writes them, without the tags of alternatives.
-    `value`: input at `root`, whose `type` entries choose among alternatives; without one, the first alternative that
-        has the key.
+    `keys` are as a user writes them, without tags of alternatives: the `type` entries of the input `value` choose among
+    these; without it, the first one that has the key.
     """
     spot = Spot({"": root})
     for key in keys:

@@ -130,13 +130,10 @@ def _expand_base(material: Plain, values_of: Callable[[str], Plain]) -> Plain:
 
 
 def overridden(document: Document, override: str, values_of: Callable[[str], Plain]) -> Document:
-    """Return `document` with one setting `path.to.key=value` applied.
+    """Return `document` with one setting `path.to.key=value` applied, its value in YAML.
 
-    `document`: the case as read.
-    `override`: keys joined by dots, numbers for entries of lists, then the value in YAML. A setting may reach into a
-        material that the case names, and into a block that the case leaves to its default.
-    `values_of`: plain values of the material of a name.
-    Raises `CaseError` if it is no setting, or something that has no keys stands in its way.
+    It may reach into a material that the case names (`values_of` returns its plain values), and into a block left to
+    its default. Raises `CaseError` if it is no setting, or something without keys is in its way.
     """
     keys, new, name = _parse(override)
     setting = _Setting(dict(document.places), Place(name), document.value, values_of)

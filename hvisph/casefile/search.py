@@ -32,12 +32,7 @@ class Entry:
 
 
 def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
-    """Search a word, the best result first.
-
-    `word`: a key, part of a path, a value, a measure, a material, a case, a page, a command, or any word of their
-        texts; or several words, all of which a match contains.
-    `commands`: names and texts of commands.
-    """
+    """Search words in keys, paths, values, measures, materials, cases, pages and `commands`; the best result first."""
     asked = word.strip().lower().replace("-", "_")
     subject = spellings("subjects").get(asked)
     wanted = {asked, spellings("synonyms").get(asked.replace("_", ""), asked), ALLOY.sub(r"aluminium_\1", asked)}

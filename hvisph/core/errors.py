@@ -15,11 +15,9 @@ class HvisphError(Exception):
 
 
 class CaseError(HvisphError):
-    """Bad input: the case, an override or a command-line value cannot be used.
+    """Bad input, with the dotted path `where` and, where known, `file` and `line`.
 
-    `message`: the fault, the allowed values and the nearest one.
-    `where`: dotted path of the field, such as ``bodies.target.material``.
-    `file`, `line`: place in the case file, where known.
+    The `message` names the fault, the allowed values and the nearest one.
     """
 
     exit_code = 2

@@ -158,11 +158,9 @@ def main_measures(names: Sequence[str]) -> list[str]:
 
 
 def format_of(name: str, unit: str = "", unitless: bool = False) -> NumberFormat:
-    """Return the format of a number in tables.
+    """Return the format in tables of a measure, a drift or any other number, whose SI `unit` is kept.
 
-    `name`: a measure, a drift, or any other number.
-    `unit`: SI unit of a number that is in no catalogue: it is shown in that.
-    `unitless`: whether the case has no units: all but shares are shown as they are.
+    Where the case is `unitless` all but shares are shown as they are.
     """
     measure, _, variant = name.partition(".")
     known = next((section[measure] for section in SECTIONS.values() if measure in section), None)

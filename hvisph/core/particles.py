@@ -106,12 +106,7 @@ def reorder(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = N
 
 
 def take_rows(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = None) -> np.ndarray:
-    """Return rows in an order: row k is row order[k] of `values` (n, ...).
-
-    `values`, `order`: the rows, and which of them are taken (k,).
-    `buffer`: a contiguous array whose content is not needed: if it is large enough the rows stand there, and none is
-        allocated.
-    """
+    """Return row order[k] of `values` (n, ...) as row k, in a contiguous `buffer` that is large enough or anew."""
     copy = _in_buffer((len(order), *values.shape[1:]), values.dtype, buffer)
     return np.take(values, order, axis=0, out=copy, mode="clip")  # other modes allocate
 

@@ -218,13 +218,10 @@ HOTTEST = 0.3  # energy to which that density is sought, of the square of the so
 def entropy(
     material: Material, rho: np.ndarray, e: np.ndarray, distension: np.ndarray | float, peak: np.ndarray
 ) -> np.ndarray:
-    """Return the specific entropy of particles, (n,) [J/(kg K)].
+    """Return the specific entropy (n,) [J/(kg K)] of particles of a `material` with `entropies`.
 
-    `material`: with `entropies`, the first of which is that at rest, and a heat capacity or a table.
-    `rho`, `e`: density [kg/m^3] and energy [J/kg], (n,).
-    `distension`: of porous material, (n,) [-].
-    `peak`: highest pressure so far [Pa], (n,).
-    Raises `CaseError` for a table without entropies.
+    `rho`, `e`, `distension`, `peak`: density [kg/m^3], energy [J/kg], distension [-], highest pressure so far [Pa],
+    (n,). Raises `CaseError` for a table without entropies.
     """
     if isinstance(material.eos, Table):
         return _entropy_of_table(material.eos, rho * distension, e)

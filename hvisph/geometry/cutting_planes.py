@@ -52,11 +52,9 @@ def crosses(low: np.ndarray, high: np.ndarray, mirror: Mirror, spacing: float) -
 
 
 def cut(positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, mirrors: Sequence[Mirror]) -> Arrays:
-    """Return the part of a body that planes of symmetry keep.
+    """Return positions (n, dim), volumes (n,) and numbers of the particles that planes of symmetry keep.
 
-    `positions`, `volumes`, `spacing`: particles at their place, (n, dim), (n,) and (n,) [m].
-    Returns positions and volumes that are kept, and their numbers among those given. Raises `CaseError` when a plane
-    passes through a body that is not symmetric about it.
+    `spacing` is (n,) [m]. Raises `CaseError` when a plane passes through a body that is not symmetric about it.
     """
     kept = np.arange(len(positions))
     for mirror in mirrors:
@@ -164,12 +162,10 @@ def fill_section(
     even: tuple[int, ...] = (),
     grading: Grading | None = None,
 ) -> Filling:
-    """Fill the half-plane section of a solid of revolution about x with axisymmetric particles.
+    """Fill the half-plane section of a solid of revolution about x; see `hvisph.geometry.filling.fill`.
 
-    `arrangement`, `dx`, `exact`, `even`: as for `hvisph.geometry.filling.fill`, in 2D.
-    `grading`: how the spacing grows in a section that flat faces bound; None for an even spacing.
-    Returns positions (x, r) (n, 2) [m] and volumes of the tori [m^3]. Raises `CaseError` when the solid changes
-    round the axis or cannot be filled.
+    With `grading` the spacing grows in a section that flat faces bound. Returns positions (x, r) (n, 2) [m] and volumes
+    of the tori [m^3]. Raises `CaseError` for a solid that changes round the axis or cannot be filled.
     """
     section = Section(solid)
     if arrangement not in (None, *SECTION_ARRANGEMENTS):
@@ -215,13 +211,10 @@ def cut_open(
     depth: float,
     axisymmetric: bool,
 ) -> Arrays:
-    """Return a body cut at open edges and continued beyond those that it reaches.
+    """Return positions, volumes and spacings of a body cut at open edges and continued by `depth` spacings beyond.
 
-    `positions`, `volumes`, `spacing`: particles of the body, (n, dim) [m], (n,) and (n,) [m].
-    `depth`: depth of the continuation in spacings; 0 for none.
-    `axisymmetric`: whether particles are axisymmetric about the axis x, whose volumes grow with their radius.
-    Returns positions, volumes and spacings. Raises `CaseError` when a row lies in the edge, or nothing of the body
-    within it.
+    Volumes of axisymmetric particles grow with their radius. Raises `CaseError` when a row lies in the edge, or nothing
+    of the body within it.
     """
     for edge in edges:
         beyond = edge.distance_beyond(positions)
@@ -259,11 +252,9 @@ def face_areas(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the outermost rows of a body behind its face, and the share of the face of each particle.
 
-    `positions`, `volumes`, `spacing`: particles of the body (n, dim) [m] and (n,), and their spacing [m].
-    `normal`: axis across which the face lies, and 1.0 or -1.0 for its direction.
-    `shares`: shares of the rows from the face inwards (rows,).
-    Returns indices (k,), areas (k,) [m^2, m in 2D, 1 in 1D], whose sum is the area of the face, and the depth of the
-    row [m].
+    `normal` is the axis across which the face lies with its sign, `shares` (rows,) are those of the rows from the face
+    inwards. Returns indices (k,), areas (k,) [m^2, m in 2D, 1 in 1D], whose sum is that of the face, and the row's
+    depth [m].
     """
     axis, sign = normal
     along = sign * positions[:, axis]
@@ -282,14 +273,11 @@ def face_areas(
 
 
 def row_shares(layers: np.ndarray, aside: np.ndarray, slope: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Return the shares of a face that the pair sums of the rows behind it lack, from the face inwards (rows,).
+    """Return the shares (rows,) of a face that the pair sums of the rows behind it lack, from the face inwards.
 
-    Row k lacks the layers farther than k spacings, each with the sum of |dW/dr| n . (x_a - x_b)/r. With these shares a
-    uniform stress and the traction of the face cancel at every row.
-
-    `layers`, `aside`: distances of the layers of a lattice, and places within a layer, see `sph.kernels.Kernel.layers`
-        [m].
-    `slope`: |dW/dr| of distances, but for a factor.
+    Row k lacks the layers (distances `layers`, places `aside`, see `sph.kernels.Kernel.layers`) farther than k
+    spacings, each with the sum of |dW/dr| n . (x_a - x_b)/r, `slope` but for a factor. So a uniform stress and the
+    traction of the face cancel at every row.
     """
     r = np.sqrt(layers[1:, None] ** 2 + aside**2)
     lacks = np.cumsum((slope(r) * layers[1:, None] / r).sum(axis=1)[::-1])[::-1]
@@ -324,12 +312,10 @@ class MigratingRows:
 def follow(
     layer: np.ndarray, matter: np.ndarray, edges: Sequence[Edge], planes: Sequence[tuple[int, float]], reach: float
 ) -> MigratingRows:
-    """Return what each place of an ambient layer follows: the mean of the matter beside the edge.
+    """Return what each place (k, dim) of an ambient layer follows: the mean of the matter (n, dim) beside the edge.
 
-    The weight is (1 - r^2/R^2)^2 at the distance r from the point of the edge before the place, within R = `reach`.
-
-    `layer`, `matter`: positions of the layer (k, dim) and of the matter of the same body (n, dim) [m].
-    `edges`, `planes`: the edges, and the planes of symmetry as axis and coordinate [m].
+    The weight is (1 - r^2/R^2)^2 at the distance r from the point of the edge before the place, within R = `reach`;
+    `planes` are those of symmetry, axis and coordinate [m].
     """
     feet = layer.copy()
     for edge in edges:

@@ -241,13 +241,11 @@ class Grading:
 
 
 def fill_graded(shape: Shape, dx: float, grading: Grading, even: tuple[int, ...] = ()) -> Filling:
-    """Fill a box with layers that grow away from its fine part.
+    """Fill a box with layers that grow away from its fine part; no layer lies in the middle of the axes `even`.
 
-    `shape`: an `Interval` or a `Box`, or the `Section` of a cylinder, a tube or a ring of a box, whose y is the radius;
-        the volumes of these are areas of the section.
-    `even`: axes in whose middle no layer may lie.
-    Raises `CaseError` when the coarsest spacing is not above `dx` or the ratio not between 1 and 1.1, or the shape is
-    no box.
+    `shape` is an `Interval`, a `Box` or the `Section` of a cylinder, a tube or a ring of a box, whose y is the radius
+    and whose volumes are areas. Raises `CaseError` for other shapes, a coarsest spacing not above `dx` or a ratio not
+    in (1, 1.1].
     """
     if len(shape.flat_axes) < shape.dim:
         raise CaseError(f"a {shape.kind} has even spacing; only what flat faces bound is graded", where="grading")

@@ -15,13 +15,10 @@ ONE_PLACE, MISFIT = 1e-3, 4.0
 
 
 def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.0) -> Filling:
-    """Return the particles in a file.
+    """Return the particles of a CSV file (x, y, z, mass), HDF5 (`position`, `mass`) or a format of meshio (`mass`).
 
-    `path`: ``.csv`` with the columns x, y, z (as many as there are dimensions) and mass; ``.vtu`` and other formats of
-        meshio with the point data `mass`; ``.h5`` with the data sets `position` and `mass`.
-    `density`: density of their material [kg/m^3], which makes volumes of masses.
-    `scale`: metres per unit of the file's positions.
-    Raises `CaseError` when the file cannot be read, or positions and masses are missing, not finite or not positive.
+    Volumes follow from the `density` [kg/m^3]; `scale` is metres per unit of the positions. Raises `CaseError` when the
+    file cannot be read, or positions and masses are missing, not finite or not positive.
     """
     path = Path(path)
     if not path.is_file():

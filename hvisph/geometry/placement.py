@@ -118,11 +118,7 @@ ROUND = (Cylinder, Tube, Nosed, Ring)  # about their `axis`
 
 
 def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1.0)) -> np.ndarray:
-    """Return the matrix (dim, dim) that turns points by `angle` [rad], counter-clockwise.
-
-    `axis`: direction of the axis, of any length but zero; of no meaning in 2D.
-    Raises `CaseError` in 1D, or for an axis without a direction.
-    """
+    """Return the matrix (dim, dim) that turns counter-clockwise by `angle` [rad] about `axis` (in 3D)."""
     c, s = math.cos(angle), math.sin(angle)
     if dim == 2:
         return np.array([[c, -s], [s, c]])

@@ -108,9 +108,8 @@ class Expectations(Protocol):
 def compare_expected(results: Mapping[str, Result | float | None], expected: Expectations) -> list[Plain]:
     """Compare measures, and other figures of a run as plain numbers, with expected values by the same names.
 
-    An expectation is a mapping or object with `value`, `tolerance` (half-width) and, optionally, `source`, in SI. Each
-    row has `name`, `value` (None where the measure is undefined), `expected`, `tolerance`, `source` and `passed`; a
-    value on the limit passes. Raises `CaseError` where an expectation names no measure.
+    An expectation has `value`, `tolerance` (half-width) and, optionally, `source`, in SI; a value on the limit passes,
+    an undefined one is None. Raises `CaseError` where an expectation names no measure.
     """
     rows = []
     for name, entry in expected.items():

@@ -19,11 +19,9 @@ LIKE_SPACING = 1.2  # spacings of a body that differ by no more than this factor
 
 
 def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK) -> np.ndarray:
-    """Return the number of the group that each particle (n,) belongs to, the largest group being 0.
+    """Return the group of each particle (n,): particles linked at `link` spacings, the mean of both [m].
 
-    Groups are particles linked at `link` spacings; `spacing` is dx [m], or of every particle its own (n,), and two
-    particles are linked by the mean of theirs. Groups are ordered by their number of particles, and by their first one
-    where that is the same.
+    Groups are numbered by size, and by their first particle where that is the same; the largest is 0.
     """
     if len(position) == 0:
         return np.zeros(0, dtype=np.int64)

@@ -27,11 +27,9 @@ MOST_OF_THE_MASS = 0.999  # mass fraction that does not exceed the maximum
 
 
 def centre_particles(position: np.ndarray, spacing: float, axis: np.ndarray | None = None) -> np.ndarray:
-    """Return the rows of particles that began near the projectile's centre.
+    """Return the rows of particles (n, dim) that began near the projectile's centre, or at `axis` across the shot.
 
-    `position` are those of the projectile at the start (n, dim), `spacing` is dx, and `axis` the lateral coordinates of
-    the shot line (dim - 1,), by default those of the body's centre. Particles within 0.3 mm count, or within a tenth of
-    the width of a projectile below 3 mm.
+    Particles within 0.3 mm count, or within a tenth of the width of a projectile below 3 mm; `spacing` is dx [m].
     """
     centre = np.concatenate([position[:, :1].mean(axis=0), _axis(position, axis)])
     radius = min(CENTRE_RADIUS, 0.1 * float(np.ptp(position[:, 0]) + spacing))

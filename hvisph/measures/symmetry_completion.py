@@ -132,11 +132,10 @@ class Whole:
 
 
 def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Whole:
-    """Return how the whole follows from what was computed.
+    """Return how the whole follows from the first snapshot; `projectile` (n,) are its particles, `spacing` is dx.
 
-    `projectile` says which particles of the first snapshot are the projectile's (n,), `spacing` is dx [m]. Where the
-    case's `planes` of symmetry are not known, a coordinate plane counts that all matter is on one side of and a
-    particle touches.
+    Where the case's `planes` of symmetry are not known, a coordinate plane counts that all matter is on one side of and
+    a particle touches.
     """
     position = start.fields["position"].reshape(start.count, -1)
     if planes is None:

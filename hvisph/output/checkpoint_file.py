@@ -95,11 +95,9 @@ def list_checkpoints(folder: str | Path) -> list[Path]:
 
 
 def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
-    """Read a checkpoint after checking that it is whole.
+    """Read a checkpoint after checking that it is whole; `lazily` its arrays only when asked for, and not kept.
 
-    `lazily`: whether arrays are read whenever they are asked for, and not kept: the file must stay as it is.
-    Raises `OutputError` when it is missing, truncated, damaged or of another kind; `CaseError` when another version of
-    hvisph wrote it.
+    Raises `OutputError` when it is missing, truncated, damaged or of another kind; `CaseError` for another version.
     """
     with reading(path, "a checkpoint") as h5:
         header = json.loads(h5[_HEADER][...].tobytes())

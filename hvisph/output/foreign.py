@@ -91,13 +91,10 @@ def snapshot_of_another_code(
     convention: Convention = SI,
     step: int = 0,
 ) -> Snapshot:
-    """Return a snapshot of another code's points and arrays.
+    """Return a snapshot of another code's points and arrays by name, at `step` and the time of `field_data`.
 
-    `point_data`: arrays with one row a point, by name.
-    `field_data`: arrays of the file, by name; `TimeValue` or `Time` among them is the time.
-    `step`: number of steps done; 0 where the file does not tell.
-    Raises `OutputError` when there are no points, no array has a name that was given, positions are not finite, masses
-    or densities not above zero, or densities cannot be in SI.
+    Raises `OutputError` without points, for a name that no array has, positions that are not finite, masses or
+    densities not above zero, or densities that cannot be in SI.
     """
     n = len(points)
     if n == 0:

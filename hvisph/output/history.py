@@ -34,14 +34,10 @@ class NoHistory:
 
 
 class HistoryWriter:
-    """Appends records to a CSV file whose first line names the columns.
+    """Appends records to a CSV file whose first line names the columns, replacing an earlier file.
 
-    Floats are written with the fewest digits that give them back exactly. Records are kept in memory as numbers
-    and written together, as whole lines in one write, when `flush_seconds` have passed.
-
-    `path`: the file; an earlier one is replaced.
-    `flush_seconds`: wall-clock time [s] after which records are written out.
-    Raises `OutputError` here and in every method, when the file cannot be written; it then ends with a whole line.
+    Floats have the fewest digits that give them back exactly. Records are written together, as whole lines, when
+    `flush_seconds` of wall time have passed. Raises `OutputError` when that fails; the file ends with a whole line.
     """
 
     def __init__(self, path: str | Path, columns: Sequence[str], flush_seconds: float = 1.0):

@@ -99,12 +99,9 @@ def writing(path: str | Path) -> Iterator[h5py.File]:
 
 @contextmanager
 def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h5py.File]:
-    """Give an open `h5py.File` of a sealed file; errors of the block that come of its content are named.
+    """Give an open sealed file, `what` in messages; `verified` its content is held against the seal once.
 
-    `what`: what it should be, such as ``a snapshot``.
-    `verified`: whether its seal is held against all of its content, once as long as it stays as it is; else it may be
-        damaged.
-    Raises `OutputError` when it is missing, truncated, damaged or of another kind.
+    Raises `OutputError` when it is missing, truncated, damaged or of another kind, and for errors of its content.
     """
     with read_errors(path, f"{what} of hvisph"), Path(path).open("rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:

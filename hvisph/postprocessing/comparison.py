@@ -33,9 +33,8 @@ def complete(
 ) -> Outcome | None:
     """Run the case of an entry, or continue it where it was interrupted; None where it has been run.
 
-    `threads`, `listener`: as of `hvisph.simulation.run.run`.
-    Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process is
-    running the case.
+    Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process runs
+    it.
     """
     if entry.case is None or (is_run(entry) and not force):
         return None
@@ -71,12 +70,10 @@ def entries(
     overrides: Sequence[str] = (),
     resolution: str | float | None = None,
 ) -> list[Entry]:
-    """Return what `sources` name, every case of it loaded, so that bad input shows before anything runs.
+    """Return what `sources` name: case files, bundled cases, runs, snapshots and folders of them, all cases loaded.
 
-    `sources`: case files, names of bundled cases, folders of cases, folders of runs, snapshots.
-    `runs`: below which cases run: a bundled case under its name, another under its folder's and its file's.
-    `overrides`, `resolution`: for every case, as of `hvisph.casefile.loader.load_case`.
-    Raises `CaseError` for anything wrong with any of them.
+    Cases run below `runs`, a bundled one by its name, another by its folder's and its file's, with `overrides` and
+    `resolution`. Raises `CaseError` for anything wrong with any of them.
     """
     made: list[Entry] = []
     changed = bool(overrides) or resolution is not None

@@ -241,12 +241,9 @@ def run_progress(folder: Path) -> RunProgress:
 def shown_moments(
     path: Path, at: Sequence[float] | str | None, named: bool, bodies: Sequence[str] | None = None
 ) -> list[Moment]:
-    """Return moments of a run, or a snapshot's file, with time, spacing and formulation as their titles.
+    """Return moments `at` times [s], ``all`` or the last of a run, or of a file, with titles, `named` by the run.
 
-    `at`: times [s], ``all``, or None for the last.
-    `named`: whether titles begin with the run's name.
-    Raises `CaseError` when there is no such run or body, or the run holds no snapshot; `OutputError` when one is
-    damaged.
+    Raises `CaseError` when there is no such run, body or snapshot; `OutputError` when one is damaged.
     """
     if not path.exists():
         raise CaseError(f"there is no run at {path}")

@@ -54,12 +54,9 @@ def distribution(path: str, one: Any, base: PlainMapping) -> tuple[Scale, Any]:
 
 
 def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
-    """Return the values of each case that is known before anything runs.
+    """Return the values by path of each case that is known before anything runs, columns of experiments included.
 
-    `vary`: what the sweep varies: a model of `hvisph.case.sweep`.
-    `folder`: where a table that the sweep names is looked for.
-    Returns for each case the values of its settings by path; a list's columns of an experiment among them. Raises
-    `CaseError` with the key below `vary` that is to blame.
+    Tables are looked for in `folder`. Raises `CaseError` with the key below `vary` that is to blame.
     """
     if isinstance(vary, models.Grid):
         cases = product({path: list(_axis(path, axis, base)) for path, axis in vary.values.items()})

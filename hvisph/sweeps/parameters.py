@@ -21,11 +21,9 @@ Values = Plain
 
 
 class Scale:
-    """Numbers of one setting in one unit: the one that they are all written in, else SI.
+    """Numbers of one setting in the unit that all `values` are written in, else in SI.
 
-    `values`: numbers, or text with units.
-    `base`: the case as read, which says what may stand at the path.
-    Raises `CaseError` when one of them is no number, or of another dimension.
+    `base` says what may stand at the path. Raises `CaseError` for text that is no number, or of another dimension.
     """
 
     def __init__(self, path: str, values: Sequence[object], base: Mapping[str, object]):

@@ -71,11 +71,9 @@ def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.
 
 
 def revolve(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple[np.ndarray, np.ndarray]:
-    """Revolve axisymmetric particles (x, r) into particles of the solid, with the index of each origin.
+    """Revolve particles (x, r) by `angle` [degrees] into those of the solid, with the index of each origin.
 
-    `position`: shape (n, 2): x and radius [m].
-    `spacing`: distance of neighbours around the axis [m].
-    `angle`: of the turn [degrees]; less than 360 shows the inside.
+    `spacing` is the distance around the axis [m]; less than 360 degrees show the inside.
     """
     radius = np.abs(position[:, 1])
     number = np.maximum((np.radians(angle) * radius / spacing).astype(int), 1)

@@ -104,11 +104,9 @@ def curves_picture(
 def gauge_panels(
     run: str | os.PathLike[str], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None, prefix: str = ""
 ) -> dict[str, list[Curve]]:
-    """Return the panels of a run's gauges: one a field, one curve a gauge.
+    """Return the panels of a run's gauges, `prefix` before their names: one a field, one curve a gauge.
 
-    `exact`: times [s] and values of exact gauges, by their column.
-    `prefix`: before the gauges' names in the legend.
-    Raises `CaseError` where the history holds no gauge; `OutputError` where there is no history.
+    `exact` has times [s] and values by column. Raises `CaseError` without gauges, `OutputError` without a history.
     """
     history = read_history(Path(run))
     panels: dict[str, list[Curve]] = {}

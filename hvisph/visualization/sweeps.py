@@ -33,12 +33,9 @@ def sweep_picture(
     title: str = "",
     record: Sequence[str] | None = None,
 ) -> Path:
-    """Draw the results of a sweep and store the picture.
+    """Draw the results of a sweep (`results.json`), or measures of its `rows` over the first varied value; store it.
 
-    `results`: content of the sweep's ``results.json``.
-    `rows`: its cases, for a sweep without a verdict: measures over the first value that varies.
-    `record`: measures to draw; the first of all unless given.
-    Raises `CaseError` when there is nothing to draw.
+    `record` names the measures to draw. Raises `CaseError` when there is nothing to draw.
     """
     figure = sweep_figure(results, rows, record)
     figure.suptitle(title)

@@ -86,12 +86,9 @@ def _trial(projectile: str, target: str, speed: float, dx: float, along: int, ac
 def flat_impact(
     name: str, projectile: Plain, target: Plain, speed: float, dx: float, along: int, across: int = 0
 ) -> Trial:
-    """Return the flat impact of two materials without strength.
+    """Return the flat impact of two materials without strength, its `speed` and dimensions added to `name`.
 
-    `name`: the two materials; speed and dimensions are added.
-    `projectile`, `target`: materials as in a case file.
-    `speed`, `dx`: impact velocity [m/s]; particle spacing [m].
-    `along`, `across`: particles along each plate, and across half of a strip; 0 for one dimension.
+    `dx` is the spacing [m]; `along`, `across` count particles along each plate and across half of a strip (0: 1D).
     """
     shape: Plain = {"type": "interval", "length": along * dx}
     rest = [0.0]
