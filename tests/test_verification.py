@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hvisph_validation.problems.cantilever import swing
 from hvisph_validation.problems.implosion import rings
+from hvisph_validation.problems.noh import Noh
 from hvisph_validation.problems.tension import largest_gap
 from hvisph_validation.structures import Ball, Cantilever, Shell, SpinningDisc, ThinRing
 from typer.testing import CliRunner
@@ -15,7 +16,7 @@ from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 from hvisph.materials.strength import Orthotropic
 from hvisph.verification.problem import ALL, Figure, Options, limit
-from hvisph.verification.problems.gas_dynamics import GasState, Noh, riemann
+from hvisph.verification.problems.shock_tubes import GasState, riemann
 from hvisph.verification.runner import PROBLEMS, run_trial, verdicts, with_formulation
 from hvisph.visualization.curves import label_and_scale
 

@@ -24,7 +24,7 @@ from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
 from hvisph.simulation.run import set_threads
 from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit
-from hvisph.verification.problems import bars, gas_dynamics, hugoniot, plate
+from hvisph.verification.problems import bars, hugoniot, plate, shock_tubes
 from hvisph.visualization.curves import Curve, curves_picture
 
 NAME = "hvisph_validation"
@@ -51,8 +51,7 @@ def require_module(name: str) -> ModuleType:
     return module
 
 
-_GAS = (gas_dynamics.SOD_PROBLEM, gas_dynamics.BLAST_PROBLEM, gas_dynamics.NOH_PROBLEM)
-_QUICK = (hugoniot.PROBLEM, plate.PROBLEM, *_GAS, bars.PROBLEM)
+_QUICK = (hugoniot.PROBLEM, plate.PROBLEM, shock_tubes.SOD_PROBLEM, shock_tubes.BLAST_PROBLEM, bars.PROBLEM)
 _OTHERS = checkout_module("problems")
 PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in _QUICK}
 PROBLEMS |= _OTHERS.PROBLEMS if _OTHERS is not None else {}

@@ -21,8 +21,8 @@ from hvisph.verification.problem import (
     stress_xx,
     vectors,
 )
-from hvisph.verification.problems.gas_dynamics import GasState, tube
 from hvisph.verification.problems.hugoniot import flat_impact
+from hvisph.verification.problems.shock_tubes import GasState, tube
 
 ALUMINIUM, COPPER = "aluminium-howell-ball-mie-gruneisen", "copper-ofhc"
 LONG = 200  # particles along a plate

@@ -12,6 +12,7 @@ from . import (
     impacts,
     implosion,
     invariance,
+    noh,
     notched_bar,
     random_collisions,
     separation,
@@ -25,6 +26,7 @@ from . import (
 PROBLEMS: dict[str, Problem] = {
     problem.name: problem
     for problem in (
+        noh.PROBLEM,
         tension.PROBLEM,
         spall.PROBLEM,
         spacings.PROBLEM,

@@ -15,10 +15,10 @@ from hvisph_validation.structures import Shell
 from hvisph.core.particles import Particles
 from hvisph.setup.bodies import PlacedBody
 from hvisph.verification.problem import EULERIAN, SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
-from hvisph.verification.problems.gas_dynamics import SPHERE, Implosion, trial
 from hvisph.visualization.curves import Curve
 
 from .implosion import SHELLS, STIFF, TIMES, rings
+from .noh import SPHERE, Implosion, trial
 
 # Of rings the pairs keep energy to round-off.
 RINGS = Implosion("spherical, axisymmetric", 3, "axisymmetric", SPHERE, (0.025, 0.05), 0.15, "x", 1e-12)
