@@ -58,7 +58,7 @@ code is 0 when all pass and 1 otherwise.
 
 ```sh
 hvisph verify hugoniot --quick                       # coarse form, seconds
-hvisph verify sod noh --formulation default          # only the default formulation
+hvisph verify sod plate --formulation default        # only the default formulation
 hvisph verify hugoniot --only "12 km/s" --set formulation.h_over_dx=1.4
 hvisph verify bars --resolution 0.05mm --keep runs/bars --pictures pictures
 ```

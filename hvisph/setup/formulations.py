@@ -16,18 +16,7 @@ from hvisph.exact.hugoniot import impedance_match
 from hvisph.materials.material_table import Material
 from hvisph.schemes.protocol import AnyFormulation, Smoothing
 from hvisph.schemes.riemann.scheme import Riemann
-from hvisph.schemes.standard.options import (
-    BalsaraViscosity,
-    DensityDissipation,
-    GrayArtificialStress,
-    KernelCorrection,
-    MonaghanViscosity,
-    MorrisMonaghanViscosity,
-    NoArtificialStress,
-    NoCorrection,
-    NoDensityDissipation,
-    NoViscosity,
-)
+from hvisph.schemes.standard import options as standard
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.contact.penalty_contact import Pressing
 from hvisph.sph.contact.repulsion import Contact, Welded
@@ -106,29 +95,31 @@ def _frictional(model: Any, case: Case) -> Plain:
     return {"has_contact": True, "friction": contact.friction, "fragment_contact": contact.self_contact != "none"}
 
 
-def _correction(model: options.Correction) -> KernelCorrection:
+def _correction(model: options.Correction) -> standard.KernelCorrection:
     if model.type == "none":
-        return NoCorrection()
+        return standard.NoCorrection()
     assert model.factor is not None
-    return KernelCorrection(
+    return standard.KernelCorrection(
         model.type != "gradient", model.type != "shepard", model.factor, model.limiter == "components"
     )
 
 
-VISCOSITIES: dict[str, Callable[[Any], MonaghanViscosity]] = {
-    "none": lambda _: NoViscosity(),
-    "monaghan": lambda model: MonaghanViscosity(model.alpha, model.beta),
-    "balsara": lambda model: BalsaraViscosity(model.alpha, model.beta),
-    "morris_monaghan": lambda model: MorrisMonaghanViscosity(share_minimum=model.alpha_min, share_decay=model.decay),
+VISCOSITIES: dict[str, Callable[[Any], standard.MonaghanViscosity]] = {
+    "none": lambda _: standard.NoViscosity(),
+    "monaghan": lambda model: standard.MonaghanViscosity(model.alpha, model.beta),
+    "balsara": lambda model: standard.BalsaraViscosity(model.alpha, model.beta),
+    "morris_monaghan": lambda model: standard.MorrisMonaghanViscosity(
+        share_minimum=model.alpha_min, share_decay=model.decay
+    ),
 }
 
 
-def _artificial_stress(model: options.ArtificialStress) -> GrayArtificialStress:
-    return NoArtificialStress() if model.type == "none" else GrayArtificialStress(model.eps, model.n)
+def _artificial_stress(model: options.ArtificialStress) -> standard.GrayArtificialStress:
+    return standard.NoArtificialStress() if model.type == "none" else standard.GrayArtificialStress(model.eps, model.n)
 
 
-def _dissipation(model: options.DensityDissipation) -> DensityDissipation:
-    return NoDensityDissipation() if model.type == "none" else DensityDissipation(model.alpha)
+def _dissipation(model: options.DensityDissipation) -> standard.DensityDissipation:
+    return standard.NoDensityDissipation() if model.type == "none" else standard.DensityDissipation(model.alpha)
 
 
 def contact_of(model: Any) -> Pressing | Contact:
@@ -161,7 +152,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
     return TotalLagrangian(
         **shared,
         stress_at_interface=model.artificial_stress_at_interface == "both",
-        correction=KernelCorrection(model.correction == "mixed", model.correction != "none"),
+        correction=standard.KernelCorrection(model.correction == "mixed", model.correction != "none"),
         spatial_correction=_correction(model.spatial_correction),
         printed_viscosity=model.viscosity_gradient == "reference",
         hourglass=model.hourglass,

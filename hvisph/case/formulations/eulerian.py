@@ -7,45 +7,28 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
-from hvisph.case.formulations.options import (
-    Contact,
-    FrictionalContact,
-    PenaltyContact,
-    frictional_problems,
-    separate_bodies_problems,
-)
 from hvisph.case.model import AnyCase, Problem, key
 
-from .options import (
-    NO_CONVERSION,
-    ArtificialStress,
-    Correction,
-    DensityDissipation,
-    MonaghanViscosity,
-    NoArtificialStress,
-    NoCorrection,
-    NoDensityDissipation,
-    PairOptions,
-    Viscosity,
-    fill_correction,
-)
+from . import options
 
 
-class EulerianFormulation(PairOptions):
+class EulerianFormulation(options.PairOptions):
     """Standard SPH in the current configuration, with artificial viscosity (the SAV family)."""
 
     retires: ClassVar[bool] = True
-    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
+    meaningless: ClassVar[dict[str, str]] = options.NO_CONVERSION
 
     type: Literal["eulerian"] = "eulerian"
-    viscosity: Viscosity = key("Artificial viscosity", MonaghanViscosity())
+    viscosity: options.Viscosity = key("Artificial viscosity", options.MonaghanViscosity())
     viscosity_in_shear: Literal["reduced", "full"] = key(
         "Linear viscosity in plastic flow: `full`, which raises the flow stress, or `reduced` by the "
         "volumetric share of the strain rate (to 0.88 in a plane shock, 0.1 in shear); `reduced` by default for solids "
         "in axisymmetric cases",
         "full",
     )
-    artificial_stress: ArtificialStress = key("Artificial stress against the tensile instability", NoArtificialStress())
+    artificial_stress: options.ArtificialStress = key(
+        "Artificial stress against the tensile instability", options.NoArtificialStress()
+    )
     momentum_form: Literal["sigma_over_rho_squared", "product"] = key(
         "Pair stress: sigma_a/rho_a^2 + sigma_b/rho_b^2, or (sigma_a + sigma_b)/(rho_a rho_b)", "sigma_over_rho_squared"
     )
@@ -55,19 +38,23 @@ class EulerianFormulation(PairOptions):
         "bodies are ideal gases `mass` unless given",
         "volume",
     )
-    correction: Correction = key("Kernel correction (Young 2021 eqs. 3-5), in the form `product`", NoCorrection())
-    density_dissipation: DensityDissipation = key("Density dissipation at material interfaces", NoDensityDissipation())
+    correction: options.Correction = key(
+        "Kernel correction (Young 2021 eqs. 3-5), in the form `product`", options.NoCorrection()
+    )
+    density_dissipation: options.DensityDissipation = key(
+        "Density dissipation at material interfaces", options.NoDensityDissipation()
+    )
     conserve_angular_momentum: bool = key(
         "Whether the torque of non-central pair forces is compensated in the following step and rigid "
         "rotation causes no strain; 10 % more time a step in 2D, 30 % in 3D",
         False,
     )
-    contact: Contact = key("Contact between bodies", FrictionalContact())
+    contact: options.Contact = key("Contact between bodies", options.FrictionalContact())
 
     @model_validator(mode="before")
     @classmethod
     def _fill_what_depends_on_correction(cls, data: object) -> object:
-        return fill_correction(data)
+        return options.fill_correction(data)
 
     @property
     def _prevents_conservation(self) -> str:
@@ -79,17 +66,17 @@ class EulerianFormulation(PairOptions):
     @property
     def contact_algorithm(self) -> bool:
         """Whether a contact algorithm instead of the kernel sums acts between bodies."""
-        return isinstance(self.contact, PenaltyContact)
+        return isinstance(self.contact, options.PenaltyContact)
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
-        yield from frictional_problems(self.contact, self.type)
+        yield from options.frictional_problems(self.contact, self.type)
         if not self.contact_algorithm:
             return
         if len(case.bodies) < 2:
             yield "formulation.contact", "there is only one body; leave it out"
-        yield from separate_bodies_problems(case, self.smoothing_length.type, "contact is")
+        yield from options.separate_bodies_problems(case, self.smoothing_length.type, "contact is")
         yield from self._refused_with("contact penalty", "formulation.", "'monaghan'")
         if self.correction.type != "none":
             yield "formulation.correction.type", "not available with contact penalty; give 'none'"

@@ -8,18 +8,11 @@ from typing import Any, ClassVar, Literal
 from pydantic import model_validator
 
 from hvisph.case.bodies import Body
-from hvisph.case.formulations.options import (
-    Contact,
-    FrictionalContact,
-    PenaltyContact,
-    frictional_problems,
-    unavailable,
-)
 from hvisph.case.model import AnyCase, Problem, key
 from hvisph.case.units import SmoothingRatio
 from hvisph.core.text import Plain
 
-from .options import NO_CONVERSION, Kernel, PairOptions
+from . import options
 
 # Defaults of each variant.
 VARIANTS: dict[str, Plain] = {
@@ -92,11 +85,11 @@ def bears_any_tension(body: Body) -> bool:
     return not (breaks or is_gas(body))
 
 
-class RiemannFormulation(PairOptions):
+class RiemannFormulation(options.PairOptions):
     """Contact SPH (CON): the pair interaction is the solution of an acoustic Riemann problem."""
 
     retires: ClassVar[bool] = True
-    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION | {
+    meaningless: ClassVar[dict[str, str]] = options.NO_CONVERSION | {
         "viscosity": "the Riemann problem of each pair dissipates what a shock needs",
         "artificial_stress": "the contact stress of each pair keeps particles from clumping",
         "correction": "its pair forces are those of the plain kernel gradient, equal and opposite",
@@ -106,7 +99,9 @@ class RiemannFormulation(PairOptions):
     }
 
     type: Literal["riemann"] = "riemann"
-    kernel: Kernel = key("Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h", "quartic_spline")
+    kernel: options.Kernel = key(
+        "Smoothing kernel; support 2h, quartic 2.5h, quintic and gaussian 3h", "quartic_spline"
+    )
     h_over_dx: SmoothingRatio = key("Initial smoothing length h over the resolution dx [-]", 1.2)
     reconstruction: Literal["none", "minmod", "van_leer", "van_albada"] = key(
         "Slope limiter of the reconstruction of the Riemann states; `none` is first order, as published", "van_albada"
@@ -129,7 +124,9 @@ class RiemannFormulation(PairOptions):
         "with variant `original`",
         True,
     )
-    contact: Contact = key("Contact between bodies; default with variant `original`: `bonded`", FrictionalContact())
+    contact: options.Contact = key(
+        "Contact between bodies; default with variant `original`: `bonded`", options.FrictionalContact()
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -158,9 +155,9 @@ class RiemannFormulation(PairOptions):
     def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
-        yield from frictional_problems(self.contact, self.type)
+        yield from options.frictional_problems(self.contact, self.type)
         if self.variant == "elastic" and case.kinematics == "axisymmetric":
             fault = "'elastic' is for uniaxial, plane and three-dimensional cases; take 'corrected' or total_lagrangian"
             yield "formulation.variant", fault
-        if isinstance(self.contact, PenaltyContact):
-            yield from unavailable(self.contact, self.type)
+        if isinstance(self.contact, options.PenaltyContact):
+            yield from options.unavailable(self.contact, self.type)

@@ -5,23 +5,11 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import model_validator
 
-from hvisph.case.formulations.options import Contact, FrictionalContact, PenaltyContact, separate_bodies_problems
 from hvisph.case.model import BY_TYPE, AnyCase, Problem, StrictModel, key
 from hvisph.case.output import EulerianRegion, region_problems
 from hvisph.case.units import NUMBER, NonNegativeNumber, PositiveNumber, Quantity
 
-from .options import (
-    NO_CONVERSION,
-    ArtificialStress,
-    Correction,
-    GrayArtificialStress,
-    KernelOptions,
-    MonaghanViscosity,
-    NoArtificialStress,
-    NoCorrection,
-    NoViscosity,
-    fill_factor,
-)
+from . import options
 
 
 class ConversionLimits(StrictModel):
@@ -44,27 +32,29 @@ class ConversionLimits(StrictModel):
 
 
 # What a composite pair law knows.
-PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, BY_TYPE]
+PlainViscosity = Annotated[options.NoViscosity | options.MonaghanViscosity, BY_TYPE]
 
 
-class TotalLagrangianFormulation(KernelOptions):
+class TotalLagrangianFormulation(options.KernelOptions):
     """SPH in the reference configuration: no tensile instability, for distortions that a body survives.
 
     Bodies, or regions of them, may be Eulerian (standard SPH) in the same run.
     """
 
     mixes_kernels: ClassVar[bool] = True
-    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
+    meaningless: ClassVar[dict[str, str]] = options.NO_CONVERSION
 
     type: Literal["total_lagrangian"] = "total_lagrangian"
-    viscosity: PlainViscosity = key("Artificial viscosity", MonaghanViscosity())
+    viscosity: PlainViscosity = key("Artificial viscosity", options.MonaghanViscosity())
     viscosity_gradient: Literal["current", "reference"] = key(
         "Gradient of the viscosity between Total Lagrangian particles: the plain one at current "
         "positions, which dissipates in every pair, or that of Young 2021 eq. 9 in the reference configuration",
         "current",
     )
     correction: Literal["none", "gradient", "mixed"] = key("Of reference kernels (Young 2021 eqs. 3-5)", "mixed")
-    spatial_correction: Correction = key("Correction of kernels in the current configuration", NoCorrection())
+    spatial_correction: options.Correction = key(
+        "Correction of kernels in the current configuration", options.NoCorrection()
+    )
     viscosity_in_shear: Literal["reduced", "full"] = key(
         "Linear viscosity of Total Lagrangian particles in plastic flow: `reduced` by the volumetric share "
         "of the strain rate (to 0.88 in a plane shock, 0.1 in shear), or `full`, which raises the flow stress",
@@ -88,22 +78,24 @@ class TotalLagrangianFormulation(KernelOptions):
         "Touching surfaces of one body bond. No update unless given",
         None,
     )
-    artificial_stress: ArtificialStress = key("Artificial stress of the Eulerian particles", NoArtificialStress())
+    artificial_stress: options.ArtificialStress = key(
+        "Artificial stress of the Eulerian particles", options.NoArtificialStress()
+    )
     artificial_stress_at_interface: Literal["both", "neither"] = key(
         "Whether it acts between Eulerian and Total Lagrangian particles, on both sides or on neither", "both"
     )
-    contact: Contact = key("Contact between bodies", FrictionalContact())
+    contact: options.Contact = key("Contact between bodies", options.FrictionalContact())
     eulerian_regions: tuple[EulerianRegion, ...] = key("Regions that are Eulerian from the start", (), max_length=100)
 
     @model_validator(mode="before")
     @classmethod
     def _fill_factor(cls, data: object) -> object:
-        return fill_factor(data, "spatial_correction", cls.model_fields["artificial_stress"].default.type)
+        return options.fill_factor(data, "spatial_correction", cls.model_fields["artificial_stress"].default.type)
 
     @property
     def contact_algorithm(self) -> bool:
         """Whether a contact algorithm instead of the kernel sums acts between bodies."""
-        return isinstance(self.contact, PenaltyContact | FrictionalContact)
+        return isinstance(self.contact, options.PenaltyContact | options.FrictionalContact)
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
         """Yield the errors of this formulation in `case`, with paths from the root."""
@@ -111,10 +103,10 @@ class TotalLagrangianFormulation(KernelOptions):
         if self.reference_update_strain is not None and self.viscosity_gradient == "reference":
             message = "the printed viscosity is for one reference density; leave out viscosity_gradient"
             yield "formulation.reference_update_strain", message
-        if isinstance(self.contact, FrictionalContact) and self.contact.self_contact == "fragments":
+        if isinstance(self.contact, options.FrictionalContact) and self.contact.self_contact == "fragments":
             message = f"'fragments' is not available with '{self.type}'; give 'all' or 'none'"
             yield "formulation.contact.self_contact", message
-        yield from separate_bodies_problems(case, self.smoothing_length.type, "reference kernels are")
+        yield from options.separate_bodies_problems(case, self.smoothing_length.type, "reference kernels are")
         if self.spatial_correction.type != "none" and not self.contact_algorithm and len(case.bodies) > 1:
             message = "where bodies meet through the kernel their corrections would mix; leave contact out"
             yield "formulation.spatial_correction", message
@@ -134,7 +126,9 @@ class AdaptiveFormulation(TotalLagrangianFormulation):
     """AdapTLE (Young 2021): Total Lagrangian until strain or damage converts a particle to Eulerian permanently."""
 
     type: Literal["adaptive"] = "adaptive"  # type: ignore[assignment]
-    artificial_stress: ArtificialStress = key("Artificial stress of the Eulerian particles", GrayArtificialStress())
+    artificial_stress: options.ArtificialStress = key(
+        "Artificial stress of the Eulerian particles", options.GrayArtificialStress()
+    )
     conversion: ConversionLimits = key("Criteria by which a particle becomes Eulerian")
 
     def _own_formulations(self, case: AnyCase) -> Iterator[Problem]:

@@ -11,17 +11,8 @@ from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.case.conditions import condition_words
 from hvisph.case.consistency import warnings_of
+from hvisph.cli import options
 from hvisph.cli.formatting import duration, echo_json, paragraph, quantity, round_two_figures, say, size, table
-from hvisph.cli.options import (
-    CaseArgument,
-    JsonOption,
-    PictureOption,
-    ResolutionOption,
-    SetOption,
-    ThreadsOption,
-    load,
-    locate_errors,
-)
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError, computable
 from hvisph.core.measure_catalogue import format_time
@@ -93,18 +84,18 @@ PLATE = 0.5  # of its other sizes: a thinner body is a layer, whose mass per are
 
 
 def check(
-    case: CaseArgument,
-    resolution: ResolutionOption = None,
-    settings: SetOption = None,
-    threads: ThreadsOption = None,
-    as_json: JsonOption = False,
-    picture: PictureOption = None,
+    case: options.CaseArgument,
+    resolution: options.ResolutionOption = None,
+    settings: options.SetOption = None,
+    threads: options.ThreadsOption = None,
+    as_json: options.JsonOption = False,
+    picture: options.PictureOption = None,
 ) -> None:
     """Check a case without running it: particles, steps, time, memory, expected pressure, warnings."""
-    loaded = load(case, settings, resolution)
+    loaded = options.load(case, settings, resolution)
     with computable():
         warnings = [*warnings_of(loaded), *contact_warnings(loaded), *advice(loaded)]
-    with locate_errors(case), computable():
+    with options.locate_errors(case), computable():
         taken = estimate(loaded, threads)
         if picture is not None:
             drawn = draw_setup(loaded, picture)
@@ -126,7 +117,9 @@ def _tested(warning: str, case: str, settings: list[str], resolution: str | None
         return warning
     try:
         chosen = shlex.split(line[0])[1::2]
-        load(case, [*settings, *chosen], None if any(one.startswith("resolution=") for one in chosen) else resolution)
+        options.load(
+            case, [*settings, *chosen], None if any(one.startswith("resolution=") for one in chosen) else resolution
+        )
     except CaseError as error:
         return f"{text}; this case would refuse {line[0].strip()}: {error}"
     return warning

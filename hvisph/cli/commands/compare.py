@@ -9,20 +9,10 @@ from pathlib import Path
 
 import typer
 
+from hvisph.cli import options
 from hvisph.cli.formatting import echo_json, say, show
 from hvisph.cli.guard import FAILED, noted_interrupts
-from hvisph.cli.options import (
-    JsonOption,
-    QuietOption,
-    ResolutionOption,
-    SetOption,
-    ThreadsOption,
-    argument,
-    case_of_run,
-    locate_errors,
-    option,
-    refuse_format,
-)  # fmt: skip
+from hvisph.cli.options import argument, option
 from hvisph.cli.results_table import comparison_tables, gauge_table
 from hvisph.cli.run_report import listener_for
 from hvisph.core.errors import CaseError, suggest_nearest
@@ -40,9 +30,9 @@ def compare(
         "SOURCE...", "Folders of runs, snapshots, case files, names of bundled cases, folders of any of these."
     ),
     runs: Path = option("--runs DIR", "Folder for cases that have not been run.", Path("runs")),
-    resolution: ResolutionOption = None,
-    settings: SetOption = None,
-    threads: ThreadsOption = None,
+    resolution: options.ResolutionOption = None,
+    settings: options.SetOption = None,
+    threads: options.ThreadsOption = None,
     field: str | None = option("--field NAME", "Field that colours the picture; pressure unless given.", None),
     picture: Path | None = option("--picture FILE", "Draw the final states into one picture: png, pdf, svg.", None),
     gauges: Path | None = option(
@@ -52,8 +42,8 @@ def compare(
     ),
     every: bool = option("--all", "Show all measures, not only the main ones.", False),
     force: bool = option("--force", "Run all cases again.", False),
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
+    quiet: options.QuietOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Compare runs: measures, differences from published values, conservation, cost.
 
@@ -65,7 +55,7 @@ def compare(
     if picture is not None and any(entry.case is not None for entry in chosen):
         _refuse_picture(picture, field)
     if gauges is not None:
-        refuse_format(gauges, "--gauges")
+        options.refuse_format(gauges, "--gauges")
     _complete(chosen, threads, force, quiet or as_json)
     rows = [row(entry.name, entry.folder) for entry in chosen]
     if picture is not None:
@@ -95,7 +85,7 @@ def compare(
 
 def _refuse_picture(picture: Path, field: str | None) -> None:
     """Refuse an invalid picture before anything runs."""
-    refuse_format(picture, "--picture")
+    options.refuse_format(picture, "--picture")
     if field not in (None, "body", *CATALOGUE):
         raise CaseError(
             f"there is no field '{field}'{suggest_nearest(str(field), ['body', *CATALOGUE])}", where="--field"
@@ -120,7 +110,7 @@ def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent:
         listener = listener_for(entry.case, silent)
         listener.opening()
         try:
-            with locate_errors(str(entry.file)), noted_interrupts():
+            with options.locate_errors(str(entry.file)), noted_interrupts():
                 outcome = complete(entry, threads=threads, force=force, listener=listener)
         finally:
             listener.close()
@@ -132,5 +122,5 @@ def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent:
 
 
 def _unitless(entry: Entry) -> bool:
-    case = entry.case or case_of_run(entry.folder)
+    case = entry.case or options.case_of_run(entry.folder)
     return case is not None and case.units == "none"

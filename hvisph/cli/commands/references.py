@@ -14,17 +14,9 @@ from hvisph.casefile.document import dump
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import CONFIDENCE, Library, library_of
 from hvisph.casefile.paths import run_name
+from hvisph.cli import options
 from hvisph.cli.formatting import echo_json, paragraph, quantity, say, table
-from hvisph.cli.options import (
-    CaseArgument,
-    JsonOption,
-    ResolutionOption,
-    SetOption,
-    argument,
-    load,
-    locate_errors,
-    option,
-)
+from hvisph.cli.options import argument, option
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
 from hvisph.postprocessing.exact_solution import exact_solution, write_exact
@@ -42,10 +34,13 @@ from hvisph.setup.materials import material_of
 
 
 def correlations(
-    case: CaseArgument, resolution: ResolutionOption = None, settings: SetOption = None, as_json: JsonOption = False
+    case: options.CaseArgument,
+    resolution: options.ResolutionOption = None,
+    settings: options.SetOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Evaluate the empirical correlations whose range covers a case: crater, hole, shields, soil, rock, explosives."""
-    loaded = load(case, settings, resolution)
+    loaded = options.load(case, settings, resolution)
     known, reason = correlations_of(loaded)
     if as_json:
         echo_json({"correlations": [asdict(one) for one in known], "reason": reason})
@@ -69,15 +64,15 @@ def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
 
 
 def exact(
-    case: CaseArgument,
+    case: options.CaseArgument,
     out: Path | None = option("--out DIR", "Folder to write; exact/NAME unless given.", None),
-    resolution: ResolutionOption = None,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
+    resolution: options.ResolutionOption = None,
+    settings: options.SetOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Solve a 1D case exactly: histories at its gauges, profiles at its output times, pictures."""
-    loaded = load(case, settings, resolution)
-    with locate_errors(case):
+    loaded = options.load(case, settings, resolution)
+    with options.locate_errors(case):
         solution = exact_solution(loaded)
     folder = out or Path("exact") / run_name(case)
     files = write_exact(solution, loaded, folder)
@@ -108,7 +103,7 @@ def point(
     steps: int = option("--steps", "Number of steps.", 400),
     body: str | None = option("--body", "Body of the case; the first unless given.", None),
     plot: Path | None = option("--plot FILE", "Draw stress and state into FILE.", None),
-    as_json: JsonOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Integrate the stress update of a material point along a strain path."""
     model = _material(subject, body)
@@ -154,7 +149,7 @@ def materials(
     plot: Path | None = option("--plot FILE", "Draw Hugoniot, release and strength of NAME into FILE.", None),
     compare: list[str] | None = option("--compare OTHER", "Compare with another material. Repeatable.", None),
     own: list[Path] | None = option("--file FILE", "File or folder of your own materials.", None),
-    as_json: JsonOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """List the material library, or print one material with its numbers, sources and derived values."""
     known = library_of(tuple(own or ()))

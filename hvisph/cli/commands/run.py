@@ -7,24 +7,9 @@ from pathlib import Path
 
 import typer
 
+from hvisph.cli import options
 from hvisph.cli.guard import noted_interrupts
-from hvisph.cli.options import (
-    AllOption,
-    CaseArgument,
-    JsonOption,
-    OutOption,
-    QuietOption,
-    ReportOption,
-    ResolutionOption,
-    SetOption,
-    ThreadsOption,
-    argument,
-    load,
-    locate_errors,
-    option,
-    refuse_format,
-    run_folder,
-)
+from hvisph.cli.options import argument, option
 from hvisph.cli.results_table import results_table
 from hvisph.cli.run_report import conclude, interrupt_notice, listener_for
 from hvisph.core.errors import CaseError
@@ -37,27 +22,27 @@ from hvisph.visualization.particles import Look, usual_view, view_picture
 
 
 def run(
-    case: CaseArgument,
-    out: OutOption = None,
-    resolution: ResolutionOption = None,
-    settings: SetOption = None,
-    threads: ThreadsOption = None,
+    case: options.CaseArgument,
+    out: options.OutOption = None,
+    resolution: options.ResolutionOption = None,
+    settings: options.SetOption = None,
+    threads: options.ThreadsOption = None,
     force: bool = option("--force", "Replace an earlier run in the folder.", False),
-    report: ReportOption = False,
-    everything: AllOption = False,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
+    report: options.ReportOption = False,
+    everything: options.AllOption = False,
+    quiet: options.QuietOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Run a case and write its folder.
 
     Exit codes: 0 done, 1 an expectation was missed, 2 invalid input, 3 failed.
     """
-    loaded = load(case, settings, resolution)
+    loaded = options.load(case, settings, resolution)
     listener = listener_for(loaded, quiet or as_json)
     listener.opening()
-    folder = out or run_folder(case)
+    folder = out or options.run_folder(case)
     try:
-        with locate_errors(case), interrupt_notice(folder), noted_interrupts():
+        with options.locate_errors(case), interrupt_notice(folder), noted_interrupts():
             outcome = run_case(loaded, folder, force=force, threads=threads, listener=listener)
     finally:
         listener.close()
@@ -70,11 +55,11 @@ def resume(
     max_steps: int | None = option(
         "--max-steps N", "Number of steps after which to stop; 0 for no limit.", None, min=0
     ),
-    threads: ThreadsOption = None,
-    report: ReportOption = False,
-    everything: AllOption = False,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
+    threads: options.ThreadsOption = None,
+    report: options.ReportOption = False,
+    everything: options.AllOption = False,
+    quiet: options.QuietOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Continue a run from its newest checkpoint."""
     case = resume_case(folder, end, max_steps)
@@ -106,7 +91,7 @@ def watch(
     if not folder.is_dir():
         raise CaseError(f"there is no run at {folder}")
     if picture is not None:
-        refuse_format(picture, "--picture")
+        options.refuse_format(picture, "--picture")
     drawn, said = -1, ""
     while True:
         text, ended, snapshots = _look(folder)

@@ -10,20 +10,10 @@ from typing import Annotated, Any
 
 import typer
 
+from hvisph.cli import options
 from hvisph.cli.formatting import echo_json, say, table
 from hvisph.cli.guard import FAILED, INTERRUPTED, ends_like_ctrl_c
-from hvisph.cli.options import (
-    CaseArgument,
-    JsonOption,
-    QuietOption,
-    ResolutionOption,
-    SetOption,
-    ThreadsOption,
-    argument,
-    option,
-    refuse_format,
-    shared,
-)
+from hvisph.cli.options import argument, option, shared
 from hvisph.cli.sweep_log import SweepLog, summary
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences
@@ -41,14 +31,14 @@ class Running:
     """Workers and output of a command; each field is an option of it."""
 
     workers: Annotated[int | None, option("--workers N", "Worker processes; one per core unless given.", min=1)] = None
-    threads: ThreadsOption = None
+    threads: options.ThreadsOption = None
     dask: Annotated[
         str | None,
         option("--dask ADDRESS", "Address of a running Dask cluster for the workers, such as tcp://host:8786."),
     ] = None
     cluster: Annotated[str | None, option("--cluster KIND", "Queue for workers as jobs: slurm, pbs or sge.")] = None
-    quiet: QuietOption = False
-    as_json: JsonOption = False
+    quiet: options.QuietOption = False
+    as_json: options.JsonOption = False
 
     @property
     def silent(self) -> bool:
@@ -85,7 +75,7 @@ class How(Running):
     def refuse(self) -> None:
         """Refuse an invalid picture before anything runs; raises `CaseError`."""
         if self.plot is not None:
-            refuse_format(self.plot, "--plot")
+            options.refuse_format(self.plot, "--plot")
 
 
 FitOption = Annotated[str | None, option("--fit DIR", "Folder of the material's fit: its share of the uncertainty.")]
@@ -138,10 +128,10 @@ def fit(how: How, source: str = argument("FIT", "File of a fit, or the folder of
 @shared
 def converge(
     how: How,
-    case: CaseArgument,
+    case: options.CaseArgument,
     resolutions: str = option("--resolutions LIST", "Two or more spacings, better three: 0.4mm,0.2mm,0.1mm."),
     fit: FitOption = None,
-    settings: SetOption = None,
+    settings: options.SetOption = None,
 ) -> None:
     """Run a case at several resolutions: order of convergence, value at infinite resolution, grid convergence index."""
     values = [value.strip() for value in resolutions.split(",") if value.strip()]
@@ -154,7 +144,7 @@ def converge(
 @shared
 def ballistic_limit(
     how: How,
-    case: CaseArgument,
+    case: options.CaseArgument,
     vary: str = option("--vary PATH", "The setting, such as bodies.projectile.velocity.0."),
     bracket: str = option("--bracket A,B", "Values without and with the event: 200,900m/s."),
     tolerance: str | None = option("--tolerance WIDTH", "Final width of the bracket; 1/16 of the first.", None),
@@ -163,8 +153,8 @@ def ballistic_limit(
     longest: str | None = option("--longest TIME", "Time to which an undecided shot continues; 4 x its end.", None),
     resolutions: str | None = option("--resolutions LIST", "A limit for each: its uncertainty by spacing.", None),
     fit: FitOption = None,
-    resolution: ResolutionOption = None,
-    settings: SetOption = None,
+    resolution: options.ResolutionOption = None,
+    settings: options.SetOption = None,
 ) -> None:
     """Find the ballistic limit, or the limit of another event, by bisection with all workers.
 

@@ -15,20 +15,7 @@ from hvisph.case.materials.material import Material
 from hvisph.core.text import Plain
 from hvisph.exact.hugoniot import Impact, impedance_match
 from hvisph.setup.materials import material_of
-from hvisph.verification.problem import (
-    Figure,
-    Options,
-    Problem,
-    Ran,
-    Start,
-    Trial,
-    body_material,
-    computed_and_exact,
-    fluid,
-    limit,
-    stress_xx,
-    vectors,
-)
+from hvisph.verification import problem
 from hvisph.visualization.curves import Curve
 
 METALS = {
@@ -57,7 +44,7 @@ HEATED = 0.02  # difference of density that counts as wall heating
 WHY = "a conservative scheme owes the jump conditions; the rest is the lattice sum of the kernel, 0.4 %"
 
 
-def _trials(options: Options) -> Iterator[Trial]:
+def _trials(options: problem.Options) -> Iterator[problem.Trial]:
     dx = options.dx(SPACING, SPACING)
     if options.quick:
         yield _trial("aluminium", "aluminium", 3100.0, dx, SHORT)
@@ -78,14 +65,14 @@ def _trials(options: Options) -> Iterator[Trial]:
         yield _trial(projectile, target, speed, dx, STRIP[0], STRIP[1])
 
 
-def _trial(projectile: str, target: str, speed: float, dx: float, along: int, across: int = 0) -> Trial:
-    first, second = fluid(METALS[projectile]), fluid(METALS[target])
+def _trial(projectile: str, target: str, speed: float, dx: float, along: int, across: int = 0) -> problem.Trial:
+    first, second = problem.fluid(METALS[projectile]), problem.fluid(METALS[target])
     return flat_impact(f"{projectile} on {target}", first, second, speed, dx, along, across)
 
 
 def flat_impact(
     name: str, projectile: Plain, target: Plain, speed: float, dx: float, along: int, across: int = 0
-) -> Trial:
+) -> problem.Trial:
     """Return the flat impact of two materials without strength, its `speed` and dimensions added to `name`.
 
     `dx` is the spacing [m]; `along`, `across` count particles along each plate and across half of a strip (0: 1D).
@@ -108,53 +95,59 @@ def flat_impact(
     }
     if across:
         case["symmetry"] = [{"axis": "y"}]
-    return Trial(f"{name} {speed / 1e3:g} km/s {'2D strip' if across else '1D'}", [Start(case)], _figures, _curves)
+    return problem.Trial(
+        f"{name} {speed / 1e3:g} km/s {'2D strip' if across else '1D'}", [problem.Start(case)], _figures, _curves
+    )
 
 
 def _material(plain: Plain) -> Any:
     return material_of(Material.model_validate(plain))
 
 
-def _exact(ran: Ran) -> Impact:
+def _exact(ran: problem.Ran) -> Impact:
     speed = ran.case.bodies["projectile"].velocity[0]
-    return impedance_match(body_material(ran.case, "projectile"), body_material(ran.case, "target"), speed)
+    return impedance_match(
+        problem.body_material(ran.case, "projectile"), problem.body_material(ran.case, "target"), speed
+    )
 
 
-def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+def _figures(runs: Sequence[problem.Ran]) -> Iterator[problem.Figure]:
     (ran,) = runs
     exact, last = _exact(ran), ran.last
     axis = np.ones(last.count, bool)
-    steps = np.floor(np.abs(vectors(ran.first, "position")[:, 0]) / ran.dx)  # particles from the interface at the start
+    steps = np.floor(
+        np.abs(problem.vectors(ran.first, "position")[:, 0]) / ran.dx
+    )  # particles from the interface at the start
     if last.dimensions > 1:
-        axis = vectors(ran.first, "position")[:, 1] < STRIP[2] * ran.dx
+        axis = problem.vectors(ran.first, "position")[:, 1] < STRIP[2] * ran.dx
     heated = 0
     for body, (name, state) in enumerate({"projectile": exact.projectile, "target": exact.target}.items()):
         reach = SHARE[last.dimensions] * state.shock_speed * last.time / ran.dx
         mine = (last.body == body) & axis
         inside = mine & (steps >= NEAR) & (steps <= reach)
         for what, values, value, tolerance, unit in (
-            ("stress", stress_xx(last), exact.pressure, 0.01, "Pa"),
+            ("stress", problem.stress_xx(last), exact.pressure, 0.01, "Pa"),
             ("density", last.fields["density"], state.density, 0.01, "kg/m^3"),
             ("energy", last.fields["internal_energy"], state.energy, 0.02, "J/kg"),
         ):
-            yield Figure(f"{what} in the {name}", float(values[inside].mean()), value, tolerance, unit, why=WHY)
+            yield problem.Figure(f"{what} in the {name}", float(values[inside].mean()), value, tolerance, unit, why=WHY)
         rho = last.fields["density"]
         off = mine & (steps <= reach) & (np.abs(rho / rho[inside].mean() - 1.0) > HEATED)
         heated = max(heated, int(steps[off].max()) + 1 if off.any() else 0)
-    yield limit("wall-heated particles per side", heated, 5, why="density off by more than 2 %")
+    yield problem.limit("wall-heated particles per side", heated, 5, why="density off by more than 2 %")
 
 
-def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
+def _curves(runs: Sequence[problem.Ran]) -> dict[str, list[Curve]]:
     (ran,) = runs
     last, exact = ran.last, _exact(ran)
-    x = vectors(last, "position")[:, 0]
+    x = problem.vectors(last, "position")[:, 0]
     order = np.argsort(x)
     if last.dimensions > 1:
-        order = order[vectors(ran.first, "position")[order, 1] < ran.dx]
+        order = order[problem.vectors(ran.first, "position")[order, 1] < ran.dx]
     t, u = last.time, exact.interface_velocity
     edges = [x.min(), exact.projectile_shock_velocity * t, u * t, exact.target_shock_velocity * t, x.max()]
     states = (exact.projectile, exact.target)
-    cold = [body_material(ran.case, body).density for body in ("projectile", "target")]
+    cold = [problem.body_material(ran.case, body).density for body in ("projectile", "target")]
     exact_values = {
         "pressure": [0.0, *(state.pressure for state in states), 0.0],
         "density": [cold[0], *(state.density for state in states), cold[1]],
@@ -162,7 +155,7 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     }
     right = {name: np.repeat(values, 2) for name, values in exact_values.items()}
     computed = {name: last.fields[name][order] for name in right}
-    return computed_and_exact(x[order], computed, np.repeat(edges, 2)[1:-1], right)
+    return problem.computed_and_exact(x[order], computed, np.repeat(edges, 2)[1:-1], right)
 
 
-PROBLEM = Problem("hugoniot", "flat impacts of metals from 0.6 to 24 km/s: state behind the shocks", _trials)
+PROBLEM = problem.Problem("hugoniot", "flat impacts of metals from 0.6 to 24 km/s: state behind the shocks", _trials)
