@@ -2,7 +2,7 @@
 
 The orthotropic disc starts at its closed form and is measured over a period of its breathing, in the turned frame, by
 the polynomials of that form; the outermost particles, whose neighbours are cut off, are left out of the stress. Four
-particles across the thickness are 9 to 18 % too soft in `riemann`, eight half of it: rows at free faces lack neighbours.
+particles across the thickness are 9 to 18 % too soft in `riemann`, eight half of it: faces lack neighbours.
 """
 
 from __future__ import annotations
