@@ -8,6 +8,7 @@ from hvisph_validation.comparison import verdicts
 from hvisph_validation.results import stored
 from small_runs import GAS, LIQUID, METAL, SPRING, document_of, row_of
 
+from hvisph.case.conditions import condition_words
 from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
@@ -444,3 +445,8 @@ def test_a_crater_in_sand_is_advised_late_stages():
     timed = load_case(values | {"late": [{"at": 1e-3, "bulk_modulus": 1e6}]})
     assert not any(one.startswith("late") for one in advice(timed))
     assert estimate(timed).steps < 0.3 * estimate(case).steps
+    firm = sand | {"strength": sand["strength"] | {"cohesion": 1e5}}
+    values["bodies"]["bed"] |= {"material": firm}
+    soft = load_case(values | {"late": [{"at": 1e-3, "bulk_modulus": 1e6}, {"at": 2e-3, "bulk_modulus": 1e5}]})
+    assert any("late.0.bulk_modulus: 1e+06 Pa is below a hundred times" in one for one in advice(soft))
+    assert ("late stage", "from 0.001 s, 1e+06 Pa") in condition_words(soft)

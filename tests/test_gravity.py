@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_runs import DAMAGED, FORMULATIONS, LIQUID, METAL, OPTIONS, assert_same_results, final, row_of
+from small_runs import DAMAGED, FORMULATIONS, GAS, LIQUID, METAL, OPTIONS, assert_same_results, final, row_of
 
 from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import load_case
@@ -70,17 +70,31 @@ def test_a_column_stays_at_rest(formulation, tmp_path):
 
 
 def test_a_body_bears_what_lies_on_it():
-    """Water on rock, and a layer of sand between them: each column goes on where the one above ends; a ball does not."""
+    """Water on rock, and a layer of sand between them: each column goes on where the one above ends.
+
+    What is narrower, wider or rigid is refused, unless it settles.
+    """
     shape = {"type": "box", "size": [1.0, 1.0]}
     layers = {"rock": (METAL, 0.5), "sand": (SAND, 1.5), "water": (LIQUID, 2.5)}
     bodies = {name: {"material": one, "shape": shape, "position": [at, 0.0]} for name, (one, at) in layers.items()}
-    bodies["ball"] = {"material": METAL, "shape": {"type": "disc", "diameter": 0.4}, "position": [3.2, 0.0]}
-    state = begin(load_case({
+    case = {
         "kinematics": "plane_strain", "resolution": 0.05, "gravity": [-9.81, 0.0], "overburden": {"lateral": 0.5},
         "bodies": bodies, "symmetry": [{"axis": "x"}, {"axis": "y", "at": -0.5}, {"axis": "y", "at": 0.5, "keep": "below"}],
         "time": {"end": 1e-4}, "output": {"every": 1e-4},
-    }))  # fmt: skip
-    particles = state.particles
+    }  # fmt: skip
+    particles = begin(load_case(case)).particles
+    ball = {"material": METAL, "shape": {"type": "disc", "diameter": 0.4}, "position": [3.2, 0.0]}
+    plate = {"material": METAL, "shape": {"type": "box", "size": [0.2, 1.0]}, "position": [3.1, 0.0], "rigid": "fixed"}
+    wide = {"material": METAL, "shape": {"type": "box", "size": [0.2, 1.4]}, "position": [3.1, 0.0]}
+    for body, words, further in (
+        (ball, "not as wide", {}),
+        (plate, "rigid", {}),
+        (wide, "not as wide", {"symmetry": [{"axis": "x"}]}),
+    ):
+        several = case | {"bodies": bodies | {"more": body}} | further
+        with pytest.raises(CaseError, match=f"bodies.more: stands on 'water' and .*{words}"):
+            begin(load_case(several))
+        begin(load_case(several | {"settle": 1e-3}))
     for number, load in enumerate([(1000.0 + 2000.0) * 9.81, 1000.0 * 9.81, 0.0]):
         own = particles.body == number
         depth = number + 1.0 - particles["position"][own, 0]
@@ -150,10 +164,12 @@ def test_an_orbit_about_a_sphere(tmp_path):
     ({"symmetry": [], "overburden": False, "settle": 1e-3}, "settle: nothing supports"),
     ({"symmetry": [{"axis": "x", "at": 1.0, "keep": "below"}]}, "nothing supports the bodies"),
     ({"formulation": {"type": "total_lagrangian"}}, "free of stress"),
+    ({"bodies": {"air": {"material": GAS, "shape": {"type": "interval", "length": 1.0}, "position": [0.5]}}}, "a gas has"),
+    ({"gravity": [-9.81e9]}, "beyond half to twice the density"),
 ])  # fmt: skip
 def test_what_is_refused(settings, words):
     with pytest.raises(CaseError, match=words):
-        column(**settings)
+        begin(column(**settings))
 
 
 @pytest.mark.parametrize("position", [0.53, 0.6])
@@ -195,6 +211,8 @@ def test_free_sides_are_warned_of():
     walls = [{"axis": "x"}, {"axis": "y", "at": -0.5}, {"axis": "y", "at": 0.5, "keep": "below"}]
     for held in ({"symmetry": walls}, {"overburden": {"lateral": 0.0}}):
         assert not any(words in warning for warning in warnings_of(column(**settings | held)))
+    disc = {"disc": box | {"shape": {"type": "disc", "diameter": 1.0}}}
+    assert any("below its highest point" in warning for warning in warnings_of(column(**settings | {"bodies": disc})))
 
 
 def test_gravity_across_the_axis_is_refused():
@@ -283,6 +301,29 @@ def test_a_short_settling_is_warned_of(tmp_path):
     heard = Heard()
     run(bed(ELASTIC, settle=1e-4, ball=False), tmp_path / "run", listener=heard)
     assert any(text.startswith("warning: settled for") and "settle longer" in text for text in heard.said)
+
+
+WALLS = [{"axis": "y", "at": -0.5}, {"axis": "y", "at": 0.5, "keep": "below"}]
+
+
+def test_rigid_bodies_while_others_settle(tmp_path):
+    """A plate on the bed comes to rest with it, a piston waits for its table, and one above the bed is refused."""
+    plate = {"material": METAL, "shape": {"type": "box", "size": [0.3, 1.0]}, "position": [1.15, 0.0], "rigid": "x"}
+    for rigid, speed in (("x", 0.0), ({"velocity": [[0.0, -3.0], [1.0, 0.0]]}, -3.0)):
+        held = {"clamped": [{"box": {"max": [0.2, None]}, "bodies": ["bed"]}], "symmetry": WALLS}
+        case = bed(ELASTIC, settle=5e-3, ball=False).model_dump(exclude_unset=True) | held
+        case["bodies"]["plate"] = plate | {"rigid": rigid}
+        run(load_case(case), tmp_path / "run", force=True)
+        start = read_snapshot(list_snapshots(tmp_path / "run")[0])
+        fields = {name: values[start.body == 1] for name, values in start.fields.items()}
+        assert fields["position"][:, 0].mean() == pytest.approx(1.15, abs=1e-5)
+        assert fields["velocity"][:, 0] == pytest.approx(speed, abs=1e-4)
+        weight = 2785.0 * 9.81 * (1.0 + (0.3 if speed == 0.0 else 0.0))
+        stress = (start.fields["pressure"] - start.fields["deviator"][:, 0])[start.body == 0]
+        assert stress.max() == pytest.approx(weight, rel=0.1)  # half a row of ten
+    case["bodies"]["plate"] = plate | {"position": [1.5, 0.0]}
+    with pytest.raises(CaseError, match="spacings above the plane along x and falls"):
+        begin(load_case(case))
 
 
 @pytest.mark.parametrize("formulation", ["riemann", "eulerian", "total_lagrangian"])

@@ -175,6 +175,7 @@ def test_stages_that_begin_by_themselves(tmp_path):
     ([STAGE], {"formulation": {"type": "total_lagrangian"}}, "riemann or eulerian"),
     ([{"at": "auto"}, STAGE], {}, "after a stage that begins by itself"),
     ([STAGE | {"bulk_modulus": 1e12}], {}, "above that of 'sand', 1e\\+08 Pa"),
+    ([STAGE | {"bulk_modulus": 1e5}], {"settle": 0.1}, "below ten times the pressure at the bottom, 1.08e\\+04 Pa"),
 ])  # fmt: skip
 def test_what_is_refused(late, further, words):
     with pytest.raises(CaseError, match=words):

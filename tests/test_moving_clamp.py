@@ -10,6 +10,7 @@ from hvisph.case.conditions import condition_words
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.prescribed_motion import Motion
+from hvisph.setup.initial_state import begin
 from hvisph.simulation.run import resume, run
 
 PISTON, DX = 0.2e-3, 1e-5
@@ -80,10 +81,12 @@ def test_a_resumed_piston_has_the_same_bits(formulation, tmp_path):
     ({"formulation": {"type": "projection"}}, "use another formulation"),
     ({"time": {"end": 1e-7, "integrator": "predictor_corrector"}}, "leapfrog"),
     ({"gravity": [-9.81]}, "against gravity"),
+    ({"clamped": [{"box": {"max": [PISTON]}, "along": "y"}]}, "needs `velocity_table`"),
+    ({"clamped": [{"box": {}}]}, "holds all of 'bar'"),
 ])  # fmt: skip
 def test_bad_input(change, words):
     with pytest.raises(CaseError, match=words):
-        bar(0.0, 500.0, **change)
+        begin(bar(10.0, 500.0, **change))
 
 
 def test_check_and_its_picture_name_the_moving_clamp():

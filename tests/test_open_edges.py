@@ -237,6 +237,7 @@ def test_a_body_is_cut_and_continued():
     ({"loads": [{"box": {"max": [-1.0, None]}, "normal": "-x", "pressure": [[0, 1]]}]}, "no particle"),
     ({"loads": [{"box": {}, "normal": "-x", "pressure": [[1, 1], [0, 1]]}]}, "must rise"),
     ({"loads": [{"box": {}, "normal": "-z", "pressure": [[0, 1]]}]}, "there is no axis z"),
+    ({"symmetry": [{"axis": "x"}]}, "at the plane of symmetry across x, inside"),
 ])  # fmt: skip
 def test_what_is_refused(change, words):
     from hvisph.setup.build import build

@@ -122,7 +122,8 @@ def test_a_resumed_run_has_the_same_bits(tmp_path):
     (0, {"move": {"about": "x"}}, {}, "cannot turn about"), (0, {"move": {"about": "z"}}, {}, "component along x"),
     (0, {"move": {"about": "z", "along": "x"}}, {}, "not several"),
     (0, {"move": {"along": [0.0, 0.0, 0.0]}}, {}, "not be all zero"),
-    (1, {"velocity": [[1e-6, 1.0], [0.0, 2.0]]}, {}, "must not fall"),
+    (1, {"velocity": [[1e-6, 1.0], [0.0, 2.0]]}, {}, "must rise"),
+    (1, {"along": "y"}, {}, "give `move: y`"), (1, {"move": "fixed", "inertia": [1.0]}, {}, "has no effect"),
     (0, {"velocity": [[0.0, 1.0]]}, {}, "given twice"), (1, {"velocity": [[0.0, "3 kg"]]}, {}, "3 kg"),
 ])  # fmt: skip
 def test_bad_input(who, rigid, further, words):
@@ -139,6 +140,22 @@ def test_impossible_moments_of_inertia_are_refused():
 def test_a_plane_of_symmetry_is_no_wall_for_a_rigid_body(tmp_path):
     with pytest.raises(CaseError, match="does not cut this body"):
         run(plane(0, "x", symmetry=[{"axis": "x", "at": -0.1}]), tmp_path / "run")
+
+
+@pytest.mark.parametrize("keep", ["above", "below"])
+def test_a_half_keeps_to_its_plane(keep, tmp_path):
+    """A box that the plane y = 0 cuts moves along x alone, on both sides."""
+    run(plane(0, True, symmetry=[{"axis": "y", "keep": keep}]), tmp_path / "run")
+    state = final(tmp_path / "run")
+    velocity = state.fields["velocity"][state.body == 0]
+    assert np.all(velocity[:, 1] == 0.0)
+    assert 0.0 < velocity[0, 0] < 790.0
+
+
+def test_what_a_rigid_body_does_not_have_is_told():
+    case = row_of(["steel-4340", METAL], 2, speed=800.0).model_dump(mode="json")
+    case["bodies"]["body_0"]["rigid"] = True
+    assert any("without strength and damage of its material" in note for note in begin(load_case(case)).notes)
 
 
 def test_two_rigid_bodies_may_only_be_fixed():

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from hvisph.case.bodies import Body, LinearField, UniformField, direction_name
+from hvisph.case.conditions import table_problems
 from hvisph.case.model import AnyCase, Problem
 from hvisph.case.shapes import (
     BoxShape,
@@ -87,10 +88,10 @@ def _rigid_motion(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
         yield f"{path}.move", f"it cannot move along {given} here; allowed: {', '.join(axes)}"
     if move.about is not None and (axisymmetric or case.dim == 1 or (case.dim == 2 and any(move.about[:2]))):
         yield f"{path}.move", "it cannot turn about this axis here; allowed: z in 2D, any in 3D"
+    if rigid.along != "x" and not rigid.velocity:
+        yield f"{path}.along", f"needs `velocity`; for a free motion along {rigid.along} give `move: {rigid.along}`"
     if rigid.velocity:
-        times = [time for time, _ in rigid.velocity]
-        if any(later < sooner for sooner, later in pairwise(times)):
-            yield f"{path}.velocity", "its times must not fall; put the rows in order"
+        yield from table_problems([time for time, _ in rigid.velocity], f"{path}.velocity")
         if rigid.along not in axes:
             yield f"{path}.along", f"it cannot move along {rigid.along} here; allowed: {', '.join(axes)}"
         if any(body.velocity) or body.initial_velocity:
@@ -113,7 +114,9 @@ def _rigid_motion(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
 def _rigid_mass(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     assert body.rigid is not None
     moments, needed = body.rigid.inertia, {1: 0, 2: 1, 3: 3}[1 if case.kinematics == "axisymmetric" else case.dim]
-    if moments and len(moments) != needed:
+    if moments and (body.rigid.velocity or body.rigid.move.fixed or body.rigid.move.along is not None):
+        yield f"{path}.inertia", "has no effect on a body that does not turn; leave it out"
+    elif moments and len(moments) != needed:
         yield f"{path}.inertia", f"has {len(moments)} moments, needs {needed} here"
     elif len(moments) == 3 and 2.0 * max(moments) > sum(moments) * (1.0 + 1e-12):
         what = "no body has a moment of inertia above the sum of the two others"

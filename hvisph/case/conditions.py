@@ -15,6 +15,9 @@ from .units import MASS, Acceleration, Length, NonNegativeTime, PositiveLength, 
 # Formulations with an ambient layer, and with a viscous edge.
 LAYERED, VISCOUS = ("riemann",), ("eulerian", "total_lagrangian", "adaptive")
 
+# Shapes whose sides are free or supported along gravity, so that columns have one height.
+STANDING = ("interval", "box", "cylinder", "tube", "particles")
+
 
 class OpenEdge(StrictModel):
     """Plane normal to an axis through which waves leave; bodies that reach it extend beyond it."""
@@ -172,6 +175,12 @@ def gravity_problems(case: AnyCase) -> Iterator[Problem]:
     if case.overburden is not None and case.formulation.type in ("total_lagrangian", "adaptive"):
         remedy = "use riemann or eulerian, or `settle` alone"
         yield "overburden", f"a Total Lagrangian reference is free of stress; {remedy}"
+    for name, body in case.bodies.items() if case.overburden is not None else ():
+        if body.material.eos.type in ("ideal_gas", "jwl"):
+            yield (
+                f"bodies.{name}.material",
+                "a gas has a pressure at its face; leave `overburden` out, and give `settle`",
+            )
     if case.settle is not None and case.start is not None:
         yield "settle", "the bodies have the state of the other run; leave it out"
     if case.settle is not None and any(body.material.eos.type == "jwl" for body in case.bodies.values()):
@@ -203,6 +212,11 @@ def gravity_warnings(case: AnyCase) -> Iterator[str]:
         )
     if overburden is None or gravity is None:
         return
+    straight = STANDING if gravity.type == "uniform" else ("sphere", "hollow_sphere", "disc", "annulus")
+    for name, body in case.bodies.items() if case.settle is None else ():
+        if not any(body.velocity) and (body.shape.type not in straight or body.rotation is not None):
+            what = f"overburden: '{name}', a {body.shape.type}, has the stress of a column below its highest point"
+            yield f"{what} everywhere, at its free sides, too; give `settle`"
     yield from _flowing(case, overburden.lateral)
     if overburden.lateral == 0.0 or gravity.type != "uniform" or case.clamped:
         return
@@ -297,7 +311,7 @@ def start_problems(case: AnyCase) -> Iterator[Problem]:
 
 
 def condition_words(case: AnyCase) -> list[tuple[str, str]]:
-    """Return kind and description of planes and clamps, at rest and moving, open edges and loads of a case."""
+    """Return kind and description of clamps, planes, open edges, loads and late stages of a case."""
     si = case.units == "si"
     metre, speed, pressure = (unit if si else "" for unit in (" m", " m/s", " Pa"))
 
@@ -313,6 +327,9 @@ def condition_words(case: AnyCase) -> list[tuple[str, str]]:
     for number, load in enumerate(case.loads):
         peak = max((value for _, value in load.pressure), key=abs)
         words.append(("load", f"{number}: up to {peak:g}{pressure} on faces {load.normal}"))
+    for stage in case.late:
+        begins = "begins by itself" if stage.at == "auto" else f"from {stage.at:g}{' s' if si else ''}"
+        words.append(("late stage", begins + (f", {stage.bulk_modulus:g}{pressure}" if stage.bulk_modulus else "")))
     for plane in case.symmetry:
         if plane.velocity:
             steady = f"{plane.velocity[0][1]:g}{speed}"

@@ -75,6 +75,8 @@ def _unused_settings(case: AnyCase) -> Iterator[str]:
     default = type(case.time).model_fields["cfl"].default
     if case.time.step is not None and case.time.cfl != default:
         yield f"time.cfl: {case.time.cfl:g} is not used, because time.step = {case.time.step:g} fixes the step"
+    if case.time.step is not None and case.late:
+        yield f"late: its longer steps are not taken, because time.step = {case.time.step:g} fixes the step"
 
 
 def _mirror_conflicts(case: AnyCase) -> Iterator[str]:
@@ -146,6 +148,8 @@ def _moving_clamp(case: AnyCase, clamp: Clamp, path: str) -> Iterator[Problem]:
     yield from table_problems([time for time, _ in clamp.velocity_table], f"{path}.velocity_table")
     if clamp.velocity and clamp.velocity_table:
         yield f"{path}.velocity", "is given beside `velocity_table`; leave one of them out"
+    if clamp.along != "x" and not clamp.velocity_table:
+        yield f"{path}.along", "needs `velocity_table`; give `velocity` its components"
     if clamp.velocity_table and clamp.along not in AXES[: case.dim]:
         yield f"{path}.along", f"there is no axis {clamp.along} in {case.dim}D"
     if not clamp.moves:

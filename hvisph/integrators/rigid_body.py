@@ -196,6 +196,22 @@ class RigidMotion:
         times += [RELAXED / self.state[RELAXATION]] if self.state[RELAXATION] > 0.0 else []
         return [(float(time), "rigid_body", -1) for time in times]
 
+    def hold(self) -> tuple[Any, ...]:
+        """Let the body rest where it is; return what `release` takes."""
+        kept = self.moves, self.turns, self.table, self.state.copy()
+        self.moves, self.turns, self.table = np.zeros((3, 3)), False, None
+        self.state[VELOCITY], self.state[SPIN] = 0.0, 0.0
+        return kept
+
+    def release(self, kept: tuple[Any, ...]) -> None:
+        """Let the body go on with freedom, motion and state from before `hold`."""
+        self.moves, self.turns, self.table, self.state = kept
+
+    def slow(self, share: float) -> None:
+        """Multiply velocity and angular momentum by a share."""
+        self.state[VELOCITY] *= share
+        self.state[SPIN] *= share
+
     def _project(self, axial: np.ndarray) -> np.ndarray:
         """Return the part of an angular momentum or torque (3,) that the body takes."""
         if not self.turns:

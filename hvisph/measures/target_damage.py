@@ -253,7 +253,7 @@ def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray
     pull = pull_of(scene, np.array(plate.basis[0])) or EARTH
     edge = scene.rim(plate.body)[rows]
     rest = float(velocity[edge].mean()) if edge.any() else 0.0
-    rises = rest - velocity > np.sqrt(2.0 * pull * np.maximum(plate.depth(place), 0.0))
+    rises = rest - velocity > np.sqrt(2.0 * max(pull, 0.0) * np.maximum(plate.depth(place), 0.0))
     loose = (scene.now.fields.get("damage", np.zeros(scene.now.count))[rows] >= 1.0) & rises
     holds = np.flatnonzero(~loose)
     sizes = scene.spacings(rows)

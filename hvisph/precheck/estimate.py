@@ -222,8 +222,11 @@ def _body_estimate(body: PlacedBody, case: Case) -> BodyEstimate:
     volume = float(body.volumes.sum())
     mass, across = _density(body.name, body.model) * volume, round(width / body.filling.finest)
     low, high = float((ends - 0.5 * body.spacing).min()), float((ends + 0.5 * body.spacing).max())
-    if body.surface is not None and all(plane.axis != "x" for plane in case.symmetry):
+    if body.surface is not None:
         low, high = (float(corner[0]) for corner in body.surface.bounds())
+        for plane in case.symmetry:
+            if plane.axis == "x":
+                low, high = (max(low, plane.at), high) if plane.keep == "above" else (low, min(high, plane.at))
     along = (low, high)
     if body.model.position is None:  # in a row round bodies stand a little off
         along = _at_zero(low, high, PLACED * body.filling.finest)

@@ -124,6 +124,19 @@ def _weak_cohesion(facts: Facts) -> Iterator[Values]:
                 yield {"name": name, "cohesion": strength.cohesion, "least": least, "share": LATTICE_NOISE}
 
 
+def _soft_stage(facts: Facts) -> Iterator[Values]:
+    """Late stages that are too soft for the strength of a body at rest: strains at yield are above a hundredth."""
+    for number, stage in enumerate(facts.case.late):
+        for name, body in facts.bodies.items():
+            material = material_of_body(body)
+            if not stage.bulk_modulus or any(body.velocity) or material.strength.name in ("none", "elastic"):
+                continue
+            least = min(100.0 * flow_at(material, None, 0.0, 1.0), material.bulk_modulus)
+            if stage.bulk_modulus < least:
+                yield {"number": number, "name": name, "modulus": stage.bulk_modulus, "least": least}
+                return
+
+
 def _slow_crater(facts: Facts) -> Iterator[Values]:
     """Craters in weak matter, which open long after the shock has left, without a late stage."""
     case = facts.case
@@ -262,7 +275,7 @@ def _vapours() -> dict[str, tuple[float, float]]:
 
 
 _IN_ORDER = (_brittle, _spalling, _liquid, _held_by_hoops, _moduli_apart)
-_LATER = (_too_wide, _too_narrow, _weak_cohesion, _slow_crater, _molten)
+_LATER = (_too_wide, _too_narrow, _weak_cohesion, _soft_stage, _slow_crater, _molten)
 MATERIAL_CONDITIONS: dict[str, Condition] = {one.__name__[1:]: one for one in (*_IN_ORDER, *_LATER)}
 MATERIAL_CONDITIONS |= {
     "no_vapour": lambda facts: _vaporised(facts, followed=False),

@@ -105,6 +105,14 @@ def boundaries_of(
             if not len(pressed):
                 continue
             some, areas, _ = _face(formulation, particles, pressed, float(body.spacing.max()), (axis, sign))
+            for plane in planes:
+                if plane.axis == axis and sign * plane.side < 0.0 and (abs(x[some, axis] - plane.at) < largest).any():
+                    what = (
+                        "the axis"
+                        if axis and particles.kinematics.axisymmetric
+                        else f"the plane of symmetry across {'xyz'[axis]}"
+                    )
+                    raise CaseError(f"its face lies at {what}, inside the body; choose another", where=f"loads.{index}")
             if (particles.tags[some, FLAGS] & CLAMPED).any() or is_beyond(edges, x[some]).any():
                 message = f"acts on particles of '{body.name}' that are clamped, rigid or beyond an edge; choose others"
                 raise CaseError(message, where=f"loads.{index}")

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.case.formulations.riemann import bears_any_tension
-from hvisph.core.errors import locate
+from hvisph.core.errors import CaseError, locate
 from hvisph.core.particles import Particles
 from hvisph.core.text import Plain
+from hvisph.integrators.gravity import UNIFORM
 from hvisph.integrators.prescribed_motion import Motion, PrescribedMotion
 from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.integrators.scheme import SCHEMES
@@ -25,11 +26,13 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 from .bodies import PlacedBody
 from .boundaries import moving_planes
 from .gauges import Gauges
-from .initial_fields import gravity_option
+from .initial_fields import gravity_of, gravity_option
 from .initial_state import InitialState, begin, set_loads
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+
+STIFF = 10.0  # least bulk modulus of a late stage, of the largest pressure
 
 
 @dataclass
@@ -74,7 +77,7 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
 def set_up(case: Case, start: InitialState) -> Setup:
     """Return the objects of a run from its initial state, all of it or a part."""
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
-    options = scheme.stepper_options() | gravity_option(case) | _late_option(case, start.materials)
+    options = scheme.stepper_options() | gravity_option(case) | _late_option(case, start)
     stages = scheme.stage, scheme.previous, start.longest, start.planes
     stepper = formulation.stepper(particles, formulation, start.materials, *stages, **options)
     if isinstance(stepper, Stepper):
@@ -103,14 +106,24 @@ def set_up(case: Case, start: InitialState) -> Setup:
                  tuple(start.materials), start.origin)  # fmt: skip
 
 
-def _late_option(case: Case, materials: list[Material]) -> dict[str, Any]:
-    """Return the option of a stepper that follows from the late stages of a case."""
+def _late_option(case: Case, start: InitialState) -> dict[str, Any]:
+    """Return the option of a stepper that follows from the late stages of a case.
+
+    Raises `CaseError` for a bulk modulus above that of a material, or below ten times the pressure of its weight.
+    """
     if not case.late:
         return {}
-    later = []
+    later, materials, gravity, weight = [], start.materials, gravity_of(case), 0.0
+    if gravity is not None and gravity.kind == UNIFORM and (case.overburden is not None or case.settle is not None):
+        height = start.particles["position"] @ np.array(gravity.vector)
+        for number, one in enumerate(materials):
+            weight = max(weight, one.density_at_rest * float(np.ptp(height[start.particles.material == number])))
     for number, stage in enumerate(case.late):
         with locate(f"late.{number}"):
             modulus = stage.bulk_modulus or min(one.bulk_modulus for one in materials)  # until the state decides
+            if modulus < STIFF * weight:
+                fault = f"is below ten times the pressure at the bottom, {weight:.3g} Pa, so that the stage would stop"
+                raise CaseError(f"{fault} the run; give {100.0 * weight:.3g} Pa or more", where="bulk_modulus")
             later.append([late_material(one, modulus, stage.nu) for one in materials])
     return {"later": later}
 

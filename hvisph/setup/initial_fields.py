@@ -11,6 +11,7 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
+from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.materials.damage import GradyKipp
 from hvisph.materials.damage.fracture_energy import WIDTH
 from hvisph.materials.eos import JonesWilkinsLee
@@ -107,11 +108,17 @@ def gravity_option(case: Case) -> dict[str, Gravity]:
     return {} if gravity is None else {"gravity": gravity}
 
 
-def refuse_hanging(case: Case, placed: Sequence[PlacedBody], particles: Particles, planes: Sequence[Plane]) -> None:
+def refuse_hanging(
+    case: Case,
+    placed: Sequence[PlacedBody],
+    particles: Particles,
+    planes: Sequence[Plane],
+    rigid: Sequence[RigidMotion] = (),
+) -> None:
     """Raise `CaseError` where bodies at rest are to be in equilibrium under uniform gravity and stand on nothing.
 
     What is linked by `LINK` spacings stands together, on planes of symmetry across all components of gravity or on
-    particles that are clamped.
+    particles that are clamped, or of a rigid body that gravity does not move.
     """
     gravity = gravity_of(case)
     if gravity is None or gravity.kind != UNIFORM or (case.overburden is None and case.settle is None):
@@ -121,6 +128,8 @@ def refuse_hanging(case: Case, placed: Sequence[PlacedBody], particles: Particle
     groups = np.full(particles.count, -1)
     groups[rests] = connected_groups(particles["position"][rests], float(spacing.max()), LINK)
     held = (particles.tags[:, FLAGS] & CLAMPED) != 0
+    falls = [one.name for one in rigid if (one.moves[:, : len(gravity.vector)] @ np.array(gravity.vector)).any()]
+    held &= ~np.array([body.name in falls for body in placed])[particles.body]
     for group in range(int(groups.max(initial=-1)) + 1):
         rows = np.flatnonzero(groups == group)
         if held[rows].any():
@@ -145,6 +154,8 @@ def add_overburden(
 
     A body carries the bodies on its top: bodies at rest whose lowest particles are `LINK` spacings or less above
     its highest ones, and that are as wide. Particles are those of the bodies, in their order.
+
+    Raises `CaseError` for others on its top, unless they settle.
     """
     gravity, overburden = gravity_of(case), case.overburden
     if gravity is None or overburden is None:
@@ -153,13 +164,24 @@ def add_overburden(
     for body, material in zip(bodies, materials, strict=True):
         part = slice(first, first + len(body.positions))
         first = part.stop
-        if not body.mean_velocity.any() and body.model.rigid is None:
+        if not body.mean_velocity.any():
             columns.append((body, material, part, _heights(gravity, body.positions)))
     standing: list[tuple[PlacedBody, float, float]] = []  # bodies above, with height and stress of their lowest face
     for body, material, part, height in sorted(columns, key=lambda one: -float(one[3].max())):
-        top, near = float(height.max()), LINK * float(body.spacing.max())
-        borne = [stress for other, low, stress in standing if abs(low - top) < near and _covers(gravity, other, body)]
-        stress = _load_column(overburden.lateral, gravity, body, material, particles, part, max(borne, default=0.0))
+        top, near, borne = float(height.max()), LINK * float(body.spacing.max()), [0.0]
+        if body.model.rigid is not None:
+            standing.append((body, float(height.min()), 0.0))
+            continue
+        for other, low, stress in standing:
+            if other.name == body.name or not abs(low - top) < near:
+                continue
+            covers, alike = _widths(gravity, other, body)
+            if case.settle is None and (not alike or (covers and other.model.rigid is not None)):
+                what = "is rigid" if alike else "is not as wide"
+                fault = f"stands on '{body.name}' and {what}: its weight is not in the stress there; give `settle`"
+                raise CaseError(fault, where=f"bodies.{other.name}")
+            borne += [stress] if covers else []
+        stress = _load_column(overburden.lateral, gravity, body, material, particles, part, max(borne))
         standing.append((body, float(height.min()), stress))
 
 
@@ -171,15 +193,21 @@ def _heights(gravity: Gravity, x: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(((x - np.array(gravity.vector)) ** 2).sum(axis=1)))
 
 
-def _covers(gravity: Gravity, above: PlacedBody, below: PlacedBody) -> bool:
-    """Return whether one body is as wide as another across gravity, to a spacing."""
+def _widths(gravity: Gravity, above: PlacedBody, below: PlacedBody) -> tuple[bool, bool]:
+    """Return whether one body covers another across gravity, to a spacing, and whether they are as wide or apart.
+
+    About the centre of a sphere what covers another is taken to be as wide.
+    """
     g = np.array(gravity.vector)
     down = g / np.sqrt((g * g).sum()) if gravity.kind == UNIFORM else np.zeros(len(g))
     over, under = (body.positions - np.outer(body.positions @ down, down) for body in (above, below))
     slack = max(float(above.spacing.max()), float(below.spacing.max()))
-    return bool(
-        (over.min(axis=0) < under.min(axis=0) + slack).all() and (over.max(axis=0) > under.max(axis=0) - slack).all()
-    )
+    low, high = over.min(axis=0) - under.min(axis=0), over.max(axis=0) - under.max(axis=0)
+    covers = bool((low < slack).all() and (high > -slack).all())
+    if gravity.kind == SPHERE:
+        return covers, True
+    apart = ((over.min(axis=0) > under.max(axis=0)) | (over.max(axis=0) < under.min(axis=0))).any()
+    return covers, bool(apart or (covers and (low > -slack).all() and (high < slack).all()))
 
 
 def _load_column(
@@ -229,9 +257,15 @@ def _load_column(
 
 
 def density_under_pressure(material: Material, pressure: float, energy: float) -> float:
-    """Return density [kg/m^3] at pressure [Pa] and energy [J/kg], by bisection; pores at initial distension."""
+    """Return density [kg/m^3] at pressure [Pa] and energy [J/kg], by bisection; pores at initial distension.
+
+    Raises `CaseError` for a pressure beyond half to twice the density.
+    """
     of, distension = material.pressure_function(), 1.0 if material.porosity is None else material.porosity.distension
     low, high = 0.5 * material.density_at_rest * distension, 2.0 * material.density_at_rest * distension
+    if not of(low, energy) <= pressure * distension <= of(high, energy):
+        fault = f"{pressure:.3g} Pa at {energy:g} J/kg is beyond half to twice the density of '{material.name}'"
+        raise CaseError(f"{fault}; check gravity and heights", where="overburden")
     for _ in range(100):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if of(middle, energy) < pressure * distension else (low, middle)

@@ -193,7 +193,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     refuse_outside(particles, case.domain, names)
     if particles.kinematics.axisymmetric:
         planes = (*planes, AXIS)
-    refuse_hanging(case, placed, particles, planes)
+    refuse_hanging(case, placed, particles, planes, rigid)
     loaded = [filled_region(particles, load, names, f"loads.{number}") for number, load in enumerate(case.loads)]
     boundaries = boundaries_of(case, formulation, placed, particles, own, planes, loaded)
     unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawing_dimensions] if case.units == "si" else ""
@@ -294,6 +294,11 @@ def _hold(case: Case, particles: Particles, names: list[str]) -> None:
     """Clamp particles and set kernel types; raise an error for regions without particles."""
     for number, clamp in enumerate(case.clamped):
         held = filled_region(particles, clamp, names, f"clamped.{number}")
+        for index, (name, body) in enumerate(case.bodies.items() if case.start is None else ()):
+            moves = (any(body.velocity) and body.velocity != clamp.velocity) or body.initial_velocity
+            if moves and body.rigid is None and held[particles.body == index].all():
+                fault = f"holds all of '{name}', and takes the velocity that it starts with; leave one of them out"
+                raise CaseError(fault, where=f"clamped.{number}")
         particles.tags[held, FLAGS] |= CLAMPED
         particles.tags[held, FLAGS] &= (1 << GROUP_SHIFT) - 1
         particles["velocity"][held] = 0.0

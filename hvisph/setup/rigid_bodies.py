@@ -14,7 +14,7 @@ from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motio
 from hvisph.integrators.rigid_body import MassProperties, RigidMotion, cross, in_space, mass_properties
 from hvisph.materials.eos import Linear
 from hvisph.materials.material_table import Material
-from hvisph.sph.neighbours.ghost_rows import AXIS, Plane
+from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
 
@@ -77,8 +77,6 @@ def _motion(
     found = _properties(body, mass)
     moves, turns, axis = _freedom(rigid, particles)
     for plane in planes:
-        if plane == AXIS:
-            continue
         across = np.eye(3)[plane.axis]
         if (moves @ across).any() and not _cut(body, plane):
             what = f"the plane of symmetry across {'xyz'[plane.axis]} does not cut this body, and is no wall for it"
@@ -165,6 +163,8 @@ def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:
     unit = kg and kg + ("" if axisymmetric else {1: "/m^2", 2: "/m", 3: ""}[case.dim])
     centre = ", ".join(f"{one:.6g}" for one in found.centre[: 1 if axisymmetric else case.dim])
     text = f"{words}, mass {found.mass:.6g}{unit}, centre {centre}{metre}"
+    lost = [name for name in ("strength", "damage") if getattr(body.model.material, name).type != "none"]
+    text += f", without {' and '.join(lost)} of its material" if lost else ""
     if case.dim == 1 or axisymmetric or rigid.move.fixed or rigid.move.along is not None or rigid.velocity:
         return text
     moments = ", ".join(f"{one:.6g}" for one in np.diag(found.inertia)[0 if case.dim == 3 else 2 :])

@@ -110,7 +110,7 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
     needed = {"same": case.kinematics, "revolved": "axisymmetric", "extruded": "plane_strain"}[start.mapping]
     if parent.kinematics != needed:
         ways = {
-            "axisymmetric": " in the same kinematics, or `as: axisymmetric`",
+            "axisymmetric": " in the same kinematics, or `as: revolved`",
             "plane_strain": " in the same kinematics, or `as: extruded`",
         }.get(parent.kinematics, " in the same kinematics")
         raise CaseError(f"that run is {parent.kinematics}; start from it{ways}", where="start.as")

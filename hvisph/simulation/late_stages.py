@@ -12,10 +12,9 @@ from hvisph.diagnostics.sanity_checks import Failure
 from hvisph.materials.material_table import Material, late_material
 from hvisph.schemes.derived_fields import diagnose
 from hvisph.schemes.stepper import Stepper
-from hvisph.setup.build import Setup
+from hvisph.setup.build import STIFF, Setup
 from hvisph.sph.neighbours.particle_layout import slots
 
-STIFF = 10.0  # least bulk modulus, of the largest pressure
 SLOWER = 0.99  # share of the kinetic energy below the speed that the default modulus is of
 SOFTER = 0.1  # modulus of a stage that begins by itself, over that before
 EVERY = 50  # steps after which such a stage is looked for

@@ -44,14 +44,15 @@ def own_limit(case: Case, setup: Setup) -> Limit:
 def settle(case: Case, setup: Setup) -> str:
     """Let the bodies at rest settle for `case.settle`; return the note or warning on the result.
 
-    Bodies with a velocity, and loads, wait: their initial state is restored afterwards. Raises `RunError` if the state
-    is not finite.
+    Bodies with a velocity, also over time, and loads wait: their initial state is restored afterwards. Raises `RunError`
+    if the state is not finite.
     """
     stepper, particles = setup.stepper, setup.particles
     gravity: Gravity | None = getattr(stepper, "gravity", None)
     if case.settle is None or gravity is None:
         return ""
-    waits = _waiting(case, setup)
+    moves = _moving(case, setup)
+    waits = moves[particles.body]
     held, loads = particles.data[waits].copy(), getattr(stepper, "loads", None)
     kept = None if loads is None else loads.copy()
     tags, boundaries = particles.tags.copy(), getattr(stepper, "boundaries", None)
@@ -61,6 +62,9 @@ def settle(case: Case, setup: Setup) -> str:
         loads[:] = 0.0
     if boundaries is not None:
         boundaries.wait(True)
+    motion = getattr(stepper, "motion", None)
+    rigid = [] if motion is None else motion.rigid
+    first = [(one, one.hold()) for one in rigid if moves[setup.bodies.index(one.name)]]
     free = (particles.tags[:, FLAGS] & CLAMPED) == 0
     rate, scale = damping_rate(setup, gravity, ~waits)
     clock = Clock(case.settle, case.settle, case.time.step)
@@ -79,6 +83,8 @@ def settle(case: Case, setup: Setup) -> str:
         following = clock.choose(limit.dt, limit.criterion, step)
         stepper.complete(step.length, following.length)
         particles["velocity"][free] *= exp(-rate * step.length)
+        for one in rigid:
+            one.slow(exp(-rate * step.length))
         stepper.predict(following.length)
         clock.complete(step)
         if not (limit.dt > 0.0 and isfinite(stepper.sums[column.FASTEST])):
@@ -88,6 +94,10 @@ def settle(case: Case, setup: Setup) -> str:
     particles.tags[...], particles.data[waits] = tags, held
     if boundaries is not None:
         boundaries.wait(False)
+    if motion is not None:
+        motion.time = case.begins
+    for one, state in first:
+        one.release(state)
     stepper.predict(0.0)
     stepper.evaluate()
     if loads is not None:
@@ -125,7 +135,8 @@ def damping_rate(setup: Setup, gravity: Gravity, rests: np.ndarray) -> tuple[flo
     return rate, g / rate
 
 
-def _waiting(case: Case, setup: Setup) -> np.ndarray:
-    """Return which particles belong to bodies that start with a velocity (n,)."""
-    moves = [any(case.bodies[name].velocity) or bool(case.bodies[name].initial_velocity) for name in setup.bodies]
-    return np.asarray(np.array(moves)[setup.particles.body])
+def _moving(case: Case, setup: Setup) -> np.ndarray:
+    """Return which bodies start with a velocity, or have one over time (bodies,)."""
+    bodies = [case.bodies[name] for name in setup.bodies]
+    moves = [any(one.velocity) or bool(one.initial_velocity or (one.rigid and one.rigid.velocity)) for one in bodies]
+    return np.array(moves)
