@@ -65,6 +65,9 @@ def settle(case: Case, setup: Setup) -> str:
     motion = getattr(stepper, "motion", None)
     rigid = [] if motion is None else motion.rigid
     first = [(one, one.hold()) for one in rigid if moves[setup.bodies.index(one.name)]]
+    if moves.any():  # the last rates are of their velocities
+        stepper.predict(0.0)
+        stepper.evaluate()
     free = (particles.tags[:, FLAGS] & CLAMPED) == 0
     rate, scale = damping_rate(setup, gravity, ~waits)
     clock = Clock(case.settle, case.settle, case.time.step)
