@@ -322,7 +322,7 @@ def test_rigid_bodies_while_others_settle(tmp_path):
         stress = (start.fields["pressure"] - start.fields["deviator"][:, 0])[start.body == 0]
         assert stress.max() == pytest.approx(weight, rel=0.1)  # half a row of ten
     case["bodies"]["plate"] = plate | {"position": [1.5, 0.0]}
-    with pytest.raises(CaseError, match="spacings above the plane along x and falls"):
+    with pytest.raises(CaseError, match="and falls"):
         begin(load_case(case))
 
 
