@@ -191,6 +191,7 @@ def second_at(x):
         ({"time": {"end": AT}}, "time.end", "not after the start"),
         ({"mapping": "revolved"}, "start.as", "three_d"),
         ({"width": 1e-3}, "start.width", "extruded"),
+        ({"mapping": "extruded", "width": 1e-4, "kinematics": "three_d"}, "start.width", "support"),
         ({"units": "none"}, "start.run", "units"),
         ({"resolution": 0.4e-3}, "resolution", "that of the run"),
         ({"symmetry": [{"axis": "y"}]}, "symmetry", "those of the run"),
@@ -215,3 +216,12 @@ def test_what_cannot_be_started_is_told(change, where, message, plane_run):
     with pytest.raises(CaseError, match=message) as error:
         begin(load_case(case | {"bodies": bodies} | change))
     assert where in str(error.value)
+
+
+def test_a_late_stage_is_no_start(tmp_path):
+    """Its densities are those of its bulk modulus."""
+    late = [{"at": 1e-7, "bulk_modulus": 1e10}]
+    document = document_of([METAL, METAL], speed=1.0, late=late, **EVERY, time={"end": AT})
+    run(load_case(document), tmp_path / "run")
+    with pytest.raises(CaseError, match="late stage"):
+        begin(load_case(going_on(document, tmp_path / "run", time={"end": 2.0 * AT}, late=[])))

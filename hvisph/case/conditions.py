@@ -302,6 +302,9 @@ def start_problems(case: AnyCase) -> Iterator[Problem]:
         yield "start.as", f"{start.mapping} needs kinematics three_d, not {case.kinematics}"
     if (start.mapping == "extruded") != (start.width is not None):
         yield "start.width", "`as: extruded` needs it, and nothing else has it"
+    least = case.formulation.support_over_h * case.smoothing_length
+    if start.width is not None and start.width < least * (1.0 - 1e-9):
+        yield "start.width", f"{start.width:g} is below the kernel's support, {least:g}; make it wider"
     if case.formulation.type == "projection":
         yield "start", "projection does not start from another run; use another formulation"
     if case.time.step is not None:

@@ -114,6 +114,9 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
             "plane_strain": " in the same kinematics, or `as: extruded`",
         }.get(parent.kinematics, " in the same kinematics")
         raise CaseError(f"that run is {parent.kinematics}; start from it{ways}", where="start.as")
+    if any(stage.at == "auto" or stage.at <= start.at for stage in parent.late):
+        fault = "that run may be in a late stage then, whose densities are of its modulus; start before it, of a run"
+        raise CaseError(f"{fault} whose `late.at` is a time", where="start.at")
     if parent.units != case.units:
         raise CaseError(f"that run has units {parent.units}, and this case {case.units}", where="start.run")
     if parent.formulation.type == "projection":

@@ -44,8 +44,8 @@ def own_limit(case: Case, setup: Setup) -> Limit:
 def settle(case: Case, setup: Setup) -> str:
     """Let the bodies at rest settle for `case.settle`; return the note or warning on the result.
 
-    Bodies with a velocity, also over time, and loads wait: their initial state is restored afterwards. Raises `RunError`
-    if the state is not finite.
+    Bodies with a velocity, also over time, and loads wait: their initial state is restored afterwards. Raises
+    `RunError` if the state is not finite.
     """
     stepper, particles = setup.stepper, setup.particles
     gravity: Gravity | None = getattr(stepper, "gravity", None)
