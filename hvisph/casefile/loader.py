@@ -29,19 +29,10 @@ Source = str | os.PathLike[str] | Mapping[str, object]
 def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | float | None = None) -> Case:
     """Return the validated case.
 
-    Parameters
-    ----------
-    source
-        Path of a case file, name of a bundled case, or a mapping with the keys of one.
-    overrides
-        Settings ``path.to.key=value`` laid over it, in their order.
-    resolution
-        Particle spacing in place of the case's own: plain numbers are metres.
-
-    Raises
-    ------
-    CaseError
-        For anything wrong with any of them; `CaseErrors` lists several.
+    `source`: path of a case file, name of a bundled case, or a mapping with the keys of one.
+    `overrides`: settings ``path.to.key=value`` laid over it, in their order.
+    `resolution`: particle spacing in place of the case's own: plain numbers are metres.
+    Raises `CaseError` for anything wrong with any of them; `CaseErrors` lists several.
     """
     document = case_document(source)
     if isinstance(overrides, str):

@@ -98,12 +98,8 @@ def refuse_fork() -> None:
     """Raise `RunError` in a child that was forked after its parent had used threads.
 
     GNU OpenMP cannot start threads there. It kills such a child by a signal, and a parent that waits for it, as
-    `multiprocessing.Pool` does, never returns. One thread is no remedy: it also enters a parallel region.
-
-    Raises
-    ------
-    RunError
-        With the remedies.
+    `multiprocessing.Pool` does, never returns. One thread is no remedy: it also enters a parallel region. The message
+    names the remedies.
     """
     if _unusable:
         raise RunError(

@@ -19,10 +19,7 @@ COUNT = 200_000
 def self_test() -> dict[str, bool | str | float | int]:
     """Compile, or take from the cache, a small loop on all threads and compare its result with NumPy's.
 
-    Returns
-    -------
-    dict
-        `passed`, `reason` (empty if passed), `cached`, `seconds` until the first result, `threads`.
+    Returns a dict: `passed`, `reason` (empty if passed), `cached`, `seconds` until the first result, `threads`.
     """
     import numba
 

@@ -132,24 +132,14 @@ def multiply_rows(matrix: np.ndarray, r: np.ndarray) -> np.ndarray:
 class RigidMotion:
     """Motion of a rigid body, the particles of `group`.
 
-    Parameters
-    ----------
-    name, group
-        Name of the body, and number of its particles' group.
-    mass
-        Mass, centre, inertia.
-    moves
-        Projection (3, 3) on the directions in which it moves.
-    axis
-        Axis (3,) of the only rotation, None where it turns freely or not at all (`turns`).
-    velocity, rate
-        Those at the start (3,) [m/s], [rad/s].
-    radius, spacing
-        Largest distance of a particle from the centre, and spacing [m].
-    impedance
-        Of the stiffest deformable material [kg/(m^2 s)].
-    table
-        Prescribed motion of the centre, if any: an object with `velocity(time)` and `displacement(first, last)`.
+    `name`, `group`: name of the body, and number of its particles' group.
+    `mass`: mass, centre, inertia.
+    `moves`: projection (3, 3) on the directions in which it moves.
+    `axis`: axis (3,) of the only rotation, None where it turns freely or not at all (`turns`).
+    `velocity`, `rate`: those at the start (3,) [m/s], [rad/s].
+    `radius`, `spacing`: largest distance of a particle from the centre, and spacing [m].
+    `impedance`: of the stiffest deformable material [kg/(m^2 s)].
+    `table`: prescribed motion of the centre, if any: an object with `velocity(time)` and `displacement(first, last)`.
     """
 
     def __init__(self, name: str, group: int, mass: MassProperties, moves: np.ndarray, turns: bool,
@@ -251,10 +241,8 @@ class RigidMotion:
     def kick(self, stepper: Any, rows: np.ndarray, now: float, dt: float) -> tuple[np.ndarray, float, float]:
         """Advance the body from `now` by the step `dt` [s] with the forces on its particles `rows`, which it takes.
 
-        Returns
-        -------
-        given, work, rotation
-            Momentum (3,) [kg m/s] and work [J] of what supports or drives it; energy that its integration makes [J].
+        Returns `given`, `work`, `rotation`: momentum (3,) [kg m/s] and work [J] of what supports or drives it; energy
+        that its integration makes [J].
         """
         particles, exact, state = stepper.particles, stepper.totals.exact, self.state
         dim, at, whole, stage = particles.dim, stepper.place[rows], self.mass.mass, float(state[AHEAD])

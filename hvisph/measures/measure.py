@@ -237,33 +237,17 @@ def measure(
 ) -> Measures:
     """Measure a run folder or a single snapshot file.
 
-    Parameters
-    ----------
-    source
-        A run folder, a folder of another code's files (VTU, VTP, VTK, LAMMPS dumps), or one snapshot. A single
-        snapshot is measured alone: its history and its start, and what needs them, are not looked for elsewhere.
-    at
-        None for the last moment, a time [s] for the snapshot nearest to it, ``"all"`` for all of them.
-    names
-        Of another code's files: their own name of a quantity, ``{"density": "rho_0"}``.
-    units
-        Of another code's files: units of length [m], mass [kg] and time [s]; SI unless given.
-    witness
-        Coordinate of a witness plane along the shot line [m]; the case's unless given.
-
-    Returns
-    -------
-    Measures
-        ``measure(run)["plug_velocity"].value`` is a number in SI, and
-        ``[piece.mass for body in measure(run).fragments for piece in body]`` are the masses of all fragments.
-        `hvisph.measures.tables` writes what ``at="all"`` returns, `hvisph.visualization.curves` draws it.
-
-    Raises
-    ------
-    CaseError
-        When there is no such file or folder, a folder holds no snapshot, or `at` is none of the above.
-    OutputError
-        When a file is damaged or foreign.
+    `source`: a run folder, a folder of another code's files (VTU, VTP, VTK, LAMMPS dumps), or one snapshot. A single
+    snapshot is measured alone: its history and its start, and what needs them, are not looked for elsewhere.
+    `at`: None for the last moment, a time [s] for the snapshot nearest to it, ``"all"`` for all of them.
+    `names`: of another code's files: their own name of a quantity, ``{"density": "rho_0"}``.
+    `units`: of another code's files: units of length [m], mass [kg] and time [s]; SI unless given.
+    `witness`: coordinate of a witness plane along the shot line [m]; the case's unless given.
+    Returns `Measures`: ``measure(run)["plug_velocity"].value`` is a number in SI, and ``[piece.mass for body in
+    measure(run).fragments for piece in body]`` are the masses of all fragments. `hvisph.measures.tables` writes what
+    ``at="all"`` returns, `hvisph.visualization.curves` draws it.
+    Raises `CaseError` when there is no such file or folder, a folder holds no snapshot, or `at` is none of the above;
+    `OutputError` when a file is damaged or foreign.
     """
     path = Path(source)
     if not path.exists():

@@ -93,13 +93,7 @@ def entries(
 
 
 def compare(*sources: str | os.PathLike[str]) -> list[Row]:
-    """Return the rows of a comparison of runs: measures, differences from expected values, conservation, cost.
-
-    Parameters
-    ----------
-    sources
-        Folders of runs, or snapshots.
-    """
+    """Return a row for each source, a folder of a run or a snapshot: measures, differences, conservation, cost."""
     return [row(Path(source).name, source) for source in sources]
 
 

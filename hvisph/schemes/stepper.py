@@ -57,36 +57,23 @@ PERMUTE_EVERY = 16
 class Stepper:
     """Particles, their pairs and the compiled loops that move them.
 
-    Parameters
-    ----------
-    particles
-        The state at the start; its `extra` fields are those of formulation and scheme.
-    formulation
-        The published scheme.
-    materials
-        Materials, in the order of the particles' tags.
-    stage, previous
-        theta and w of the integrator.
-    h
-        Smoothing length at the start [m].
-    planes
-        Planes of symmetry.
-    drift
-        kappa of the integrator.
-    gravity
-        Field of gravity, if any.
-    later
-        Materials of the late stages, in the order of `materials`.
+    `particles`: the state at the start; its `extra` fields are those of formulation and scheme.
+    `formulation`: the published scheme.
+    `materials`: materials, in the order of the particles' tags.
+    `stage`, `previous`: theta and w of the integrator.
+    `h`: smoothing length at the start [m].
+    `planes`: planes of symmetry.
+    `drift`: kappa of the integrator.
+    `gravity`: field of gravity, if any.
+    `later`: materials of the late stages, in the order of `materials`.
 
     Attributes
     ----------
-    lengths, signals, pressures
-        Smoothing length [m], speed of signals [m/s] and pressure [Pa] of every particle at the stage.
-    sums
-        Sums over the completed state, columns as named in `update`.
-    pieces
-        Piece of a body that each particle belongs to (n,) uint32, the number of the body itself until pieces come
-        apart (`sph.neighbours.connected_components`); None where that makes no difference.
+    `lengths`, `signals`, `pressures`: smoothing length [m], speed of signals [m/s] and pressure [Pa] of every particle
+    at the stage.
+    `sums`: sums over the completed state, columns as named in `update`.
+    `pieces`: piece of a body that each particle belongs to (n,) uint32, the number of the body itself until pieces come
+    apart (`sph.neighbours.connected_components`); None where that makes no difference.
     """
 
     has_energy = True

@@ -36,23 +36,13 @@ def boundaries_of(
 ) -> Boundaries | None:
     """Return faces and edges of a case, and mark the particles of ambient layers.
 
-    Parameters
-    ----------
-    case, formulation
-        The case and its scheme.
-    placed, own
-        Bodies and their materials.
-    particles
-        Particles of all bodies.
-    planes
-        Planes of symmetry.
-    loaded
-        Which particles lie in the region of each load (n,).
-
-    Raises
-    ------
-    CaseError
-        For a load on clamped particles, an edge in a projectile, a clamp or a rigid body, or one that nothing reaches.
+    `case`, `formulation`: the case and its scheme.
+    `placed`, `own`: bodies and their materials.
+    `particles`: particles of all bodies.
+    `planes`: planes of symmetry.
+    `loaded`: which particles lie in the region of each load (n,).
+    Raises `CaseError` for a load on clamped particles, an edge in a projectile, a clamp or a rigid body, or one that
+    nothing reaches.
     """
     if not case.edges and not case.loads and not any(plane.velocity for plane in case.symmetry):
         return None

@@ -142,28 +142,15 @@ def drive(
 ) -> PointRecord:
     """Drive a material point along a path.
 
-    Parameters
-    ----------
-    material
-        What it is made of.
-    path
-        ``shear`` (du_x/dy alone), ``uniaxial_strain``, ``uniaxial_stress`` (stress-free sides), ``cycle`` (uniaxial
-        stress to the strain, back to its opposite, and to 0), ``rotation`` (strained by a thousandth, then turned).
-    rate
-        Strain rate [1/s], above 0; in a rotation the spin.
-    strain
-        Strain at the end; below 0 for compression. In a rotation the angle [rad].
-    steps
-        Number of steps.
-    axis
-        Axis of an anisotropic material that lies along x: 0, 1 or 2.
-    width
-        Width of the crack band that the point stands for [m].
-
-    Raises
-    ------
-    CaseError
-        For an unknown path or numbers without a meaning.
+    `material`: what it is made of.
+    `path`: ``shear`` (du_x/dy alone), ``uniaxial_strain``, ``uniaxial_stress`` (stress-free sides), ``cycle`` (uniaxial
+    stress to the strain, back to its opposite, and to 0), ``rotation`` (strained by a thousandth, then turned).
+    `rate`: strain rate [1/s], above 0; in a rotation the spin.
+    `strain`: strain at the end; below 0 for compression. In a rotation the angle [rad].
+    `steps`: number of steps.
+    `axis`: axis of an anisotropic material that lies along x: 0, 1 or 2.
+    `width`: width of the crack band that the point stands for [m].
+    Raises `CaseError` for an unknown path or numbers without a meaning.
     """
     if path not in PATHS:
         raise CaseError(f"unknown path '{path}'; allowed: {', '.join(PATHS)}")

@@ -48,26 +48,14 @@ def run(
 ) -> Outcome:
     """Run a case and write its folder.
 
-    Parameters
-    ----------
-    case
-        A loaded case, the path of a case file or the name of a bundled case.
-    out
-        The run's folder; by default ``runs/NAME`` with the name of the case's file.
-    force
-        Replace what an earlier run wrote there.
-    threads
-        Number of threads, at most as many as a step finds work for; by default as many as its work is worth, at most
-        one per core. The results are the same bits for any number.
-    listener
-        Hears of the run while it goes on.
-
-    Raises
-    ------
-    CaseError
-        When the case cannot be run or the folder is in use: nothing is written then.
-    OutputError
-        When a file cannot be written; what was written before is intact.
+    `case`: a loaded case, the path of a case file or the name of a bundled case.
+    `out`: the run's folder; by default ``runs/NAME`` with the name of the case's file.
+    `force`: whether what an earlier run wrote there is replaced.
+    `threads`: number of threads, at most as many as a step finds work for; by default as many as its work is worth, at
+    most one per core. The results are the same bits for any number.
+    `listener`: hears of the run while it goes on.
+    Raises `CaseError` when the case cannot be run or the folder is in use: nothing is written then; `OutputError` when
+    a file cannot be written; what was written before is intact.
     """
     name = "case"
     if not isinstance(case, Case):
@@ -143,26 +131,14 @@ def resume(
     A run that was killed before its first checkpoint begins again. One that has reached its end only sums up
     anew, unless the end is later now.
 
-    Parameters
-    ----------
-    run
-        The run's folder.
-    end
-        A new end: a number [s] or text with a unit, as ``"10 us"``.
-    max_steps
-        A new number of steps at which to stop early; 0 for none.
-    threads
-        Number of threads; by default as many as a step's work is worth, at most one per core.
-    listener
-        Hears of the run while it goes on.
-
-    Raises
-    ------
-    CaseError
-        When the folder is not a run's, its case has changed, another version wrote the checkpoint, or the
-        new end is behind it: nothing is changed then.
-    OutputError
-        When no checkpoint is whole, or a file cannot be written.
+    `run`: the run's folder.
+    `end`: a new end: a number [s] or text with a unit, as ``"10 us"``.
+    `max_steps`: a new number of steps at which to stop early; 0 for none.
+    `threads`: number of threads; by default as many as a step's work is worth, at most one per core.
+    `listener`: hears of the run while it goes on.
+    Raises `CaseError` when the folder is not a run's, its case has changed, another version wrote the checkpoint, or
+    the new end is behind it: nothing is changed then; `OutputError` when no checkpoint is whole, or a file cannot be
+    written.
     """
     return resume_run(run, resume_case(run, end, max_steps), threads=threads, listener=listener)
 
@@ -228,19 +204,10 @@ def distribute(
 ) -> tuple[InitialState, Parts | None]:
     """Return the initial state of this process, and the decomposition of several processes.
 
-    Parameters
-    ----------
-    world
-        The processes.
-    make
-        Makes the whole, on the first of them.
-    spacing
-        dx [m].
-
-    Raises
-    ------
-    CaseError
-        What `make` raises, on all of them; and where there are fewer particles than processes.
+    `world`: the processes.
+    `make`: makes the whole, on the first of them.
+    `spacing`: dx [m].
+    Raises `CaseError` where `make` does, on all of them, and where there are fewer particles than processes.
     """
     if world.size == 1:
         return make(), None

@@ -39,19 +39,13 @@ if TYPE_CHECKING:
 class RunFiles:
     """Writer of a run's files.
 
-    Parameters
-    ----------
-    folder
-        The run's folder.
-    case, text
-        The effective case and its text.
-    writer, observer, clock
-        Snapshots, the records of the history, and the time.
+    `folder`: the run's folder.
+    `case`, `text`: the effective case and its text.
+    `writer`, `observer`, `clock`: snapshots, the records of the history, and the time.
 
     Attributes
     ----------
-    state
-        How far the files are, for checkpoints.
+    `state`: how far the files are, for checkpoints.
     """
 
     def __init__(

@@ -210,27 +210,14 @@ def sweep(
 ) -> Iterator[Row]:
     """Compute a sweep, giving the row of each case as it ends.
 
-    Parameters
-    ----------
-    source
-        A sweep's file, its content, or the folder of one that was begun.
-    out
-        The sweep's folder; ``sweeps/NAME`` unless given.
-    workers
-        Number of worker processes; one a core unless given.
-    threads
-        Threads of each; the cores shared out unless given.
-    only
-        ``failed``, ``interrupted``, or numbers such as ``3..7``.
-
-    Returns
-    -------
-    Rows with `number`, `values`, `status`, `measures`, `wall_seconds`, `folder`; ended ones are not given again.
-
-    Raises
-    ------
-    CaseError
-        For anything wrong with the sweep or one of its cases, before anything runs.
+    `source`: a sweep's file, its content, or the folder of one that was begun.
+    `out`: the sweep's folder; ``sweeps/NAME`` unless given.
+    `workers`: number of worker processes; one a core unless given.
+    `threads`: threads of each; the cores shared out unless given.
+    `only`: ``failed``, ``interrupted``, or numbers such as ``3..7``.
+    Returns rows with `number`, `values`, `status`, `measures`, `wall_seconds`, `folder`; ended ones are not given
+    again.
+    Raises `CaseError` for anything wrong with the sweep or one of its cases, before anything runs.
     """
     folder = begin(source, out)
     return driver(folder, workers, threads, Selection.parse(only), only).go()

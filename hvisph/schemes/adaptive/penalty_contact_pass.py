@@ -39,18 +39,11 @@ class BodyContact:
 
     `at` are initial positions [m]; `fullness` are the kernel sums of the reference lists (n,) and their maxima by body.
 
-    Attributes
-    ----------
-    energy
-        Work against the contact since the start [J].
-    starts
-        phi0 of each particle, see `sph.contact.penalty_contact` (n,); decreases with phi.
-    folded, leaving
-        Particles near a distant part of their own body, and those just detached (n,), bool.
-    omega
-        Square of the frequency of each particle's contacts [1/s^2] (n,).
-    passed
-        Particles inside a body that their own interpenetrates (k,); None if there are none.
+    `energy`: work against the contact since the start [J].
+    `starts`: phi0 of each particle, see `sph.contact.penalty_contact` (n,); decreases with phi.
+    `folded`, `leaving`: particles near a distant part of their own body, and those just detached (n,), bool.
+    `omega`: square of the frequency of each particle's contacts [1/s^2] (n,).
+    `passed`: particles inside a body that their own interpenetrates (k,); None if there are none.
     """
 
     def __init__(

@@ -39,18 +39,11 @@ class CompositeStepper(CompositeState):
 
     Parameters as those of `Stepper`; the particles carry `kernel_type`, `reference_position` is set here.
 
-    Attributes
-    ----------
-    jacobians, strains
-        J and equivalent strain of every particle whose deformation gradient is known, at the stage (n,).
-    latest
-        Equivalent strain since the reference was renewed (n,), where it is.
-    swellings
-        chi, what J has beside the determinant of F since lists were cut (n,).
-    loads
-        Pressure [Pa] that is added to every particle's own until the first step is done (n,).
-    sequence
-        Place of every particle in the order of the start (n,), by which lists are sorted.
+    `jacobians`, `strains`: J and equivalent strain (n,) of particles whose deformation gradient is known, at the stage.
+    `latest`: equivalent strain since the reference was renewed (n,), where it is.
+    `swellings`: chi, what J has beside the determinant of F since lists were cut (n,).
+    `loads`: pressure [Pa] that is added to every particle's own until the first step is done (n,).
+    `sequence`: place of every particle in the order of the start (n,), by which lists are sorted.
     """
 
     formulation: Any

@@ -58,41 +58,24 @@ THIN = 0.5
 class Riemann:
     """Contact SPH: the published scheme or its corrected variant.
 
-    Parameters
-    ----------
-    kernel, h_over_dx, smoothing
-        Kernel, smoothing length over spacing, and evolution of the smoothing length.
-    reconstruction
-        Slope limiter of `hvisph.sph.terms.limiters`; its ``none`` switches the reconstruction off.
-    corrected_variant
-        Whether density, impedance, limits of the tractions and free surfaces are those of the corrected variant.
-    tension_stabilized
-        Whether pairs that are too close lose their tension.
-    has_contact
-        Whether bodies separate and slide; otherwise they are bonded.
-    friction
-        Coulomb's coefficient.
-    fragment_contact
-        Whether detached components of a body are in contact with it.
-    axisymmetric
-        Whether particles are axisymmetric about the axis x.
-    unequal_spacings
-        Whether bodies in contact differ in spacing.
-    self_contact
-        Whether surfaces of one connected body are in contact.
-    angular_momentum
-        Whether angular momentum is conserved; not in axisymmetric cases, nor in 1D.
-    anisotropic
-        Whether a material has wave speeds that depend on direction.
-    fractures
-        Whether a material has a fracture energy.
-    adjoint
-        Whether force and power have the corrected operator of the velocity gradient, and the stress jump does not
-        enter the contact velocity of solids that have not yielded (`sph.terms.adjoint_operator`).
-    rigid, turns, edges
-        Whether some bodies are rigid; whether these rotate; whether there are open edges.
-    single
-        Whether pairs are evaluated in single precision.
+    `kernel`, `h_over_dx`, `smoothing`: kernel, smoothing length over spacing, and evolution of the smoothing length.
+    `reconstruction`: slope limiter of `hvisph.sph.terms.limiters`; its ``none`` switches the reconstruction off.
+    `corrected_variant`: whether density, impedance, limits of the tractions and free surfaces are those of the
+    corrected variant.
+    `tension_stabilized`: whether pairs that are too close lose their tension.
+    `has_contact`: whether bodies separate and slide; otherwise they are bonded.
+    `friction`: Coulomb's coefficient.
+    `fragment_contact`: whether detached components of a body are in contact with it.
+    `axisymmetric`: whether particles are axisymmetric about the axis x.
+    `unequal_spacings`: whether bodies in contact differ in spacing.
+    `self_contact`: whether surfaces of one connected body are in contact.
+    `angular_momentum`: whether angular momentum is conserved; not in axisymmetric cases, nor in 1D.
+    `anisotropic`: whether a material has wave speeds that depend on direction.
+    `fractures`: whether a material has a fracture energy.
+    `adjoint`: whether force and power have the corrected operator of the velocity gradient, and the stress jump does
+    not enter the contact velocity of solids that have not yielded (`sph.terms.adjoint_operator`).
+    `rigid`, `turns`, `edges`: whether some bodies are rigid; whether these rotate; whether there are open edges.
+    `single`: whether pairs are evaluated in single precision.
     """
 
     kernel: Kernel = CUBIC_SPLINE

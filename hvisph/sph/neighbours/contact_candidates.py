@@ -83,15 +83,10 @@ def _widen(cell, nx, ny, nz, lowest, near, wider):
 class Selection:
     """Selection of particles by their surroundings.
 
-    Parameters
-    ----------
-    position
-        Positions at the start (n, dim) [m], for the grid's extent.
-    reach
-        Distance within which others count as near [m].
-    with_neighbours
-        Whether the neighbours of those near an Eulerian particle are chosen, too: their corrections
-        need them.
+    `position`: positions at the start (n, dim) [m], for the grid's extent.
+    `reach`: distance within which others count as near [m].
+    `with_neighbours`: whether the neighbours of those near an Eulerian particle are chosen, too: their corrections need
+    them.
     """
 
     def __init__(self, position: np.ndarray, reach: float, with_neighbours: bool = False):

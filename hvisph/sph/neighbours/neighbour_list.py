@@ -47,29 +47,18 @@ def record(near, n, rows, i, constants, out):
 class NeighbourList:
     """Lists of neighbours of all particles.
 
-    Parameters
-    ----------
-    kernel
-        The smoothing kernel.
-    margin
-        How far beyond the kernel's reach a neighbour may be, over h.
-    positions, h
-        Positions at the start (n, dim) [m] and the largest smoothing length [m].
-    planes
-        Planes of symmetry.
+    `kernel`: the smoothing kernel.
+    `margin`: how far beyond the kernel's reach a neighbour may be, over h.
+    `positions`, `h`: positions at the start (n, dim) [m] and the largest smoothing length [m].
+    `planes`: planes of symmetry.
 
     Attributes
     ----------
-    listed
-        Numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
-    first, last
-        Places in `listed` (n,), uint64.
-    halo
-        How rows of other processes come; None for one process.
-    images
-        The images that the planes made, numbered after the particles.
-    present
-        Number of particles and copies: the number of the far row.
+    `listed`: numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
+    `first`, `last`: places in `listed` (n,), uint64.
+    `halo`: how rows of other processes come; None for one process.
+    `images`: the images that the planes made, numbered after the particles.
+    `present`: number of particles and copies: the number of the far row.
     """
 
     def __init__(self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):
@@ -115,15 +104,9 @@ class NeighbourList:
     def make(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
         """Make the lists anew.
 
-        Parameters
-        ----------
-        positions, lengths, longest, numbers
-            Positions (n, dim) and smoothing lengths (n,) [m], the longest of all processes, and permanent numbers (n,).
-
-        Raises
-        ------
-        RunError
-            When a particle has too many neighbours to be anything but a collapse.
+        `positions`, `lengths`, `longest`, `numbers`: positions (n, dim) and smoothing lengths (n,) [m], the longest of
+        all processes, and permanent numbers (n,).
+        Raises `RunError` when a particle has too many neighbours to be anything but a collapse.
         """
         rows = np.zeros((self.count, self.layout.width))
         rows[:, : self.dim], rows[:, self.dim] = positions, lengths

@@ -32,28 +32,18 @@ RANGE_OF_SINGLES: Options = {"TINY": 1e-18, "UNLIMITED": 1e18, "STEEP": 1e30}
 class Pass:
     """One pass of a pair law over all pairs.
 
-    Parameters
-    ----------
-    law
-        The law's loop, a template. Its free names are DIM, the slots of its row, WIDTH (the slots that it reads) and
-        WHOLE (all slots), `scale`, `slope`, `shape`, `write_rates`, and the names in `options`.
-    reads
-        Layout of the row of a neighbour.
-    options
-        Constants and compiled functions that are bound into the law.
-    parts
-        Templates that the law calls by name, bound likewise.
-    only
-        Vector of the rows, such as `N_RAW`, whose zero excludes a particle; empty for all particles.
-    own_reach
-        Whether the law also sums over the kernel at the particle's own h.
-    into_rows
-        Whether the law writes into the particle's row, for a later pass, instead of rates.
-    density_rate, corrects_density, has_friction, axisymmetric, angular_momentum, adjoint
-        Rates behind the velocity gradient that the law writes: of ln(rho); of the density correction; heat of slip;
-        hoop strain rate; rate of the torque residual; renormalised velocity gradient.
-    skips_undisturbed
-        Whether undisturbed particles can be left out (`cells.find_undisturbed`).
+    `law`: the law's loop, a template. Its free names are DIM, the slots of its row, WIDTH (the slots that it reads) and
+    WHOLE (all slots), `scale`, `slope`, `shape`, `write_rates`, and the names in `options`.
+    `reads`: layout of the row of a neighbour.
+    `options`: constants and compiled functions that are bound into the law.
+    `parts`: templates that the law calls by name, bound likewise.
+    `only`: vector of the rows, such as `N_RAW`, whose zero excludes a particle; empty for all particles.
+    `own_reach`: whether the law also sums over the kernel at the particle's own h.
+    `into_rows`: whether the law writes into the particle's row, for a later pass, instead of rates.
+    `density_rate`, `corrects_density`, `has_friction`, `axisymmetric`, `angular_momentum`, `adjoint`: rates behind the
+    velocity gradient that the law writes: of ln(rho); of the density correction; heat of slip; hoop strain rate; rate
+    of the torque residual; renormalised velocity gradient.
+    `skips_undisturbed`: whether undisturbed particles can be left out (`cells.find_undisturbed`).
     """
 
     law: PythonFunction
@@ -81,32 +71,20 @@ class Pass:
 class Pairs:
     """Sorted particles and their rates.
 
-    Parameters
-    ----------
-    layout
-        The widest row that the passes need.
-    kernel
-        The smoothing kernel.
-    passes
-        The passes of an evaluation, in order.
-    coefficients
-        Numbers that the laws read.
-    positions, h
-        Positions at the start (n, dim) [m], for the grid's extent, and the largest smoothing length [m].
-    planes
-        Planes of symmetry.
-    single
-        Whether laws are evaluated in single precision: sorted rows are of float32, with the smoothing length at the
-        start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
+    `layout`: the widest row that the passes need.
+    `kernel`: the smoothing kernel.
+    `passes`: the passes of an evaluation, in order.
+    `coefficients`: numbers that the laws read.
+    `positions`, `h`: positions at the start (n, dim) [m], for the grid's extent, and the largest smoothing length [m].
+    `planes`: planes of symmetry.
+    `single`: whether laws are evaluated in single precision: sorted rows are of float32, with the smoothing length at
+    the start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
 
     Attributes
     ----------
-    rows, numbers
-        Packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
-    halo, images
-        Copies that are appended to them: rows of other processes, images at the planes.
-    workspace
-        All numbers (k,) of the sorted rows and their columns. It is free between evaluations.
+    `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
+    `halo`, `images`: copies that are appended to them: rows of other processes, images at the planes.
+    `workspace`: all numbers (k,) of the sorted rows and their columns. It is free between evaluations.
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
@@ -201,17 +179,10 @@ class Pairs:
 
         They depend neither on the order of the rows nor on the grid.
 
-        Parameters
-        ----------
-        h
-            Largest smoothing length [m].
-        meant
-            How many of the rows, the first, the laws are summed for; others are neighbours alone. All unless given.
-
-        Raises
-        ------
-        RunError
-            When a particle has too many neighbours to be anything but a collapse.
+        `h`: largest smoothing length [m].
+        `meant`: how many of the rows, the first, the laws are summed for; others are neighbours alone. All unless
+        given.
+        Raises `RunError` when a particle has too many neighbours to be anything but a collapse.
         """
         rows, numbers, edge = self.rows, self.numbers, self.kernel.reach * h
         own = len(rows)

@@ -66,15 +66,10 @@ def select_fields(*fields: tuple[str, str] | bool) -> tuple[tuple[str, str], ...
 class RowLayout:
     """The slots of a packed row.
 
-    Parameters
-    ----------
-    dim
-        Number of dimensions.
-    fields
-        Pairs of name and rank (``scalar``, ``radius``, ``vector``, ``axial``, ``symmetric``, ``gradient``,
-        ``symmetric_gradient``); the first is the position.
-    made
-        Likewise, what a pass writes for the next one to read. It stands behind the fields, in sorted rows alone.
+    `dim`: number of dimensions.
+    `fields`: pairs of name and rank (``scalar``, ``radius``, ``vector``, ``axial``, ``symmetric``, ``gradient``,
+    ``symmetric_gradient``); the first is the position.
+    `made`: likewise, what a pass writes for the next one to read. It stands behind the fields, in sorted rows alone.
     """
 
     dim: int

@@ -161,33 +161,22 @@ def _touching(i, starts, near, chosen, marked):
 class Reference:
     """Lists of reference neighbours with their kernels.
 
-    Parameters
-    ----------
-    position
-        Reference positions (n, dim) [m]; rows of other processes and images at symmetry planes come last.
-    volume
-        Reference volumes (n,) [m^dim], likewise.
-    body, numbers
-        Bodies and numbers, each once, likewise: in the order of the numbers neighbours are listed.
-    count
-        Number of particles that get a list.
-    kernel, h
-        Kernel, and its smoothing length [m].
-    shepard, gradient
-        Whether the kernel is divided by its own sum, and whether its gradient is exact for linear fields.
+    `position`: reference positions (n, dim) [m]; rows of other processes and images at symmetry planes come last.
+    `volume`: reference volumes (n,) [m^dim], likewise.
+    `body`, `numbers`: bodies and numbers, each once, likewise: in the order of the numbers neighbours are listed.
+    `count`: number of particles that get a list.
+    `kernel`, `h`: kernel, and its smoothing length [m].
+    `shepard`, `gradient`: whether the kernel is divided by its own sum, and whether its gradient is exact for linear
+    fields.
 
     Attributes
     ----------
-    starts, near, codes
-        The lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number n and code 0.
-    kernels
-        Slope and, behind it, shape of each code (codes + 1, dim + 1).
-    matrix, vector, start_gradient
-        A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
-    first_sums, zeroth_sums
-        Sums over each list of slopes (count, dim) and of shapes (count,).
-    holding
-        Sums over each list of shape/|X_a - X_b|^2 (count,) [1/m^2], which hourglass control is stiff by.
+    `starts`, `near`, `codes`: the lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number
+    n and code 0.
+    `kernels`: slope and, behind it, shape of each code (codes + 1, dim + 1).
+    `matrix`, `vector`, `start_gradient`: A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
+    `first_sums`, `zeroth_sums`: sums over each list of slopes (count, dim) and of shapes (count,).
+    `holding`: sums over each list of shape/|X_a - X_b|^2 (count,) [1/m^2], which hourglass control is stiff by.
     """
 
     def __init__(self, position: np.ndarray, volume: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int,
@@ -311,9 +300,8 @@ def _lists(
 ) -> tuple[np.ndarray, np.ndarray]:
     """List for the first `count` particles those within `reach` [m] in the same body, in the order of `numbers`.
 
-    Returns
-    -------
-    Where each list starts in the second array, and its end last; all lists, filled up to whole vectors of eight.
+    Returns where each list starts in the second array, and its end last; all lists, filled up to whole vectors of
+    eight.
     """
     starts, lengths = np.zeros(count + 1, np.uint64), np.zeros(count, np.uint64)
     bodies = [np.flatnonzero(body == one) for one in np.unique(body)]

@@ -277,25 +277,13 @@ def complete_sweep(
 ) -> int:
     """Run a compiled `sweep`, and again with a larger capacity while a list of neighbours overflows.
 
-    Parameters
-    ----------
-    sweep ... constants
-        The loop and what it takes, see the template.
-    capacity
-        Number of candidates of a cell that fit to begin with.
-    outputs
-        Returns `out` for a capacity.
-    lists
-        Space for lists, see the template. A pass that takes lists has at least the capacity that the one before had.
-
-    Returns
-    -------
-    The capacity that sufficed.
-
-    Raises
-    ------
-    RunError
-        When a particle has too many neighbours to be anything but a collapse.
+    sweep ... constants: the loop and what it takes, see the template.
+    `capacity`: number of candidates of a cell that fit to begin with.
+    `outputs`: returns `out` for a capacity.
+    `lists`: space for lists, see the template. A pass that takes lists has at least the capacity that the one before
+    had.
+    Returns the capacity that sufficed.
+    Raises `RunError` when a particle has too many neighbours to be anything but a collapse.
     """
     count, owned = counts
     overflow = np.zeros(-(-count // CHUNK), np.uint64)

@@ -223,23 +223,11 @@ SECTIONS = [
 def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] | None = None) -> Path:
     """Write one self-contained page that shows a run, or several side by side.
 
-    Parameters
-    ----------
-    runs
-        Folders of runs, ended or not; folders of another code's snapshots.
-    path
-        File to write; ``report.html`` in the first run's folder unless given.
-
-    Returns
-    -------
-    The file.
-
-    Raises
-    ------
-    CaseError
-        When there is no such run, or one holds no snapshots.
-    OutputError
-        When the file cannot be written.
+    `runs`: folders of runs, ended or not; folders of another code's snapshots.
+    `path`: file to write; ``report.html`` in the first run's folder unless given.
+    Returns the file.
+    Raises `CaseError` when there is no such run, or one holds no snapshots; `OutputError` when the file cannot be
+    written.
     """
     reports = [RunReport(Path(run)) for run in runs]
     names = [one.name for one in reports]
