@@ -26,10 +26,7 @@ LARGEST = 2.0**51
 
 
 def sum_unit(whole: float) -> float:
-    """Return the unit for terms whose magnitudes add up to `whole`: a power of two; 2^-40 if it is zero.
-
-    A sum may reach 2^11 times `whole`.
-    """
+    """Return a power of two, the unit for terms that add up to `whole`, or to 2^11 times that; 2^-40 for zero."""
     return float(2.0 ** (ceil(log2(whole)) - BELOW)) if 0.0 < whole < np.inf else 2.0**-BELOW
 
 

@@ -51,10 +51,7 @@ def _powers(x, out):
 
 
 def build_id() -> str:
-    """Return the identification of the build, which determines the last bits; equal on all processes of a run.
-
-    It names the program, the compiler, the vectors and the processor.
-    """
+    """Return the identity of program, compiler, vectors and processor, which determines the last bits of a run."""
     import numba
 
     name = numba.config.CPU_NAME or binding.get_host_cpu_name()

@@ -15,10 +15,7 @@ class HvisphError(Exception):
 
 
 class CaseError(HvisphError):
-    """Bad input, with the dotted path `where` and, where known, `file` and `line`.
-
-    The `message` names the fault, the allowed values and the nearest one.
-    """
+    """Bad input at the dotted path `where`, `file` and `line`: the fault, the allowed values and the nearest."""
 
     exit_code = 2
 

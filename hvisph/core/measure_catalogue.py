@@ -158,10 +158,7 @@ def main_measures(names: Sequence[str]) -> list[str]:
 
 
 def format_of(name: str, unit: str = "", unitless: bool = False) -> NumberFormat:
-    """Return the format in tables of a measure, a drift or any other number, whose SI `unit` is kept.
-
-    Where the case is `unitless` all but shares are shown as they are.
-    """
+    """Return the format of a number whose SI `unit` is kept in tables; `unitless`, all but shares have none."""
     measure, _, variant = name.partition(".")
     known = next((section[measure] for section in SECTIONS.values() if measure in section), None)
     if known is not None:

@@ -125,10 +125,7 @@ def compare_expected(results: Mapping[str, Result | float | None], expected: Exp
 
 
 def is_within(value: float | None, expected: float, tolerance: float) -> bool:
-    """Whether a measured value is within the tolerance; a missing value is not.
-
-    Decimal numbers may lie on the limit, so a few ulp beyond it pass.
-    """
+    """Whether a measured value is within the tolerance, or a few ulp beyond it; a missing value is not."""
     slack = 1e-12 * (abs(expected) + tolerance)
     return value is not None and abs(value - expected) <= tolerance + slack
 

@@ -181,10 +181,7 @@ class Cut:
 
 
 class Parts:
-    """Boxes of equal work, unbounded outwards, for any number of parts.
-
-    The number breaks ties, so that a plane of a lattice can be divided.  `weights` are the work of each particle.
-    """
+    """Boxes of equal sums of `weights`, unbounded outwards, for any number of parts; the number breaks ties."""
 
     def __init__(self, count: int, positions: np.ndarray, numbers: np.ndarray, weights: np.ndarray | None = None):
         self.cuts: list[Cut] = []

@@ -66,9 +66,7 @@ class Stepper:
     `drift`: kappa of the integrator.
     `gravity`: field of gravity, if any.
     `later`: materials of the late stages, in the order of `materials`.
-
-    Attributes
-    ----------
+    It holds:
     `lengths`, `signals`, `pressures`: smoothing length [m], speed of signals [m/s] and pressure [Pa] of every particle
     at the stage.
     `sums`: sums over the completed state, columns as named in `update`.

@@ -42,9 +42,7 @@ class RunFiles:
     `folder`: the run's folder.
     `case`, `text`: the effective case and its text.
     `writer`, `observer`, `clock`: snapshots, the records of the history, and the time.
-
-    Attributes
-    ----------
+    It holds:
     `state`: how far the files are, for checkpoints.
     """
 

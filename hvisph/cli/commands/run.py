@@ -33,10 +33,7 @@ def run(
     quiet: options.QuietOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Run a case and write its folder.
-
-    Exit codes: 0 done, 1 an expectation was missed, 2 invalid input, 3 failed.
-    """
+    """Run a case and write its folder. Exit codes: 0 done, 1 missed an expectation, 2 invalid input, 3 failed."""
     loaded = options.load(case, settings, resolution)
     listener = listener_for(loaded, quiet or as_json)
     listener.opening()

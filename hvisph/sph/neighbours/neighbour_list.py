@@ -51,9 +51,7 @@ class NeighbourList:
     `margin`: how far beyond the kernel's reach a neighbour may be, over h.
     `positions`, `h`: positions at the start (n, dim) [m] and the largest smoothing length [m].
     `planes`: planes of symmetry.
-
-    Attributes
-    ----------
+    It holds:
     `listed`: numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
     `first`, `last`: places in `listed` (n,), uint64.
     `halo`: how rows of other processes come; None for one process.

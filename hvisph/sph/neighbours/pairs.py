@@ -79,9 +79,7 @@ class Pairs:
     `planes`: planes of symmetry.
     `single`: whether laws are evaluated in single precision: sorted rows are of float32, with the smoothing length at
     the start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
-
-    Attributes
-    ----------
+    It holds:
     `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
     `halo`, `images`: copies that are appended to them: rows of other processes, images at the planes.
     `workspace`: all numbers (k,) of the sorted rows and their columns. It is free between evaluations.

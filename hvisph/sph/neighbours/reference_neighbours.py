@@ -168,9 +168,7 @@ class Reference:
     `kernel`, `h`: kernel, and its smoothing length [m].
     `shepard`, `gradient`: whether the kernel is divided by its own sum, and whether its gradient is exact for linear
     fields.
-
-    Attributes
-    ----------
+    It holds:
     `starts`, `near`, `codes`: the lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number
     n and code 0.
     `kernels`: slope and, behind it, shape of each code (codes + 1, dim + 1).
