@@ -19,7 +19,7 @@ from rich.text import Text
 from hvisph.case.case import Case
 from hvisph.cli.commands.references import correlations_text
 from hvisph.cli.formatting import deaf, duration, echo_json, quantity, say, show
-from hvisph.cli.guard import FAILED, raise_noted
+from hvisph.cli.guard import FAILED, noted_interrupts, raise_noted
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import Plain, sanitize
@@ -181,11 +181,17 @@ class Live(Lines):
         self._display.stop()
 
 
-def listener_for(case: Case, silent: bool) -> Silence:
-    """Return the listener: a progress bar on a terminal, lines elsewhere."""
-    if silent or not is_first():
-        return Silence()
-    return Live(case) if sys.stdout.isatty() else Lines(case)
+@contextmanager
+def shown_progress(case: Case, silent: bool) -> Iterator[Listener]:
+    """Give the listener of a run, a progress bar on a terminal, lines elsewhere; interrupts are noted meanwhile."""
+    kind = Live if sys.stdout.isatty() else Lines
+    listener = Silence() if silent or not is_first() else kind(case)
+    listener.opening()
+    try:
+        with noted_interrupts():
+            yield listener
+    finally:
+        listener.close()
 
 
 def conclude(

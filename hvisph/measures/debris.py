@@ -26,7 +26,17 @@ from hvisph.core.text import Plain, PlainMapping
 from .impact_geometry import OTHER, PROJECTILE, members
 from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
-from .result import Outcome, Outcomes, Result, UndefinedMeasureError, evaluate, measures, refuse_if, weighted_quantile
+from .result import (
+    Outcome,
+    Outcomes,
+    Result,
+    UndefinedMeasureError,
+    evaluate,
+    measures,
+    plain_results,
+    refuse_if,
+    weighted_quantile,
+)
 from .target_geometry import Plate
 
 BINS = 40
@@ -132,7 +142,7 @@ class Cloud:
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON."""
-        measures = {name: result.as_dict() for name, result in self.results.items()}
+        measures = plain_results(self.results)
         return {"measures": measures, "over_angle": self.over_angle, "witness": self.witness}
 
 

@@ -21,7 +21,7 @@ from .fragments import FEWEST, BodyFragments, Fragments
 from .impact_geometry import PROJECTILE
 from .lengths import plug_of
 from .measurement_frame import InitialReference, Scene
-from .result import MASS_UNITS, Result, evaluate, undefined_result
+from .result import MASS_UNITS, Result, evaluate, plain_results, undefined_result
 from .symmetry_completion import Whole
 from .targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
 
@@ -68,6 +68,12 @@ class Measures:
         return self.results[name]
 
     @property
+    def sections(self) -> Mapping[str, Results]:
+        """Results by section: ``run``, ``projectile``, ``cloud``, and ``layer.NAME`` of each layer."""
+        layers = {f"layer.{layer.body}": layer.results for layer in self.layers}
+        return {"run": self.results, "projectile": self.projectile, "cloud": self.cloud.results} | layers
+
+    @property
     def answer(self) -> str:
         """One line: which layers are perforated."""
         return verdict(self.layers, self.unitless)
@@ -81,10 +87,10 @@ class Measures:
         """Return the plain form for JSON: SI units throughout."""
         plain = self._head() | {
             "answer": self.answer,
-            "measures": {name: result.as_dict() for name, result in self.results.items()},
+            "measures": plain_results(self.results),
             "bodies": self.bodies,
             "layers": [layer.as_dict() for layer in self.layers],
-            "projectile": {"measures": {name: result.as_dict() for name, result in self.projectile.items()}},
+            "projectile": {"measures": plain_results(self.projectile)},
             "cloud": self.cloud.as_dict(),
             "whole": self.whole.as_dict(),
         }
@@ -341,18 +347,11 @@ def _add_swing(now: Measures, earlier: Sequence[Measures]) -> Measures:
     earlier = [earlier[number] for number in recent_moments([one.time for one in earlier], now.time)]
     if not earlier:
         return now
-
-    def swung(of: Callable[[Measures], Results]) -> dict[str, Result]:
-        return add_swing(of(now), now.time, [(one.time, of(one)) for one in earlier])
-
-    def of_layer(body: str) -> Callable[[Measures], Results]:
-        return lambda one: next((layer.results for layer in one.layers if layer.body == body), {})
-
-    layers = [replace(layer, results=swung(of_layer(layer.body))) for layer in now.layers]
-    return replace(
-        now,
-        results=swung(lambda one: one.results),
-        layers=tuple(layers),
-        projectile=swung(lambda one: one.projectile),
-        cloud=replace(now.cloud, results=swung(lambda one: one.cloud.results)),
-    )
+    before = [(one.time, one.sections) for one in earlier]
+    swung = {
+        name: add_swing(results, now.time, [(time, sections.get(name, {})) for time, sections in before])
+        for name, results in now.sections.items()
+    }
+    layers = tuple(replace(layer, results=swung[f"layer.{layer.body}"]) for layer in now.layers)
+    cloud = replace(now.cloud, results=swung["cloud"])
+    return replace(now, results=swung["run"], layers=layers, projectile=swung["projectile"], cloud=cloud)

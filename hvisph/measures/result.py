@@ -90,7 +90,7 @@ class Result:
             plain["resolution"] = {"spacing": self.spacing, "support": self.support}
         plain |= {key: getattr(self, key) for key in ("time", "reason", "note") if getattr(self, key) not in (None, "")}
         if self.variants:
-            plain["variants"] = {name: variant.as_dict() for name, variant in self.variants.items()}
+            plain["variants"] = plain_results(self.variants)
         return plain
 
     @classmethod
@@ -103,6 +103,11 @@ class Result:
         variants = {name: cls.from_dict(variant) for name, variant in plain.get("variants", {}).items()}
         result = cls(**known, scatter=scatter, variants=variants)
         return replace(result, final=plain.get("settled", True) or not result.settled)
+
+
+def plain_results(results: Mapping[str, Result]) -> Plain:
+    """Return the plain forms of results by name."""
+    return {name: result.as_dict() for name, result in results.items()}
 
 
 def undefined_result(unit: str, reason: str) -> Result:

@@ -182,19 +182,13 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
             for axis, speed in zip("xyz", largest.velocity, strict=False):
                 row[f"{head}largest_velocity_{axis}"] = "m/s", float(speed)
             row[head + "largest_speed"] = "m/s", largest.speed
+        for section in [*moment.sections][1:] if sections else ():
+            row |= _cells(f"{section}.", moment.sections[section])
         rows.append(row)
-    if sections:
-        for row, moment in zip(rows, moments(measured), strict=True):
-            parts = {"projectile": moment.projectile, "cloud": moment.cloud.results}
-            parts |= {f"layer.{layer.body}": layer.results for layer in moment.layers}
-            for section, results in parts.items():
-                row |= _cells(f"{section}.", results)
-        valued = {name for row in rows for name, (_, value) in row.items() if value is not None}
-        inner = ("projectile.", "cloud.", "layer.")
-        rows = [
-            {name: one for name, one in row.items() if name in valued or not name.startswith(inner)} for row in rows
-        ]
-    units = {name: unit for row in rows for name, (unit, _) in row.items()}
+    valued = {name for row in rows for name, (_, value) in row.items() if value is not None}
+    inner = ("projectile.", "cloud.", "layer.")
+    kept = (one for row in rows for one in row.items() if one[0] in valued or not one[0].startswith(inner))
+    units = {name: unit for name, (unit, _) in kept}
     return {
         name: Column(unit, np.array([row.get(name, (unit, None))[1] for row in rows], float))
         for name, unit in units.items()
@@ -234,15 +228,8 @@ def write_fragments(measured: Measures, path: str | os.PathLike[str]) -> Path:
     body's cumulative mass distribution. Raises as `write_series`.
     """
     axes = "xyz"[: measured.dimensions]
-    head = [
-        _heading("time", "s", measured),
-        "body",
-        "fragment",
-        "role",
-        "particles",
-        _heading("mass", measured.mass_unit, measured),
-    ]
-    head += ["mass_share", "number_at_least", "mass_share_at_least"]
+    head = [_heading("time", "s", measured), "body", "fragment", "role", "particles"]
+    head += [_heading("mass", measured.mass_unit, measured), "mass_share", "number_at_least", "mass_share_at_least"]
     head += [_heading(f"velocity_{axis}", "m/s", measured) for axis in axes] + [_heading("speed", "m/s", measured)]
     head += [_heading(f"{name}_{axis}", "m", measured) for name in ("centre", "extent") for axis in axes]
     body: list[list[object]] = []

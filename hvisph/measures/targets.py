@@ -16,7 +16,16 @@ from .lengths import length_of
 from .measurement_frame import Scene, memoize
 from .perforation import NO, NOT_YET, YES, is_behind, layer_state
 from .residual_projectile import HALF
-from .result import Outcomes, Result, UndefinedMeasureError, evaluate, measures, refuse_if, weighted_quantile
+from .result import (
+    Outcomes,
+    Result,
+    UndefinedMeasureError,
+    evaluate,
+    measures,
+    plain_results,
+    refuse_if,
+    weighted_quantile,
+)
 from .target_geometry import Plate
 
 
@@ -37,7 +46,7 @@ class LayerMeasures:
             "body": self.body,
             "perforated": self.state or None,
             "obliquity": self.obliquity,
-            "measures": {name: result.as_dict() for name, result in self.results.items()},
+            "measures": plain_results(self.results),
         }
 
 

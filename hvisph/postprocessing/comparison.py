@@ -18,13 +18,13 @@ from pathlib import Path
 from hvisph.case.case import Case
 from hvisph.casefile.loader import case_hash, dump_case, find_case, load_case
 from hvisph.casefile.paths import bundled_name, case_folder, cases_in, run_name
-from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.errors import CaseError
 from hvisph.measures.compare import Row, row
 from hvisph.output import file_names
 from hvisph.output.reader import list_snapshots
 from hvisph.output.run_folder import looks_like_a_run
+from hvisph.simulation import run
 from hvisph.simulation.listener import Listener
-from hvisph.simulation.run import resume, run
 from hvisph.simulation.run_files import Outcome
 
 
@@ -38,14 +38,8 @@ def complete(
     """
     if entry.case is None or (is_run(entry) and not force):
         return None
-    begun = (entry.folder / file_names.CASE).is_file()
-    if begun and not force:
-        # its case has the same hash, or the entry would have another folder
-        try:
-            return resume(entry.folder, threads=threads, listener=listener)
-        except (CaseError, OutputError):
-            begun = True  # its files cannot be continued: begin again, or fail for the same reason
-    return run(entry.case, entry.folder, force=begun, threads=threads, listener=listener)
+    # a case in its folder has the same hash, or the entry would have another folder
+    return run.complete(entry.case, entry.folder, force, threads, listener)
 
 
 SNAPSHOTS = (".vtkhdf", ".h5", ".vtu", ".vtp", ".vtk", ".dump", ".lammpstrj")

@@ -44,11 +44,7 @@ OF_MATERIALS = (
         traction_limits.orderly,
         traction_limits.density_at_rest,
     ),
-    *(
-        anisotropic_stress.update_with_axes,
-        anisotropic_stress.transverse_modulus,
-        anisotropic_stress.squared_speeds,
-    ),
+    *(anisotropic_stress.update_with_axes, anisotropic_stress.transverse_modulus, anisotropic_stress.squared_speeds),
 )
 # Steps between two sortings of the state itself into cell order, which keeps memory access near.
 PERMUTE_EVERY = 16

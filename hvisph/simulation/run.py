@@ -78,6 +78,16 @@ def run(
         return Run(case, setup, folder, listener).go()
 
 
+def complete(
+    case: Case, folder: Path, again: bool, threads: int | None, listener: Listener | None, end: float | None = None
+) -> Outcome:
+    """Continue the run of `case` in `folder`; begin it where it cannot be continued, or is to be run `again`."""
+    if (folder / file_names.CASE).is_file() and not again:
+        with suppress(CaseError, OutputError):  # the case begins again, or fails for the same reason
+            return resume(folder, end, threads=threads, listener=listener)
+    return run(case, folder, force=folder.exists(), threads=threads, listener=listener)
+
+
 def prepare_process(
     case: Case, world: SingleProcess, make: Callable[[], InitialState]
 ) -> tuple[InitialState, Parts | None]:

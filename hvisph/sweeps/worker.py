@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hvisph.case.sweep import Sweep
-from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, OutputError
+from hvisph.core.errors import INTERRUPTED, HvisphError
 from hvisph.output import file_names
 from hvisph.output.checkpoint_file import list_checkpoints
 from hvisph.output.run_folder import forget_snapshots
 from hvisph.simulation.listener import Listener, Progress
-from hvisph.simulation.run import resume, run
+from hvisph.simulation.run import complete
 from hvisph.simulation.run_files import Outcome
 
 from .folder import ENDED, STEPPING, Selection, SweepFolder, TableKeeper
@@ -114,15 +114,9 @@ class Worker:
         return not interrupted or listener.reached
 
     def _run(self, member: Member, listener: Listener) -> Outcome:
-        path = self.folder.run_folder(member)
-        begun = (path / file_names.CASE).is_file()
-        if begun and not self.folder.has_failed(member):
-            try:
-                return resume(path, self.folder.extended_end(member), threads=self.threads, listener=listener)
-            except (CaseError, OutputError):
-                pass  # its files cannot be continued: begin again, or fail for the same reason
-        case = self.plan.case(member.values, member.number)
-        return run(case, path, force=path.exists(), threads=self.threads, listener=listener)
+        case, path = self.plan.case(member.values, member.number), self.folder.run_folder(member)
+        failed, end = self.folder.has_failed(member), self.folder.extended_end(member)
+        return complete(case, path, failed, self.threads, listener, end)
 
     def _tell(self, member: Member) -> None:
         """Say once that loops are compiled: other workers may then begin."""

@@ -18,7 +18,7 @@ from hvisph.measures.measure import Measures
 from hvisph.measures.tables import columns, moments
 from hvisph.output.reader import read_history
 
-from .style import new_figure, store
+from .style import new_figure, new_panels, store
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
@@ -154,9 +154,6 @@ def label_and_scale(
     return f"{name} [{unit}]", scale
 
 
-PER_ROW = 2
-
-
 @dataclass
 class Panel:
     """Curves over one axis."""
@@ -173,10 +170,8 @@ def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title:
     shown = [panel for panel in panels if panel.curves]
     if not shown:
         raise CaseError("there is nothing to draw")
-    down = -(-len(shown) // PER_ROW)
-    figure = new_figure((10.0, 0.6 + 3.4 * down))
-    axes = figure.subplots(down, min(PER_ROW, len(shown)), squeeze=False).ravel()
-    for axis, panel in zip(axes, shown, strict=False):
+    figure, axes = new_panels(len(shown), 2, (5.0, 3.4))
+    for axis, panel in zip(axes, shown, strict=True):
         for number, (label, x, y) in enumerate(panel.curves):
             style = STYLES[number // len(COLOURS) % len(STYLES)]
             axis.plot(x, y, color=COLOURS[number % len(COLOURS)], ls=style, lw=1.4, label=label)
@@ -186,8 +181,6 @@ def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title:
         axis.set_ylabel(panel.up)
         axis.grid(alpha=0.25, lw=0.5)
         axis.legend(fontsize=7, frameon=False)
-    for axis in axes[len(shown) :]:
-        axis.set_visible(False)
     figure.suptitle(title, fontsize=9)
     return store(figure, path)
 

@@ -16,6 +16,7 @@ from hvisph.output.atomic_write import replacing
 from hvisph.output.snapshot import Snapshot
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -46,6 +47,17 @@ def new_figure(size: tuple[float, float], dpi: int = 110) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=size, dpi=dpi, layout="constrained")
+
+
+def new_panels(count: int, across: int, size: tuple[float, float], dpi: int = 110) -> tuple[Figure, list[Axes]]:
+    """Return a figure with `count` panels, up to `across` beside one another, each of a size [in]."""
+    across = min(across, count)
+    down = -(-count // across)
+    figure = new_figure((size[0] * across, size[1] * down + 0.5), dpi)
+    axes = figure.subplots(down, across, squeeze=False).ravel()
+    for one in axes[count:]:
+        one.remove()
+    return figure, list(axes[:count])
 
 
 def store(figure: Figure, path: str | os.PathLike[str]) -> Path:

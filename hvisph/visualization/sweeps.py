@@ -15,7 +15,7 @@ from hvisph.core.measure_catalogue import NumberFormat, format_of
 from hvisph.core.text import PlainMapping, format_differences, last_name
 from hvisph.measures.correlations import LambertJonas
 
-from .style import new_figure, store
+from .style import new_panels, store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 INK, ACCENT, FAINT = "#1b4f72", "#b9770e", "#99a3a4"
 MOST_PANELS = 9
+PANELS = (3, (4.2, 3.2), 150)  # beside one another, their size [in] and dots per inch
 MOST_GROUPS = 12  # that a legend names
 
 
@@ -61,21 +62,11 @@ def _choose_names(names: Iterable[str], record: Sequence[str] | None) -> list[st
     return [*names] if record is None else [name for name in record if name in names]
 
 
-def _figure(count: int) -> tuple[Figure, list[Axes]]:
-    across = min(3, count)
-    down = -(-count // across)
-    figure = new_figure((4.2 * across, 3.2 * down + 0.4), 150)
-    axes = np.atleast_1d(figure.subplots(down, across)).ravel()
-    for one in axes[count:]:
-        one.remove()
-    return figure, list(axes[:count])
-
-
 def _panels(verdicts: PlainMapping, draw: Any) -> Figure:
     names = list(verdicts)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
-    figure, axes = _figure(len(names))
+    figure, axes = new_panels(len(names), *PANELS)
     for name, one in zip(names, axes, strict=True):
         draw(one, verdicts[name], format_of(name))
     return figure
@@ -136,7 +127,7 @@ def _fit_figure(data: Sequence[PlainMapping]) -> Figure:
     groups: dict[tuple[str, str], list[PlainMapping]] = {}
     for one in data:
         groups.setdefault((one["quantity"], "" if one["at"] is None else one["shot"]), []).append(one)
-    figure, panels = _figure(min(len(groups), MOST_PANELS))
+    figure, panels = new_panels(min(len(groups), MOST_PANELS), *PANELS)
     for axes, ((quantity, shot), rows) in zip(panels, groups.items(), strict=False):
         x = range(len(rows)) if not shot else [row["at"] for row in rows]
         measured, scatter, computed = ([row[key] for row in rows] for key in ("value", "scatter", "computed"))
@@ -154,7 +145,7 @@ def _fit_figure(data: Sequence[PlainMapping]) -> Figure:
 
 def _limits(verdicts: Sequence[PlainMapping]) -> Figure:
     """Shots, bracket and the fitted curve of residual velocities."""
-    figure, panels = _figure(len(verdicts))
+    figure, panels = new_panels(len(verdicts), *PANELS)
     for axes, one in zip(panels, verdicts, strict=True):
         shots = one["shots"]
         held = [shot["value"] for shot in shots if not shot["happened"]]
@@ -204,7 +195,7 @@ def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Fig
     for k, cells in enumerate(texts):
         groups.setdefault(", ".join(f"{last_name(paths[j])} {cells[j]}" for j in others), []).append(k)
     x, ticks, label = _places([cells[first] for cells in texts], paths[first])
-    figure, panels = _figure(len(names))
+    figure, panels = new_panels(len(names), *PANELS)
     for name, axes in zip(names, panels, strict=True):
         display = format_of(name)
         for number, (group, members) in enumerate(groups.items()):

@@ -11,10 +11,10 @@ import typer
 
 from hvisph.cli import options
 from hvisph.cli.formatting import echo_json, say, show
-from hvisph.cli.guard import FAILED, noted_interrupts
+from hvisph.cli.guard import FAILED
 from hvisph.cli.options import argument, option
 from hvisph.cli.results_table import comparison_tables, gauge_table
-from hvisph.cli.run_report import listener_for
+from hvisph.cli.run_report import shown_progress
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.text import Plain
@@ -107,13 +107,8 @@ def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent:
         if not silent:
             say(f"[{number}/{len(todo)}] {entry.name}")
         assert entry.case is not None
-        listener = listener_for(entry.case, silent)
-        listener.opening()
-        try:
-            with options.locate_errors(str(entry.file)), noted_interrupts():
-                outcome = complete(entry, threads=threads, force=force, listener=listener)
-        finally:
-            listener.close()
+        with options.locate_errors(str(entry.file)), shown_progress(entry.case, silent) as listener:
+            outcome = complete(entry, threads=threads, force=force, listener=listener)
         if outcome is not None and outcome.summary["status"] == "interrupted":
             say(f"interrupted; the same command continues with {entry.name}", err=True)
             raise typer.Exit(outcome.exit_code)

@@ -8,10 +8,9 @@ from pathlib import Path
 import typer
 
 from hvisph.cli import options
-from hvisph.cli.guard import noted_interrupts
 from hvisph.cli.options import argument, option
 from hvisph.cli.results_table import results_table
-from hvisph.cli.run_report import conclude, interrupt_notice, listener_for
+from hvisph.cli.run_report import conclude, interrupt_notice, shown_progress
 from hvisph.core.errors import CaseError
 from hvisph.parallel import is_first
 from hvisph.postprocessing.run_data import run_progress, shown_moments
@@ -35,14 +34,9 @@ def run(
 ) -> None:
     """Run a case and write its folder. Exit codes: 0 done, 1 missed an expectation, 2 invalid input, 3 failed."""
     loaded = options.load(case, settings, resolution)
-    listener = listener_for(loaded, quiet or as_json)
-    listener.opening()
     folder = out or options.run_folder(case)
-    try:
-        with options.locate_errors(case), interrupt_notice(folder), noted_interrupts():
-            outcome = run_case(loaded, folder, force=force, threads=threads, listener=listener)
-    finally:
-        listener.close()
+    with options.locate_errors(case), interrupt_notice(folder), shown_progress(loaded, quiet or as_json) as listener:
+        outcome = run_case(loaded, folder, force=force, threads=threads, listener=listener)
     conclude(outcome, loaded.units == "none", quiet, as_json, report or loaded.output.report, everything)
 
 
@@ -62,13 +56,8 @@ def resume(
     case = resume_case(folder, end, max_steps)
     if end is None and max_steps is None and has_ended(folder) and not (quiet or as_json) and is_first():
         typer.echo("the run has ended: its summary is written anew; --end TIME continues it", err=True)
-    listener = listener_for(case, quiet or as_json)
-    listener.opening()
-    try:
-        with interrupt_notice(folder), noted_interrupts():
-            outcome = resume_run(folder, case, threads=threads, listener=listener)
-    finally:
-        listener.close()
+    with interrupt_notice(folder), shown_progress(case, quiet or as_json) as listener:
+        outcome = resume_run(folder, case, threads=threads, listener=listener)
     if is_first():
         update_sweep_of(folder)
     conclude(outcome, case.units == "none", quiet, as_json, report or case.output.report, everything)

@@ -16,10 +16,7 @@ import numpy as np
 from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
-from hvisph.materials.slots import (
-    INVERSE_HEAT_CAPACITY,
-    INVERSE_MELT_RANGE,
-)
+from hvisph.materials.slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE
 
 YIELD_STRESS = slots.STRENGTH[0]
 HARDENING_COEFFICIENT = slots.STRENGTH[1]

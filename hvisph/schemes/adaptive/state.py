@@ -70,10 +70,7 @@ class CompositeState(ReferenceChanges, Stepper):
         return (
             {name: getattr(self, name) for name in KEPT}
             | renewed
-            | {
-                "rows": self.rows_[: self.particles.count],
-                "rates": self._rates,
-            }
+            | {"rows": self.rows_[: self.particles.count], "rates": self._rates}
             | (self.contact.get_carried() if self.contact is not None else {})
         )
 

@@ -180,10 +180,7 @@ class ProjectionStepper:
         return (
             self.totals.history()
             | self._averaged.history()
-            | {
-                "step": np.array([self._step]),
-                "crossed": np.array([self._crossed]),
-            }
+            | {"step": np.array([self._step]), "crossed": np.array([self._crossed])}
         )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:

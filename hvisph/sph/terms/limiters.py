@@ -54,11 +54,6 @@ class Limiter:
 
 LIMITERS = {
     name: Limiter(name, share)
-    for name, share in (
-        ("none", minmod),
-        ("minmod", minmod),
-        ("van_leer", van_leer),
-        ("van_albada", van_albada),
-    )
+    for name, share in (("none", minmod), ("minmod", minmod), ("van_leer", van_leer), ("van_albada", van_albada))
 }
 NO_RECONSTRUCTION = LIMITERS["none"]
