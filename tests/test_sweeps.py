@@ -389,7 +389,7 @@ def test_what_a_begun_sweep_does_not_have_is_told(tmp_path):
     for only, said in (("3", "numbers go from 0 to 0"), ("3..1", "holds no number"), ("some", "neither failed")):
         with pytest.raises(CaseError, match=said):
             next(sweep(tmp_path / "one", only=only))
-    with pytest.raises(CaseError, match="goes on where it is"):
+    with pytest.raises(CaseError, match="continues in its folder"):
         begin(tmp_path / "one", tmp_path / "elsewhere")
     assert begin(tmp_path / "one", tmp_path / "one").exists
     assert not (tmp_path / "elsewhere").exists()

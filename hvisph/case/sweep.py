@@ -1,7 +1,5 @@
 """Parameter sweep: varied settings and the evaluation of the results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Tables of measures, expected values, bodies and fragments, of one run and of several."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

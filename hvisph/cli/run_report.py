@@ -1,7 +1,5 @@
 """Progress of a run, as a bar on a terminal or as lines of text, and its final report with the exit code."""
 
-from __future__ import annotations
-
 import sys
 import time as wall
 from collections.abc import Iterator

@@ -6,15 +6,15 @@ Spheres of any metal on plates of aluminium. Sources:
 - Whipple shield: Christiansen, ibid. eqs. 4-23 to 4-26;
 - stuffed Whipple shield: Christiansen and Kerr 2001, Int. J. Impact Eng. 26, 93; multi-wall shield of cloth before
   aluminium: Christiansen 2003, NASA/TP-2003-210788, eqs. 4-25 to 4-37; both read in the public code pyBLOSSUM;
-- honeycomb panel: that of the Whipple shield with a gap of at most two cells; that limit is recalled;
-- hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
+- honeycomb panel: that of the Whipple shield with a gap of at most two cells; that limit is from memory;
+- hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are from memory, not read in a source;
 - crater in a thick layer of soil, rock, ice or water: Holsapple 1993, Annu. Rev. Earth Planet. Sci. 21, 333, constants
   as in the public code cratermaker; in rock, Gault 1973, The Moon 6, 32, in the form of
-  Melosh's program (1996 to 2016); Gault's own relation, 10^-2.823 rho_p^(1/6) rho_t^(-1/2) E^0.37 in cgs, is recalled;
+  Melosh's program (1996 to 2016); Gault's own relation, 10^-2.823 rho_p^(1/6) rho_t^(-1/2) E^0.37 in cgs, from memory;
 - residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976;
 - metal driven by an explosive: Gurney 1943, BRL report 405; metal on both faces: Kennedy 1970, SC-RR-70-790. The
   explosive shares its Gurney energy E between the metal and its products, whose velocity varies linearly across them.
-  Gurney velocities (2 E)^(1/2) are those of cylinder tests (Kury et al. 1965; Dobratz & Crawford 1985), recalled.
+  Gurney velocities (2 E)^(1/2) are those of cylinder tests (Kury et al. 1965; Dobratz & Crawford 1985), from memory.
 
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 """
@@ -40,11 +40,11 @@ CRITICAL = "critical diameter of the sphere"
 LAWS = {
     "crater": ("Cour-Palais", "crater depth in a thick {}", *COUR_PALAIS),
     "wall": ("Cour-Palais", "least thickness of {} that holds", *COUR_PALAIS),
-    "maiden": ("Maiden-McHugh", "hole in {}", THIN, "Maiden and McHugh 1963; coefficients recalled"),
-    "sawle": ("Sawle", "hole in {}", THIN, "Sawle 1969; coefficients recalled"),
+    "maiden": ("Maiden-McHugh", "hole in {}", THIN, "Maiden and McHugh 1963; coefficients from memory"),
+    "sawle": ("Sawle", "hole in {}", THIN, "Sawle 1969; coefficients from memory"),
     "whipple": ("Christiansen, Whipple", CRITICAL, "two aluminium walls, 1 to 15 km/s; +-25 % in diameter", WHIPPLE),
     "honeycomb": ("Christiansen, honeycomb", CRITICAL,
-                  f"aluminium faces on honeycomb, gap at most {CELLS:g} cells (recalled)", WHIPPLE),
+                  f"aluminium faces on honeycomb, gap at most {CELLS:g} cells (from memory)", WHIPPLE),
     "stuffed": ("Christiansen, stuffed Whipple", CRITICAL, "aluminium bumper, cloth, aluminium wall, 1 to 15 km/s",
                 "Christiansen and Kerr 2001"),
     "multi-wall": ("Christiansen, multi-wall", CRITICAL,
@@ -54,10 +54,10 @@ LAWS = {
     "depth": ("Holsapple", "crater depth in {}", POINT, HOLSAPPLE),
     "gault": ("Gault", "crater diameter in {}",
               "dense rock, craters up to 10 m; layer thicker than 2/3 of the diameter",
-              "Gault 1973 as in Melosh's program; Gault's relation in cgs, recalled, gives 3.9 times as much"),
+              "Gault 1973 as in Melosh's program; Gault's relation in cgs, from memory, gives 3.9 times as much"),
     "gurney": ("Gurney", DRIVEN + "{}",
                "final velocity, without losses at edges; metal of 0.1 to 10 times the mass of the explosive",
-               "Gurney 1943; constant of the explosive recalled"),
+               "Gurney 1943; constant of the explosive from memory"),
 }  # fmt: skip
 
 

@@ -7,8 +7,6 @@ that is read alone is known to be whole. Numbers are stored as they are unless a
 of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

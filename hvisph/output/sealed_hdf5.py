@@ -8,8 +8,6 @@ The seal tells a whole file from a damaged one. It is no protection against inte
 looked over before any of it is read: groups and plain arrays that lie in the file itself, no larger than it.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import time as clock

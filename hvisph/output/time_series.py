@@ -4,8 +4,6 @@ It holds no particles: its arrays are virtual, strung together from those of the
 names relative to its own. So it stays small, and goes wherever the run's folder goes.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass

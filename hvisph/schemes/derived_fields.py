@@ -1,7 +1,5 @@
 """Derived fields of snapshots: pressure, sound speed, von Mises stress and temperature."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.compiler.jit import bind

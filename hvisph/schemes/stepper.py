@@ -1,7 +1,5 @@
 """Step of a formulation: pair rates, then update of every particle."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,12 +1,11 @@
 """Faces with pressures, viscous edges and ambient layers of a case, from its particles at the start."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.geometry.cutting_planes import Edge, face_areas, follow, is_beyond, row_shares
@@ -17,9 +16,6 @@ from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody, open_edges
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 # Reach of the mean that the places of a layer follow, in spacings.
 BESIDE = 2.0

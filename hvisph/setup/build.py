@@ -1,13 +1,12 @@
 """Construction of a run's objects from its case."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.case.formulations.riemann import bears_any_tension
 from hvisph.core.errors import CaseError, locate
 from hvisph.core.particles import Particles
@@ -28,9 +27,6 @@ from .boundaries import moving_planes
 from .gauges import Gauges
 from .initial_fields import gravity_of, gravity_option
 from .initial_state import InitialState, begin, set_loads
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 STIFF = 10.0  # least bulk modulus of a late stage, of the largest pressure
 

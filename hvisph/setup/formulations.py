@@ -1,14 +1,14 @@
 """Formulations of a case as schemes with their parameters."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
+from hvisph.case.formulations import options
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import HvisphError
 from hvisph.core.text import Plain
@@ -18,15 +18,11 @@ from hvisph.schemes.protocol import AnyFormulation, Smoothing
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard import options as standard
 from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
 from hvisph.sph.contact.penalty_contact import Pressing
 from hvisph.sph.contact.repulsion import Contact, Welded
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.terms.limiters import LIMITERS
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
-    from hvisph.case.formulations import options
-    from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
 
 
 def formulation_of(case: Case) -> AnyFormulation:

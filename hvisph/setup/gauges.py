@@ -7,13 +7,11 @@ At a fixed point the value is f = sum_b V_b W_b f_b / sum_b V_b W_b over the par
 normalisation, exact for a constant up to a free surface.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.case.output import Gauge
 from hvisph.compiler.jit import specialise
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
@@ -24,9 +22,6 @@ from hvisph.schemes.protocol import AnyStepper
 from hvisph.sph.kernels import weigh
 
 from .bodies import PlacedBody
-
-if TYPE_CHECKING:
-    from hvisph.case.output import Gauge
 
 # A gauge further than this many spacings from every particle is in no body.
 NEAR = 1.0

@@ -1,13 +1,11 @@
 """Initial fields of a body's particles: material, density, energy and history variables."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators.gravity import GRAVITATIONAL_CONSTANT, SPHERE, UNIFORM, Gravity
@@ -23,9 +21,6 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
 from .materials import material_of
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 # Points of the column along which the pressure of the overburden is integrated.
 COLUMN = 400

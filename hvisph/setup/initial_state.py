@@ -1,13 +1,13 @@
 """Initial state of all particles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
+from hvisph.case.output import BoxRegion, Region
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CRACK, MEMORY
@@ -34,10 +34,6 @@ from .initial_fields import add_overburden, body_material, initial_history, refu
 from .materials import material_axes, start_of
 from .rigid_bodies import describe_rigid, rigid_material, rigid_motions
 from .start import origin_of
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
-    from hvisph.case.output import BoxRegion, Region
 
 EULERIAN = "eulerian"
 
@@ -103,9 +99,6 @@ def refuse_outside(particles: Particles, domain: BoxRegion | None, names: list[s
         body = names[int(particles.body[outside[0]])]
         raise CaseError(f"{len(outside)} particles start outside, the first of body '{body}'", where="domain")
 
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 # Spacings that differ by more than this share of the case's are unlike; filling a shape exactly changes them by less.
 UNLIKE = 0.005

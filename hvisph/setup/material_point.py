@@ -3,8 +3,6 @@
 The energy changes by the work of the stress, de = (S:D - p tr D) dt/rho, and the density by the volume.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

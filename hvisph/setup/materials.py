@@ -1,15 +1,18 @@
 """Materials of a case as objects to be packed for compiled loops, and the axes of anisotropic ones."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.bodies import Body
+from hvisph.case.case import Case
+from hvisph.case.materials.damage import Damage as DamageModel
+from hvisph.case.materials.eos import Eos as EosModel
+from hvisph.case.materials.material import Material as MaterialModel
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError, locate
 from hvisph.core.text import Plain
@@ -21,13 +24,6 @@ from hvisph.materials.melting import Lindemann, Simon
 from hvisph.materials.porosity import Porosity
 from hvisph.materials.slots import KEEPS_STRESS
 from hvisph.output.hdf5 import SUFFIXES, read_eos_table
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
-    from hvisph.case.materials.damage import Damage as DamageModel
-    from hvisph.case.materials.eos import Eos as EosModel
-    from hvisph.case.materials.material import Material as MaterialModel
 
 # Keys of the case for the fields that parameter classes call otherwise.
 STEINBERG_KEYS = {"exponent": "n", "gamma0": "melt_gamma", "a_melt": "melt_a"}

@@ -1,11 +1,9 @@
 """Rigid bodies of a case: material, mass and freedom at the start."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from hvisph.case.bodies import Rigid
+from hvisph.case.case import Case
 from hvisph.compiler.exact_sum import exact_sum
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
@@ -17,10 +15,6 @@ from hvisph.materials.material_table import Material
 from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Rigid
-    from hvisph.case.case import Case
 
 # Impedance of a struck material over that at rest: shocks of 3 km/s in metals.
 STRUCK = 2.0

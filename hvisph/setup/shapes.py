@@ -1,21 +1,17 @@
 """Shapes of a case as geometry objects, and initial velocities of a body: a uniform velocity and velocity fields."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.bodies import Body, LinearField, RadialField, SpinField, TableField, UniformField
 from hvisph.core.errors import CaseError, locate
 from hvisph.geometry import shapes
 from hvisph.geometry.placement import rotation_matrix
 from hvisph.geometry.shapes import Shape
 from hvisph.geometry.shapes.axial_bodies import Profile
-
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body, LinearField, RadialField, SpinField, TableField, UniformField
 
 # Classes of simple shapes and of profiles, with the keys of the case that are their arguments.
 SIMPLE = {

@@ -10,8 +10,6 @@ stress, the hoop stress included, are rotated by the angle. Mass, momentum, angu
 round-off. A particle of a plane run becomes n = round(width/dx) particles of mass m width/n along z.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass

@@ -3,16 +3,15 @@
 A resumed run is built from its case first; a checkpoint stores the changing data only.
 """
 
-from __future__ import annotations
-
 import time as wall
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
 from hvisph.core.text import Plain
@@ -22,9 +21,6 @@ from hvisph.output.checkpoint_file import Checkpoint, Ordered
 from hvisph.parallel.parallel_output import Slabs
 from hvisph.setup.build import Setup
 from hvisph.simulation.clock import Clock, TimeStep
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 # Prefixes of arrays with one row per particle, ordered by number, and of global data.
 CARRIED, HISTORY = "carried/", "history/"

@@ -7,8 +7,6 @@ both energies. The difference s (1 - s) |dv|^2 / 2, at the fraction s of the ste
 total energy is that of the steps to round-off.
 """
 
-from __future__ import annotations
-
 from copy import copy
 from dataclasses import dataclass
 from math import ceil, floor

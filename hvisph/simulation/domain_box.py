@@ -4,8 +4,6 @@ A retired particle keeps its place in the arrays, without mass, at rest, at a di
 Snapshots omit it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.case.output import BoxRegion

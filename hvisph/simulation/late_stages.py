@@ -1,7 +1,5 @@
 """Switch of a run to its late stages, see `materials.eos.late`: at the end of the first step that reaches them."""
 
-from __future__ import annotations
-
 from math import inf, sqrt
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Step loop and its schedule."""
 
-from __future__ import annotations
-
 import time as wall
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,13 +1,10 @@
 """A case from start to end, or on from a checkpoint: set-up, step loop, summary, on one or several processes."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
@@ -33,9 +30,6 @@ from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
 from hvisph.simulation.run_files import Outcome
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 
 def run(

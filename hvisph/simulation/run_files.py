@@ -1,13 +1,10 @@
 """Files of a run: case, history, snapshots and checkpoints, each on its schedule; the summary at its end."""
 
-from __future__ import annotations
-
 import time as wall
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numba
 
@@ -31,9 +28,6 @@ from .clock import Clock, TimeStep
 from .listener import Listener
 from .settling import settle
 from .writer import SnapshotWriter
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 
 class RunFiles:

@@ -7,13 +7,11 @@ energy is no heat: the balances of the run begin with the settled state.
 Source: Otter, Cassell & Hobbs 1966 (dynamic relaxation).
 """
 
-from __future__ import annotations
-
 from math import exp, isfinite, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.core.errors import RunError
 from hvisph.core.particles import CLAMPED, FLAGS
 from hvisph.integrators import sums as column
@@ -22,9 +20,6 @@ from hvisph.integrators.time_step import Limit
 from hvisph.setup.build import Setup
 
 from .clock import Clock
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 # Greatest speed left, over the speed g/k of a damped fall, above which bodies are not at rest.
 AT_REST = 0.1

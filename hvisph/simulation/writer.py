@@ -1,15 +1,13 @@
 """Snapshots of a run in VTKHDF and VTU files."""
 
-from __future__ import annotations
-
 import time as wall
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hvisph import __version__
+from hvisph.case.case import Case
 from hvisph.case.output import ALWAYS, Output, OutputRegion
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE, Derived, transform_arrays
@@ -33,9 +31,6 @@ from hvisph.schemes.derived_fields import diagnose
 from hvisph.setup.build import Setup
 from hvisph.setup.initial_fields import gravity_of
 from hvisph.setup.initial_state import in_box
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 MOST_TIME = 0.02  # share of a run's wall time that its series may take while it goes on
 

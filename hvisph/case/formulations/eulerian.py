@@ -1,7 +1,5 @@
 """Standard Eulerian SPH: options and consistency checks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import ClassVar, Literal
 

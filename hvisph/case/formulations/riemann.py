@@ -1,7 +1,5 @@
 """Contact SPH (CON) by Riemann problems: the corrected and the original variant."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Material: density, equation of state, strength, damage, temperature, melting and porosity."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal

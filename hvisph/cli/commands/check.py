@@ -1,7 +1,5 @@
 """`hvisph check`: estimate, warnings and picture of a case before it runs."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Callable
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """`hvisph compare`: tables and pictures of several runs."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict

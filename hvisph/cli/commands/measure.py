@@ -1,7 +1,5 @@
 """`hvisph measure`: measures of a run or a snapshot."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path

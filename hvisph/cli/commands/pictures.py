@@ -1,7 +1,5 @@
 """`hvisph plot`, `animate`, `gauges` and `report`: pictures and pages of runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any

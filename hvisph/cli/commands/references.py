@@ -1,7 +1,5 @@
 """`hvisph correlations`, `exact`, `materials` and `point`: results without a run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`hvisph sweep`, `converge` and `ballistic-limit`: parameter studies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial

@@ -3,8 +3,6 @@
 The spatial pass evaluates the law of Eulerian particles over them and the particles near them, at present positions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any

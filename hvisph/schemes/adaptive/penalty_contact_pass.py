@@ -4,8 +4,6 @@ A body is in contact with other bodies, with its own detached particles, and wit
 particles near such a part are searched every `LOOK_EVERY` evaluations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

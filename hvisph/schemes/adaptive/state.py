@@ -1,7 +1,5 @@
 """Particle state of the adaptive scheme: creation, migration, storage and restoration."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol

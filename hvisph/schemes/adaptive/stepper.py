@@ -10,8 +10,6 @@ Particles keep their initial order, sorted by position, as reference lists conta
 of the reference configuration throughout the run, with copies of the listed neighbours of other processes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -14,8 +14,6 @@ P_a/rho_a^2 + P_b/rho_b^2, which is equal for equal densities only. One loop com
 rows and the factor of the particle.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.compiler.exact_sum import add_term, add_vector

@@ -1,7 +1,5 @@
 """Particle rows and neighbour list of the passes of SPH-projection, and the running time mean of its pressure."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.sph.kernels import Kernel

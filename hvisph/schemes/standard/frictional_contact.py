@@ -4,8 +4,6 @@ The pair law of the formulation excludes pairs of different bodies. They have th
 `schemes.riemann.law` (SEPARATING), evaluated for particles near another body and their neighbours only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

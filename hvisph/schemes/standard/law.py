@@ -40,8 +40,6 @@ Beside Total Lagrangian particles pairs have weights (`sph.contact.coupling`). A
 have the terms of `sph.terms.axisymmetric`, and their velocity gradient in the plane is renormalised.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.compiler.jit import inline

@@ -1,7 +1,5 @@
 """Options of standard SPH as objects, with their additions to state, rows and coefficients."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -7,8 +7,6 @@ With corrected kernels (Young 2021) a pass before it, `sph.terms.kernel_correcti
 row.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

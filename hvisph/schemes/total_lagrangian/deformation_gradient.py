@@ -21,8 +21,6 @@ being the Courant number and |F^-1|^2 = F^-1 : F^-1 - (d - 1), the inverse squar
 are 1. With SECANT hourglass control has the secant modulus E/(1 + E eps_p/Y) (1 - D), Y the initial yield stress.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.compiler.jit import inline

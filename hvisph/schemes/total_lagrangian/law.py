@@ -18,8 +18,6 @@ reference gradients, at present radii for the viscosity, which acts across the a
 particle's own stress is summed pair by pair, as its force is; energy is conserved to round-off.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hvisph.compiler.tensors import (

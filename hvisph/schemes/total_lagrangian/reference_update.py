@@ -9,8 +9,6 @@ Removed particles stay out of the lists. The strain before an update is stored a
 reference, so that conversion by strain counts from the start of the run.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

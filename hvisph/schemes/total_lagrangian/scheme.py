@@ -6,8 +6,6 @@ weights in `sph.contact.coupling`); bodies in contact have a pass of contact for
 `schemes.adaptive.stepper` for the order.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
