@@ -59,9 +59,9 @@ def test_whipple_curve_is_continuous_and_has_its_branches():
     assert critical(2500.0, math.radians(70.0)) == pytest.approx(critical(2500.0, math.radians(80.0)))
 
 
-def test_what_is_recalled_says_so():
+def test_what_is_from_memory_says_so():
     found = {one.name: one for one in correlations(Impact(10 * MM, 2710.0, 6180.0, 0.0, (wall(4 * MM),)))}
-    assert {name for name, one in found.items() if "recalled" in one.source} == {"Maiden-McHugh", "Sawle"}
+    assert {name for name, one in found.items() if "from memory" in one.source} == {"Maiden-McHugh", "Sawle"}
 
 
 def test_out_of_range_is_silent():
@@ -212,7 +212,7 @@ def test_crater_scaling_in_rock_by_hand():
     found = correlations(shot)
     assert [one.name for one in found] == ["Holsapple", "Holsapple", "Gault"]
     assert "no gravity" in found[0].text
-    assert "recalled" in found[2].source
+    assert "from memory" in found[2].source
 
 
 def test_ground_of_a_case(tmp_path):
