@@ -366,7 +366,8 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         if formulation.has_contact:
             further = [*further, *[0.0] * (2 - len(further)), slip]
         if formulation.angular_momentum:
-            if np.trace(moment) <= SINGULAR * dim:
+            ordered = cloud.order[a] > 0.0 and np.trace(moment) > SINGULAR * dim
+            if not (ordered or correctable(moment)):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]
             further = [*further, *[0.0] * (3 - len(further)), *spin]
         if formulation.adjoint:

@@ -341,7 +341,8 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         pair_torque, contact_moment = torques
         residual = multiply(-0.5, pair_torque)
         if ANGULAR_MOMENTUM and not CONTACT_ONLY:
-            kept = torque_residual(residual, moment, contact_moment, own_axial(rows, i, SPIN_STRESS, DIM))
+            spin, order = own_axial(rows, i, SPIN_STRESS, DIM), rows[i, LATTICE_ORDER] if CORRECTED_VARIANT else 0.0
+            kept = torque_residual(residual, moment, contact_moment, spin, order)
             own_rigid = is_rigid(rows[i, BODY]) if TURNS else 0.0
             residual = add(multiply(own_rigid, residual), multiply(1.0 - own_rigid, kept)) if TURNS else kept
         put(out, i, R_SPIN, multiply(inverse_density, residual))

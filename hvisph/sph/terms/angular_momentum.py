@@ -7,7 +7,9 @@ Tangential tractions act beside the line of centres and create angular momentum.
 half of the torque of its pairs and the torque that its own w returns. In the next step dt the pairs of the own body
 carry (w_a + w_b) x e/2 beside t*, with w_a = rho_a s_a/(2 dt), equal and opposite in each pair. The work of w_a on
 u_b - u_a belongs to a alone: a rigid rotation gains no heat. What remains at any time is the torque of one step.
-Where almost no neighbour is left (tr B/d below SINGULAR, `sph.terms.shape_matrix`) s is set to zero.
+Where B cannot be inverted (`sph.terms.free_surface_correction.correctable`) s is set to zero in what has flowed, melted
+or failed, whose fragments of few particles w would accelerate without limit; in ordered solids, whose corners have such
+B, only where almost no neighbour is left (tr B/d below SINGULAR, `sph.terms.shape_matrix`).
 
 Source: this code's own. Verification: `spinning_disc`, `random_collisions`.
 """
@@ -17,6 +19,7 @@ from __future__ import annotations
 from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import axial_cross, dot_rows, inertia, matrix, mean_diagonal, multiply, subtract
 
+from .free_surface_correction import correctable
 from .shape_matrix import SINGULAR
 
 
@@ -27,12 +30,15 @@ def spin_tractions(spin_a, spin_b, lever):
 
 
 @inline
-def torque_residual(pair_torque, moment, contact_moment, spin):
+def torque_residual(pair_torque, moment, contact_moment, spin, order):
     """Return the rate of the torque that remains to be returned.
 
     `pair_torque`: half of the sum of r e x F of the pairs, negative: an axial vector
     `moment`, `contact_moment`: B, and the part of it that pairs with other bodies have
     `spin`: w
+    `order`: lattice order
     """
     returned = dot_rows(inertia(subtract(moment, contact_moment)), spin)
-    return subtract(pair_torque, returned) if mean_diagonal(matrix(moment)) > SINGULAR else multiply(-2.0, spin)
+    b = matrix(moment)
+    kept = correctable(b) or (order > 0.0 and mean_diagonal(b) > SINGULAR)
+    return subtract(pair_torque, returned) if kept else multiply(-2.0, spin)
