@@ -4,6 +4,7 @@ import numpy as np
 
 from hvisph.sph.contact.contact_normal import CLOSED, FACING_COSINE, NORMAL_COSINE_MIN, OPEN
 from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
+from hvisph.sph.terms.angular_momentum import STABLE
 from hvisph.sph.terms.free_surface_correction import SOUND
 from hvisph.sph.terms.reconstruction import MIN_LIMITER
 from hvisph.sph.terms.riemann_solver import FRONT, SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
@@ -311,7 +312,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
     for a in range(n):
         acceleration, power, gradient, slip, mu = np.zeros(dim), 0.0, np.zeros((dim, dim)), 0.0, 0.0
         rate, away, moment = 0.0, 0.0, np.zeros((dim, dim))
-        h, spin = cloud.h[a], np.zeros(cloud.twist.shape[1])
+        h, spin, own = cloud.h[a], np.zeros(cloud.twist.shape[1]), np.zeros((dim, dim))
         unit = kernel.norm(dim) / h**dim
         density, slopes = unit * kernel.shape.py_func(0.0), 0.0  # number density, and the sum of q dW/dq
         for b in pairs.near[a]:
@@ -327,6 +328,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
                     spin -= 0.5 * share * torque(x_ba, about(cloud.twist[a], e))
                     acceleration += share * about(0.5 * (cloud.twist[a] + cloud.twist[b]), e)
                     heat += about(0.5 * cloud.twist[a], e) @ (cloud.u[b] - cloud.u[a])
+                    own += volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             force = 2.0 * volume[a] * volume[b] * slope * t_star
             acceleration += force / cloud.m[a]
             power += (force @ (u_star - cloud.u[a]) + 2.0 * volume[a] * volume[b] * slope * heat) / cloud.m[a]
@@ -366,6 +368,9 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         if formulation.has_contact:
             further = [*further, *[0.0] * (2 - len(further)), slip]
         if formulation.angular_momentum:
+            mean = np.trace(own) / dim
+            gain = mean + np.sqrt(((own - mean * np.eye(dim)) ** 2).sum() / 6.0)
+            spin = spin / gain if gain > STABLE else spin
             ordered = cloud.order[a] > 0.0 and np.trace(moment) > SINGULAR * dim
             if not (ordered or correctable(moment)):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]

@@ -9,18 +9,35 @@ carry (w_a + w_b) x e/2 beside t*, with w_a = rho_a s_a/(2 dt), equal and opposi
 u_b - u_a belongs to a alone: a rigid rotation gains no heat. What remains at any time is the torque of one step.
 Where B cannot be inverted (`sph.terms.free_surface_correction.correctable`) s is set to zero in what has flowed, melted
 or failed, whose fragments of few particles w would accelerate without limit; in ordered solids, whose corners have such
-B, only where almost no neighbour is left (tr B/d below SINGULAR, `sph.terms.shape_matrix`).
+B, only where almost no neighbour is left (tr B/d below SINGULAR, `sph.terms.shape_matrix`). A step returns the share
+g = (B_2 + B_3)/2 of s, of the largest eigenvalues of B: 1 inside a body, more beside neighbours of low density. Above 2
+s would grow from step to step; above STABLE both terms are divided by an upper bound of g (Wolkowicz & Styan 1980,
+Linear Algebra Appl. 29, 471): s is then what is left to return, over g, and all is returned.
 
 Source: this code's own. Verification: `spinning_disc`, `random_collisions`.
 """
 
 from __future__ import annotations
 
+from math import sqrt
+
 from hvisph.compiler.jit import inline
-from hvisph.compiler.tensors import axial_cross, dot_rows, inertia, matrix, mean_diagonal, multiply, subtract
+from hvisph.compiler.tensors import (
+    add_identity,
+    axial_cross,
+    dot_rows,
+    double_dot,
+    inertia,
+    matrix,
+    mean_diagonal,
+    multiply,
+    subtract,
+)
 
 from .free_surface_correction import correctable
 from .shape_matrix import SINGULAR
+
+STABLE = 1.5
 
 
 @inline
@@ -38,7 +55,11 @@ def torque_residual(pair_torque, moment, contact_moment, spin, order):
     `spin`: w
     `order`: lattice order
     """
-    returned = dot_rows(inertia(subtract(moment, contact_moment)), spin)
-    b = matrix(moment)
+    own, b = subtract(moment, contact_moment), matrix(moment)
+    mean = mean_diagonal(matrix(own))
+    deviator = add_identity(own, -mean)
+    gain = mean + sqrt(double_dot(deviator, deviator) * (1.0 / 6.0))
+    share = 1.0 / gain if gain > STABLE else 1.0
+    left = multiply(share, subtract(pair_torque, dot_rows(inertia(own), spin)))
     kept = correctable(b) or (order > 0.0 and mean_diagonal(b) > SINGULAR)
-    return subtract(pair_torque, returned) if kept else multiply(-2.0, spin)
+    return left if kept else multiply(-2.0, spin)
