@@ -339,14 +339,15 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             if formulation.unequal_spacings and pairs.has_contact(a, b):
                 weight *= pairs.along_normal(a, b) * h
                 crowd = (cloud.h[b] / h) ** dim
+            if following and pairs.has_contact(a, b):
+                crowd = volume[b] / volume[a]
             strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
             gradient += volume[b] * strain
             rate += volume[a] * (crowd * np.trace(strain) + 2.0 * slope * exchanged)
             away += weight * crowd * slope * counts * (cloud.u[b] - cloud.u[a]) @ e
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
-                apart = 2.0 * (u_star - cloud.u[a]) if pairs.has_contact(a, b) else cloud.u[b] - cloud.u[a]
-                receding = weight * crowd * apart @ e
+                receding = 0.0 if pairs.has_contact(a, b) else (cloud.u[b] - cloud.u[a]) @ e
                 q = r / h
                 rate -= volume[a] * slope * receding + volume[a] * unit / h * kernel.slope.py_func(q) * receding
                 density += weight * crowd * unit * kernel.shape.py_func(q)

@@ -295,7 +295,7 @@ def accumulate(near, n, rows, i, constants, out):
             number += weight * g * ratio * exchanged
             number_rate += weight * g * ratio * mean_u
             if GRAD_H:
-                moving, own_kernel, kernel, slopes = grad_h_sums(h, r, weight * ratio, du_n, us_n, other)
+                moving, own_kernel, kernel, slopes = grad_h_sums(h, r, weight * ratio, du_n, other)
                 number -= 0.5 * g * moving
                 own_number -= own_kernel
                 kernel_sum, slope_sum = kernel_sum + kernel, slope_sum + slopes

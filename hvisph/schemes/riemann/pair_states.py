@@ -163,8 +163,14 @@ def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedan
 
 
 def section_ratio(rows, i, b, dx, other, inverse_rest):
-    """Return the weight of a neighbour in the number density: spacings and section areas at rest."""
+    """Return the weight of a neighbour in the number density: spacings and section areas at rest.
+
+    Where h follows density, those of other bodies count by their volumes, as in the work of a contact: a wall beside
+    gas of a thousandth of its own volume is strained by what does work on it.
+    """
     ratio = power_of_dimension(1.0 + other * (b[H] / rows[i, H] - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
+    if GRAD_H:
+        ratio = 1.0 + other * (b[V] / (rows[i, V] + TINY) - 1.0)
     if AXISYMMETRIC and DENSITY_CORRECTION:
         ratio *= b[REST_AREA] * inverse_rest
     return ratio

@@ -11,6 +11,9 @@ neighbours of longer reach is then divided by LEAST.
 The rate is that of ln n_a, so that V_a counts as 1/n_a at most: else a particle whose V_a n_a is above 1 thins faster
 than its neighbours leave it, by exp. At a free face V_a n_a is below 1, and V_a counts.
 
+Neighbours of other bodies count by the interaction area of the contact, not by the own kernel, so that the volume
+changes by what does work: gas of a twentieth of a wall's volume would else strain its first row without heating it.
+
 Source: Springel & Hernquist 2002; Springel 2005 has no correction below the same Omega. Verification: `sod`, `blast`,
 `noh`.
 """
@@ -21,12 +24,12 @@ from __future__ import annotations
 LEAST = 0.1
 
 
-def grad_h_sums(h, r, weight, du_n, us_n, other):
-    """Return the velocity that the number density counts, and the sums of the own kernel: rate, W and q dW/dq.
+def grad_h_sums(h, r, weight, du_n, other):
+    """Return the velocity that the own kernel counts, and its sums: rate, W and q dW/dq.
 
     A template: bound are DIM, `scale`, `slope` and `shape`.
     """
-    q, moving = r / h, weight * (du_n + other * (2.0 * us_n - du_n))
+    q, moving = r / h, weight * (1.0 - other) * du_n
     own_kernel = scale(1.0 / h) * slope(q) * moving
     return moving, own_kernel, weight * scale(1.0 / h) * h * shape(q), weight * scale(1.0 / h) * h * q * slope(q)
 
