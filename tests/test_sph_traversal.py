@@ -7,6 +7,7 @@ from sph_twins import compiled_rates, packed, random_cloud
 
 from hvisph.casefile.loader import load_case
 from hvisph.compiler.jit import prange, specialise
+from hvisph.compiler.parallel_for import particle_loop
 from hvisph.compiler.vector.api import flush_tiny, restore_mode
 from hvisph.compiler.vector.intrinsics import HAS_REGISTER
 from hvisph.compiler.vector.lanes import LANES
@@ -19,7 +20,7 @@ from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.neighbours import cells, traversal
 from hvisph.sph.neighbours.cells import Grid, find_undisturbed, sort
 from hvisph.sph.neighbours.ghost_rows import Plane
-from hvisph.sph.neighbours.pairs import Pairs, Pass
+from hvisph.sph.neighbours.pairs import Pairs, Pass, show_stage
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
 
@@ -78,6 +79,28 @@ def test_a_row():
     x = np.arange(100.0)[:, None] + 0.2 * rng.random((100, 1))
     h = 1.3 + 0.2 * rng.random(100)
     assert_complete(made(x, h), x, h)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_packed_rows_in_sorted_ones(dim):
+    x, h = plate(dim, 8, 1e-3)
+    width, n = dim + 5, len(x)
+    rows = np.column_stack([x, h, np.random.default_rng(2).random((n, 4))])
+    apart, shared = np.zeros((n, 2 * width)), np.column_stack([np.zeros((n, width)), rows])
+    order, place = np.zeros((2, n), np.uint32)
+    found = []
+    for given, out, first in ((rows, apart, 0), (shared, shared, width)):
+        columns, grid = np.zeros((dim + 1, n + 8)), Grid.from_positions(x, 2.0 * h.max())
+        sort(grid, given, np.arange(n, dtype=np.uint64), dim, np.zeros(n, np.uint32), order, place, out, columns, dim,
+             packed=first)  # fmt: skip
+        found.append((out[:, :width].copy(), columns, order.copy()))
+    assert all(np.array_equal(one, other) for one, other in zip(*found, strict=True))
+    assert np.array_equal(shared[place, :width], rows)
+    shared[:, width:] = -1.0  # passes have written there
+    show = specialise(show_stage, PACKED=width, SHOWN=2 * dim)
+    particle_loop(show)(n, shared, place)
+    assert np.array_equal(shared[:, width : width + 2 * dim], rows[:, : 2 * dim])
+    assert (shared[:, width + 2 * dim :] == -1.0).all()
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -17,6 +17,7 @@ ID, BODY, MATERIAL, FLAGS = 0, 1, 2, 3
 # Bits of the column FLAGS.
 CLAMPED = 1
 RETIRED = 2
+SLAB = 65536  # rows that are copied at once
 
 
 class Particles:
@@ -108,7 +109,9 @@ def reorder(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = N
 def take_rows(values: np.ndarray, order: np.ndarray, buffer: np.ndarray | None = None) -> np.ndarray:
     """Return row order[k] of `values` (n, ...) as row k, in a contiguous `buffer` that is large enough or anew."""
     copy = _in_buffer((len(order), *values.shape[1:]), values.dtype, buffer)
-    return np.take(values, order, axis=0, out=copy, mode="clip")  # other modes allocate
+    for first in range(0, len(order), SLAB):  # `take` copies the whole unless both sides are contiguous
+        copy[first : first + SLAB] = values[order[first : first + SLAB]]
+    return copy
 
 
 def copy_rows(values: np.ndarray, buffer: np.ndarray | None) -> np.ndarray:
@@ -119,5 +122,9 @@ def copy_rows(values: np.ndarray, buffer: np.ndarray | None) -> np.ndarray:
 
 
 def _in_buffer(shape: tuple[int, ...], dtype: np.dtype, buffer: np.ndarray | None) -> np.ndarray:
-    size, free = prod(shape), (np.empty(0) if buffer is None else buffer.reshape(-1)).view(dtype)
+    size, free = prod(shape), (np.empty(0) if buffer is None else buffer).view(dtype)
+    if free.ndim == 2:
+        columns = free[: shape[0], : prod(shape[1:])]
+        fits = columns.shape == (shape[0], prod(shape[1:]))
+        return columns.reshape(shape, copy=False) if fits else np.empty(shape, dtype)
     return free[:size].reshape(shape) if free.size >= size else np.empty(shape, dtype)

@@ -29,7 +29,7 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
     spacing = np.broadcast_to(np.asarray(spacing, float), len(position))
     classes = np.floor(np.log(spacing / spacing.min()) / np.log(LIKE_SPACING))
     members = [np.flatnonzero(classes == k) for k in np.unique(classes)]
-    trees = [scipy.spatial.cKDTree(position[rows]) for rows in members]
+    trees = [scipy.spatial.cKDTree(position[rows], balanced_tree=False, compact_nodes=False) for rows in members]
     near = [min(NEAR, link) * spacing[rows].min() for rows in members]
     found = [
         rows[tree.query_pairs(reach, output_type="ndarray")]

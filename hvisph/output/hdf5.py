@@ -56,8 +56,8 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None
 def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     """Read a snapshot that `write_hdf5` wrote, after checking that it is whole.
 
-    `lazily`: whether fields of a large one are read whenever they are asked for, and not kept, but for the numbers of
-        bodies, materials and particles and what stands in another file: the file must stay as it is.
+    `lazily`: whether fields of a large one are read whenever they are asked for, and not kept, but for masses, the
+        numbers of bodies, materials and particles and what stands in another file: the file must stay as it is.
     Raises `OutputError` when the file is missing, truncated, damaged, of another format version or not a snapshot.
     """
     with reading(path, "a snapshot", verified=not (lazily and _has_sums(path))) as h5:
@@ -78,7 +78,8 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
         if name in arrays:
             return arrays[name]
         with reading(path, "a snapshot", verified=False) as h5:
-            return _array(h5, places[name], sums)
+            values = _array(h5, places[name], sums)
+        return arrays.setdefault(name, values) if name == "mass" else values  # asked for as often as all others
 
     with read_errors(path, "a snapshot of hvisph"):
         return snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)

@@ -163,7 +163,7 @@ def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
         raise ValueError(f"'{name}' has shape {values.shape} for {count} particles")
     if values.dtype.kind == "f":  # as whoever computes with it expects, however it was stored
         values = values.astype(np.float64, copy=False)
-    return np.ascontiguousarray(values[:, columns]) if width else values
+    return values if columns == list(range(width)) else np.ascontiguousarray(values[:, columns])
 
 
 def _check_metadata(metadata: Plain, dim: int) -> None:

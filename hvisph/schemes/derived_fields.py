@@ -4,7 +4,7 @@ import numpy as np
 
 from hvisph.compiler.jit import bind
 from hvisph.compiler.parallel_for import particle_loop
-from hvisph.core.particles import Particles
+from hvisph.core.particles import SLAB, Particles
 from hvisph.materials import thermodynamics
 from hvisph.materials.damage.fracture_energy import softened_pressure
 from hvisph.materials.material_table import bind_models
@@ -47,7 +47,11 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
         "COMPONENTS": particles["deviator"].shape[1],
     }
     one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0, "S_ONSET_TENSION": 0} | particles.bindings())
-    particle_loop(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())
+    loop = particle_loop(one)
+    for first in range(0, particles.count, SLAB):  # rows need not lie side by side
+        some = slice(first, first + SLAB)
+        state = np.ascontiguousarray(particles.data[some])
+        loop(len(state), state, particles.tags[some], table, models, *(values[some] for values in fields.values()))
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
         fields["pressure"] = particles["pressure"].copy()
     if np.isnan(fields["temperature"]).all():

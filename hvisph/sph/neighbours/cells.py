@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from hvisph.compiler.jit import CompiledFunction, inline, specialise
+from hvisph.compiler.jit import CompiledFunction, Options, inline, specialise
 from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.tensors import own_vector
 
@@ -21,6 +21,8 @@ CHUNK = 1024
 # Rows of cells along y that are numbered together, so that in 3D more of the neighbours lie in a cache: the least of a
 # grid.
 BLOCK = 4
+# Slots of a packed row where it stands in a sorted one, behind as many; 0 for rows by themselves.
+PACKED = 0
 # What stands for no limit in rows of single precision, and units of rows in double precision, which are not read.
 LARGEST, NO_UNITS = 1e30, np.zeros(0)
 
@@ -96,7 +98,7 @@ def adjacent_cell(place, shift, nx, ny, nz):
 
 def find_cells(i, rows, inverse_edge, nx, ny, nz, cells):
     """Find the cell number of each row (template)."""
-    cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, nz)
+    cells[i] = number_of(cell_at(own_vector(rows, i, PACKED, DIM), inverse_edge, nx, ny, nz), nx, nz)
 
 
 def count_and_place(cells, starts, order):
@@ -122,7 +124,7 @@ def count_and_place(cells, starts, order):
 
 def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out, columns, h, units):
     """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them (template)."""
-    one = np.uint64(1)
+    one, first = np.uint64(1), np.uint64(PACKED)
     begin = chunk * np.uint64(CHUNK)
     end = min(begin + np.uint64(CHUNK), n)
     # A chunk has the cells that begin in it. What it reads of one under another's hands is in the same cell.
@@ -141,16 +143,16 @@ def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out,
         for j in range(k, stop):
             i = np.uint64(order[j])
             place[i] = j
-            for f in range(np.uint64(rows.shape[1])):
-                out[j, f] = min(max(rows[i, f] * units[f], -LARGEST), LARGEST) if X_REST else rows[i, f]
+            for f in range(np.uint64(PACKED or rows.shape[1])):
+                out[j, f] = min(max(rows[i, f] * units[f], -LARGEST), LARGEST) if X_REST else rows[i, first + f]
             if X_REST:
                 for f in range(np.uint64(DIM)):
                     out[j, np.uint64(X_REST) + f] = rows[i, f] * units[f] - np.float64(out[j, f])
                     moving = np.uint64(U) + f
                     out[j, np.uint64(U_REST) + f] = rows[i, moving] * units[moving] - np.float64(out[j, moving])
             for f in range(np.uint64(DIM)):
-                columns[f, j] = rows[i, f]
-            columns[DIM, j] = rows[i, h]
+                columns[f, j] = rows[i, first + f]
+            columns[DIM, j] = rows[i, first + h]
         k = stop
 
 
@@ -245,7 +247,7 @@ def find_undisturbed(
 
 def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
          place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int, units: np.ndarray = NO_UNITS,
-         vectors: tuple[int, int, int] = (0, 0, 0)) -> None:  # fmt: skip
+         vectors: tuple[int, int, int] = (0, 0, 0), packed: int = 0) -> None:  # fmt: skip
     """Put `rows` into cell order, and within a cell into that of their permanent numbers.
 
     Sums over neighbours in this order depend neither on the order of `rows` nor on the shape of the torus.
@@ -259,8 +261,9 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
       8)
     `units`, `vectors`: for sorted rows of float32: what the slots of `rows` are multiplied by, and the slots of the
       velocity and of what rounding takes of position and velocity
+    `packed`: number of slots of a packed row if these stand in `out`, which is then given for `rows`, too
     """
-    find, count_and_place, order_and_gather = _loops(dim, *vectors)
+    find, count_and_place, order_and_gather = _loops(dim, packed, *vectors)
     find(len(cells), rows, 1.0 / grid.edge, *grid.sizes, cells)
     count_and_place(cells, grid.starts, order)
     order_and_gather(len(order), rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot),
@@ -268,11 +271,12 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 
 
 @cache
-def _loops(dim: int, u: int, x_rest: int, u_rest: int) -> tuple[CompiledFunction, ...]:
+def _loops(dim: int, packed: int, u: int, x_rest: int, u_rest: int) -> tuple[CompiledFunction, ...]:
+    of_rows: Options = {"DIM": dim, "PACKED": packed}
     return (
-        particle_loop(specialise(find_cells, DIM=dim), short=True),
+        particle_loop(specialise(find_cells, **of_rows), short=True),
         specialise(count_and_place, parallel=False),
-        chunk_loop(specialise(_order_and_gather, DIM=dim, U=u, X_REST=x_rest, U_REST=u_rest), CHUNK, short=True),
+        chunk_loop(specialise(_order_and_gather, **of_rows, U=u, X_REST=x_rest, U_REST=u_rest), CHUNK, short=True),
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, Options, PythonFunction, bind, bind_constants, specialise
+from hvisph.compiler.parallel_for import particle_loop
 from hvisph.compiler.tensors import SIZE, broadcast_singles
 from hvisph.compiler.vector import api
 from hvisph.compiler.vector.api import EIGHT
@@ -80,9 +81,12 @@ class Pairs:
     `single`: whether laws are evaluated in single precision: sorted rows are of float32, with the smoothing length at
     the start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
     It holds:
-    `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
+    `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once. Where
+    passes make enough of a row, packed rows stand in those slots of the sorted ones, in the order of the particles:
+    an evaluation leaves position and velocity of them.
     `halo`, `images`: copies that are appended to them: rows of other processes, images at the planes.
-    `workspace`: all numbers (k,) of the sorted rows and their columns. It is free between evaluations.
+    `workspace`: numbers (k,) of the sorted rows and their columns, or, where packed rows stand in these, their
+    first slots (n, packed), which are free between evaluations.
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
@@ -101,14 +105,20 @@ class Pairs:
         self.coefficients = coefficients
         self.count = len(positions)
         self.slots = layout.slots()
-        self.rows = np.zeros((self.count, layout.packed_width))  # close together; sorted, each in whole cache lines
+        made = layout.used_width - layout.packed_width
+        shares = not single and 2 * made >= layout.packed_width and "N_PREVIOUS" not in self.slots
+        self._behind = max(layout.packed_width - made, 0) if shares else 0
+        self._shared: np.ndarray | None = None
+        self.rows = np.zeros((self.count, 0 if shares else layout.packed_width))  # close together
         self.numbers = np.arange(self.count, dtype=np.uint64)
         self.halo: Halo | None = None
         self.images = ImageCopies(planes, layout) if planes else None
         self.grid = cells.Grid.from_positions(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
         self._room = self._pause = 0
-        self._ensure_capacity(self.count)
+        bound: Options = {"PACKED": layout.packed_width, "SHOWN": 2 * dim}
+        self._show = particle_loop(specialise(show_stage, **bound), short=True)
+        self._ensure_capacity(self.count, shares)
         shared = {
             "DIM": dim,
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
@@ -146,11 +156,13 @@ class Pairs:
             self._sweeps.append((sweep, one.into_rows))
         self._vectors = self.slots["U"] if single else 0, self.slots.get("X_REST", 0), self.slots.get("U_REST", 0)
 
-    def _ensure_capacity(self, count: int) -> None:
-        """Allocate arrays for `count` rows and the far row."""
+    def _ensure_capacity(self, count: int, shares: bool = False) -> None:
+        """Allocate arrays for `count` rows, each in whole cache lines, and the far row."""
         if count > self._room:
             self._room = count if count == self.count else count + count // 4
             dim, width = self.layout.dim, -(-self.layout.width // 8) * 8 if self.single else self.layout.width
+            if self._behind:
+                width = -(-(self.layout.used_width + self._behind) // 4) * 4
             rows, along = (self._room + 1) * width // (2 if self.single else 1), self._room + EIGHT
             self.workspace = aligned_zeros(1, rows + (dim + 1) * along)[0]
             precision = np.float32 if self.single else np.float64
@@ -158,9 +170,13 @@ class Pairs:
             self.columns = self.workspace[rows:].reshape(-1, along)
             self.rates = np.zeros((self._room, particle_layout.width(dim) + self._further))
             self._lists = self.rates.view(np.uint32)
-            self.cells = np.zeros(self._room, np.uint32)
+            self.cells = self._lists.reshape(-1)[: self._room]  # before any lists
             self.order = np.zeros(self._room, np.uint32)
             self.place = np.zeros(self._room, np.uint32)
+            if shares:
+                packed = self.layout.packed_width
+                self.workspace = self.sorted[: self.count, :packed]
+                self.rows = self._shared = self.sorted[: self.count, packed : 2 * packed]
         self.present = count
 
     def _put_far(self) -> None:
@@ -185,17 +201,20 @@ class Pairs:
         rows, numbers, edge = self.rows, self.numbers, self.kernel.reach * h
         own = len(rows)
         if self.halo is not None:
-            rows, numbers = self.halo.append(rows, numbers, edge)
+            rows, numbers = self.halo.append(np.ascontiguousarray(rows), numbers, edge)
             self.rows = rows[:own]  # in front of the others': the next stage is packed there
         if self.images is not None:
             rows, numbers = self.images.append(rows, numbers, edge)
         if len(rows) != self.present:
-            self._ensure_capacity(len(rows))
+            self._ensure_capacity(len(rows), self.rows is self._shared)
         self._put_far()
         n = self.present
         self.grid.edge = edge
+        packed = 0
+        if rows is self._shared:
+            rows, packed = self.sorted[:n], self.layout.packed_width
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
-                   self.sorted[:n], self.columns, self.layout.dim, self._units, self._vectors)  # fmt: skip
+                   self.sorted[:n], self.columns, self.layout.dim, self._units, self._vectors, packed)  # fmt: skip
         self._pause = max(self._pause - 1, 0)
         if self._skips and not self._pause:
             known = n if self.halo is None else own
@@ -213,6 +232,8 @@ class Pairs:
             for copies in (self.halo, self.images) if into_rows else ():
                 if copies is not None:
                     copies.refresh(self.sorted, self.place)
+        if self.rows is self._shared:
+            self._show(own, self.sorted, self.place)
         if failure is not None:
             raise failure
 
@@ -229,6 +250,12 @@ class Pairs:
         self.capacity = traversal.complete_sweep(
             sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
             self._constants, self.capacity, lambda capacity: out, self._lists)  # fmt: skip
+
+
+def show_stage(i, rows, place):
+    """Copy position and velocity of particle `i` from its sorted row into its packed row."""
+    for f in range(np.uint64(SHOWN)):
+        rows[i, np.uint64(PACKED) + f] = rows[np.uint64(place[i]), f]
 
 
 def _limited(one: Pass) -> Options:
