@@ -11,6 +11,7 @@ The work has no exact value: spacings are compared. It is 7.0, 6.5, 6.2 and 5.8 
 the radius of the notch: its neck strains by a quarter less, and two thirds of it tear without damage. From 20 on the
 strain on the axis agrees within 6 %, and the crack opens at half the radius of the neck at a strain of 0.15, after
 26.4, 25.9 and 24.8 us: the first ring that reaches it decides, and what remains of the 11 % between 20 and 40 across.
+At 40 two thirds of the crack tear without damage: its area is too small. Forces of 20, 30 and 40 agree within 1.3 %.
 Tolerances were set after a first look, that of the force at 5 % before.
 """
 
