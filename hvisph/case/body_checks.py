@@ -4,19 +4,10 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
+from hvisph.case import shapes
 from hvisph.case.bodies import Body, LinearField, UniformField, direction_name
 from hvisph.case.conditions import table_problems
 from hvisph.case.model import AnyCase, Problem
-from hvisph.case.shapes import (
-    BoxShape,
-    CylinderShape,
-    HoneycombShape,
-    IntervalShape,
-    RingShape,
-    Shape,
-    TubeShape,
-    shape_problems,
-)
 from hvisph.core.catalogues import SECTION_ARRANGEMENTS, arrangements_of
 from hvisph.core.text import recommend
 
@@ -35,7 +26,7 @@ def body_problems(case: AnyCase) -> Iterator[Problem]:
     """Yield the errors of the bodies of `case`."""
     for index, (name, body) in enumerate(case.bodies.items()):
         path = f"bodies.{name}"
-        wrong = list(shape_problems(body.shape, case.drawing_dimensions, f"{path}.shape"))
+        wrong = list(shapes.shape_problems(body.shape, case.drawing_dimensions, f"{path}.shape"))
         yield from wrong
         if not wrong:
             yield from _arrangement(case, body, path)
@@ -200,7 +191,7 @@ def _thickness(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
     h = formulation.h_over_dx * body.spacing(case)
     support = formulation.support_over_h * h
     thickness = body.shape.thickness()
-    if isinstance(body.shape, HoneycombShape):
+    if isinstance(body.shape, shapes.HoneycombShape):
         yield from _walls(case, body, body.shape, path)
         return
     # a thickness written as a decimal multiple of dx must not fail by round-off
@@ -214,7 +205,7 @@ def _thickness(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
         )
 
 
-def _walls(case: AnyCase, body: Body, shape: HoneycombShape, path: str) -> Iterator[Problem]:
+def _walls(case: AnyCase, body: Body, shape: shapes.HoneycombShape, path: str) -> Iterator[Problem]:
     """Yield the errors of foil: walls of less than two particles, pores that do not keep the mass."""
     dx, unit = body.spacing(case), _metre(case)
     if shape.thickness() < 2.0 * dx * (1.0 - 1e-9):
@@ -256,7 +247,7 @@ def _spacing(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
                 "are graded"
             )
             yield f"{path}.grading", fault
-    elif not isinstance(body.shape, BoxShape | IntervalShape):
+    elif not isinstance(body.shape, shapes.BoxShape | shapes.IntervalShape):
         yield f"{path}.grading", f"a {body.shape.type} has even spacing; only a box or an interval is graded"
     if len(grading.fine) != case.dim:
         yield _length(f"{path}.grading.fine", case.dim, len(grading.fine), "widths")
@@ -266,11 +257,11 @@ def _spacing(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
         yield f"{path}.mass", "a graded body always has its exact mass; leave `mass` out"
 
 
-def _is_washer(shape: Shape) -> bool:
+def _is_washer(shape: shapes.Shape) -> bool:
     """Whether the half-plane section of a solid of revolution about x is a box along x and the radius."""
-    if isinstance(shape, RingShape):
-        return shape.axis == "x" and isinstance(shape.section, BoxShape)
-    return isinstance(shape, CylinderShape | TubeShape) and shape.axis == "x"
+    if isinstance(shape, shapes.RingShape):
+        return shape.axis == "x" and isinstance(shape.section, shapes.BoxShape)
+    return isinstance(shape, shapes.CylinderShape | shapes.TubeShape) and shape.axis == "x"
 
 
 def _velocity(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:

@@ -17,15 +17,8 @@ from hvisph.cli.formatting import echo_json, paragraph, quantity, say, table
 from hvisph.cli.options import argument, option
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
+from hvisph.postprocessing import material_sheet
 from hvisph.postprocessing.exact_solution import exact_solution, write_exact
-from hvisph.postprocessing.material_sheet import (
-    compare_hugoniot,
-    derive_properties,
-    hugoniot,
-    picture,
-    point_picture,
-    worst_bin,
-)
 from hvisph.precheck.correlation_input import correlations_of
 from hvisph.setup.material_point import COLUMNS, drive
 from hvisph.setup.materials import material_of
@@ -123,7 +116,7 @@ def point(
             rows.append((f"{record.strain[k]:.4g}", *stresses, *state))
         say(table(rows, indent=0))
     if plot is not None:
-        say(f"wrote {point_picture(record, plot, f'{model.name}, {path}, {rate:g} 1/s')}", err=True)
+        say(f"wrote {material_sheet.point_picture(record, plot, f'{model.name}, {path}, {rate:g} 1/s')}", err=True)
 
 
 def _material(subject: str, body: str | None) -> Material:
@@ -173,7 +166,7 @@ def materials(
     else:
         say(_sheet(known, names[0], models[0]))
     if plot is not None:
-        say(f"wrote {picture(models, plot, known.notes(names[0]))}", err=True)
+        say(f"wrote {material_sheet.picture(models, plot, known.notes(names[0]))}", err=True)
 
 
 def _sheet(known: Library, name: str, model: Material) -> str:
@@ -192,8 +185,9 @@ def _sheet(known: Library, name: str, model: Material) -> str:
             text = f"{', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}"
             lines.append(paragraph(text, indent=2, hanging=4))
     lines += ["", "what follows from them"]
-    lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derive_properties(model).items()]))
-    rows = hugoniot(model)
+    derived = material_sheet.derive_properties(model)
+    lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derived.items()]))
+    rows = material_sheet.hugoniot(model)
     if rows:
         lines += ["", "behind shocks, without strength"]
         shown = [("up", "Us", "pressure", "density", "temperature")]
@@ -202,16 +196,16 @@ def _sheet(known: Library, name: str, model: Material) -> str:
             shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
         lines.append(table(shown))
     for points, whose in notes.hugoniot_points:
-        beside = compare_hugoniot(model, points)
+        beside = material_sheet.compare_hugoniot(model, points)
         if beside:
             words = (
                 f"{whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the speed of its last wave is "
                 f"{_format_deviation(beside)}"
             )
             if model.strength.type != "none":
-                fluid = compare_hugoniot(model, points, strength=False)
+                fluid = material_sheet.compare_hugoniot(model, points, strength=False)
                 words += f"; without its strength {_format_deviation(fluid)}"
-            bins = worst_bin(beside) if points == notes.hugoniot else None
+            bins = material_sheet.worst_bin(beside) if points == notes.hugoniot else None
             if bins is not None:
                 off, where, scatter = bins
                 words += (
@@ -243,7 +237,7 @@ def _format_deviation(beside: Sequence[tuple[float, float, float]]) -> str:
 
 def _comparison(models: list[Material]) -> str:
     """Return materials in columns: models, then derived properties."""
-    columns = [derive_properties(model) for model in models]
+    columns = [material_sheet.derive_properties(model) for model in models]
     rows = [("", *(model.name for model in models))]
     rows.append(("density", *(f"{model.density:g} kg/m^3" for model in models)))
     rows += [(part, *(getattr(model, part).type for model in models)) for part in ("eos", "strength", "damage")]

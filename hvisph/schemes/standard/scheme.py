@@ -28,16 +28,8 @@ from hvisph.sph.terms import artificial_stress, kernel_correction
 from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN
 
 from . import law as standard
+from . import options
 from .frictional_contact import NoContact, SeparatingContact
-from .options import (
-    DensityDissipation,
-    GrayArtificialStress,
-    KernelCorrection,
-    MonaghanViscosity,
-    NoArtificialStress,
-    NoCorrection,
-    NoDensityDissipation,
-)
 
 
 @dataclass(frozen=True)
@@ -49,10 +41,10 @@ class Eulerian:
     h_over_dx: float = 1.4
     smoothing: Smoothing = field(default_factory=Smoothing)
     # options of `hvisph.schemes.standard.options`
-    viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)
-    artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
-    dissipation: DensityDissipation = field(default_factory=NoDensityDissipation)
-    correction: KernelCorrection = field(default_factory=NoCorrection)
+    viscosity: options.MonaghanViscosity = field(default_factory=options.MonaghanViscosity)
+    artificial_stress: options.GrayArtificialStress = field(default_factory=options.NoArtificialStress)
+    dissipation: options.DensityDissipation = field(default_factory=options.NoDensityDissipation)
+    correction: options.KernelCorrection = field(default_factory=options.NoCorrection)
     product: bool = False  # whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b), as a correction always has it
     # whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W
     mass_form: bool = False

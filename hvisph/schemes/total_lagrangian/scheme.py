@@ -18,13 +18,7 @@ from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.schemes.adaptive.state import Conversion
 from hvisph.schemes.adaptive.stepper import CompositeStepper
 from hvisph.schemes.protocol import Smoothing
-from hvisph.schemes.standard.options import (
-    GrayArtificialStress,
-    KernelCorrection,
-    MonaghanViscosity,
-    NoArtificialStress,
-    NoCorrection,
-)
+from hvisph.schemes.standard import options
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.contact.penalty_contact import Pressing
 from hvisph.sph.contact.repulsion import Contact, Welded
@@ -42,16 +36,16 @@ class TotalLagrangian:
     # kernel, and smoothing length over spacing; the smoothing length stays
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
-    viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)  # Monaghan's, or none
+    viscosity: options.MonaghanViscosity = field(default_factory=options.MonaghanViscosity)  # Monaghan's, or none
     # that of the Eulerian particles
-    artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
+    artificial_stress: options.GrayArtificialStress = field(default_factory=options.NoArtificialStress)
     # whether it acts between Eulerian and Total Lagrangian particles, on both sides; otherwise on neither
     stress_at_interface: bool = True
     product: bool = True  # whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b)
     # that of the reference kernel: none, of the gradient, or of both
-    correction: KernelCorrection = field(default_factory=KernelCorrection)
+    correction: options.KernelCorrection = field(default_factory=options.KernelCorrection)
     # that of the kernel in the current configuration
-    spatial_correction: KernelCorrection = field(default_factory=NoCorrection)
+    spatial_correction: options.KernelCorrection = field(default_factory=options.NoCorrection)
     # whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients
     printed_viscosity: bool = False
     hourglass: float = 0.0  # coefficient of the hourglass control, 0 for none
