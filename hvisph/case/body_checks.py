@@ -14,12 +14,10 @@ from hvisph.core.text import recommend
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
 AXES = ("x", "y", "z")
-# Whose laws take every particle's own smoothing length.
-UNLIKE_SPACINGS = ("eulerian", "riemann")
+UNLIKE_SPACINGS = ("eulerian", "riemann")  # whose laws take every particle's own smoothing length
 # Ratio of spacings and of masses of particles that cause a warning.
 UNLIKE, MOST_UNEQUAL = 1.1, 3.0
-# Layers of particles that a rigid body should have.
-FEWEST_LAYERS = 3
+FEWEST_LAYERS = 3  # layers of particles that a rigid body should have
 
 
 def body_problems(case: AnyCase) -> Iterator[Problem]:

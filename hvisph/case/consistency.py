@@ -17,8 +17,7 @@ from .plausible import implausible
 BAROTROPIC = ("linear", "elastic")  # equations of state without energy
 MOST_SNAPSHOTS = 1_000_000
 AXES = ("x", "y", "z")
-# Fields of velocity that have a meaning about the axis.
-FIELDS = ("uniform", "radial", "linear", "table")
+FIELDS = ("uniform", "radial", "linear", "table")  # fields of velocity that have a meaning about the axis
 
 
 def problems_of(case: AnyCase) -> Iterator[Problem]:

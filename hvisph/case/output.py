@@ -176,8 +176,7 @@ def gauge_problems(case: AnyCase) -> Iterator[Problem]:
             yield f"{path}.fields", "names a field twice"
 
 
-# Fields that snapshots always hold: places, and volumes as mass over density.
-ALWAYS = ("position", "mass", "density")
+ALWAYS = ("position", "mass", "density")  # fields that snapshots always hold: places, and volumes as mass over density
 
 
 class OutputRegion(Region):

@@ -40,8 +40,7 @@ END = Range(1e-3, 1e4)
 _LIKELY = Range(0.1, 1e2)
 _TIMES = (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
 _PRESSURES = (("TPa", 1e12), ("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.0))
-# What a slip of a unit multiplies by, the likeliest first.
-_SLIPS = (1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9, 1e-1, 1e1)
+_SLIPS = (1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9, 1e-1, 1e1)  # what a slip of a unit multiplies by, the likeliest first
 
 
 def implausible(case: AnyCase) -> list[str]:

@@ -139,8 +139,7 @@ def _remedy(dimension: Dimension) -> str:
     return f" (write it like '{dimension.example}', or as a plain number in {dimension.unit})"
 
 
-# Products of several numbers stay well inside what a float holds; no quantity of any unit is near it.
-LARGEST = 1e30
+LARGEST = 1e30  # products of several numbers stay well inside what a float holds; no quantity of any unit is near it
 
 
 @dataclass(frozen=True)

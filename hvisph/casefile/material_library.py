@@ -47,8 +47,7 @@ class Source(StrictModel):
 # What names of explosives and of woven materials begin with, in letters and digits alone.
 EXPLOSIVES = ("tnt", "c4", "comp", "pbx", "hmx", "rdx", "petn", "octol", "anfo", "lx1", "semtex", "explosive")
 FABRICS = ("kevlar", "nextel", "aramid", "dyneema", "twaron", "zylon")
-# How like a name is that was probably meant: a slip of a letter or two, and no other substance.
-CLOSE = 0.8
+CLOSE = 0.8  # how like a name is that was probably meant: a slip of a letter or two, and no other substance
 
 
 class MeasuredLine(StrictModel):

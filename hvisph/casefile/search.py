@@ -18,8 +18,7 @@ from .spellings import spellings
 MOST = 40
 # Titles and headings of the documentation, made by `python tools/commands.py --write`.
 PAGES = Path(__file__).with_name("pages.json")
-# What alloys of aluminium are called for short: Al2024, AA6061-T6.
-ALLOY = re.compile(r"(?:al|aa)_?(\d{4}.*)")
+ALLOY = re.compile(r"(?:al|aa)_?(\d{4}.*)")  # what alloys of aluminium are called for short: Al2024, AA6061-T6
 
 
 @dataclass(frozen=True)

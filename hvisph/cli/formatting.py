@@ -12,8 +12,7 @@ import typer
 
 from hvisph.core.text import Plain, sanitize
 
-# Errors of writing after the reader of a pipe has ended, or the terminal was closed.
-_NOBODY = {errno.EPIPE, errno.EIO}
+_NOBODY = {errno.EPIPE, errno.EIO}  # errors of writing after the reader of a pipe has ended, or the terminal was closed
 
 
 def say(text: object = "", *, err: bool = False, red: bool = False, nl: bool = True) -> None:

@@ -21,8 +21,7 @@ from .jit import inline
 # Bits of the finer part, which allow 2^29 terms, and bits of the unit below the total.
 FINER, BELOW = 34, 40
 _FINE = 2.0**-FINER
-# Terms must be smaller than this number of units; sums of their magnitudes are correct up to it.
-LARGEST = 2.0**51
+LARGEST = 2.0**51  # terms must be smaller than this number of units; sums of their magnitudes are correct up to it
 
 
 def sum_unit(whole: float) -> float:

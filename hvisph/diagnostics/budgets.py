@@ -25,10 +25,8 @@ FALLBACKS_COLUMN = "correction_fallbacks"
 SLIP_COLUMN = "slip_work"
 # Work of plastic flow, and what viscosity, Riemann fluxes and friction dissipated, up to the record [J].
 WORK_COLUMNS = ("plastic_work", "shock_heating")
-# Potential energy in the field of gravity [J], zero at the start.
-GRAVITY_COLUMN = "gravity_energy"
-# Work of what moves the clamps, up to the record [J].
-EXTERNAL_COLUMN = "external_work"
+GRAVITY_COLUMN = "gravity_energy"  # potential energy in the field of gravity [J], zero at the start
+EXTERNAL_COLUMN = "external_work"  # work of what moves the clamps, up to the record [J]
 # Energy that the integration of rigid bodies has made: the swing of their free rotation, and what the kick differs from
 # the velocities of the stage [J].
 ROTATION_COLUMN = "rigid_rotation"
@@ -36,10 +34,8 @@ ROTATION_COLUMN = "rigid_rotation"
 SUPPORT_COLUMNS = ("support_momentum_x", "support_momentum_y", "support_momentum_z")
 # Energy that left through open edges, up to the record [J], and momentum [kg m/s].
 EDGE_COLUMNS = ("edge_energy", "edge_momentum_x", "edge_momentum_y", "edge_momentum_z")
-# Energy that the softer moduli of late stages give back beyond those before [J].
-LATE_COLUMN = "late_energy"
-# Highest pressure of any particle up to the record [Pa].
-HIGHEST_COLUMN = "highest_pressure"
+LATE_COLUMN = "late_energy"  # energy that the softer moduli of late stages give back beyond those before [J]
+HIGHEST_COLUMN = "highest_pressure"  # highest pressure of any particle up to the record [Pa]
 # Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
 ANGULAR_COLUMNS: dict[int, tuple[str, ...]] = {
     1: (),
@@ -48,12 +44,10 @@ ANGULAR_COLUMNS: dict[int, tuple[str, ...]] = {
 }
 ANGULAR_EVERY = 20
 NAN = float("nan")
-# Particles summed at once: what numpy makes of so many stays in a cache.
-AT_ONCE = 4096
+AT_ONCE = 4096  # particles summed at once: what numpy makes of so many stays in a cache
 # Work against a contact algorithm since the start [J]: a separating contact keeps it, a repulsive one has made it heat.
 CONTACT_COLUMN = "contact_energy"
-# Work of fracture up to the record [J], a part of the internal energy.
-FRACTURE_COLUMN = "fracture_work"
+FRACTURE_COLUMN = "fracture_work"  # work of fracture up to the record [J], a part of the internal energy
 
 
 class Budget:

@@ -13,8 +13,7 @@ from hvisph.integrators.boundary_forces import Boundaries
 from hvisph.parallel.collectives import GlobalLimit, ParticleReport
 from hvisph.setup.build import Setup
 
-# Steps between two looks at all densities.
-DENSITY_EVERY = 8
+DENSITY_EVERY = 8  # steps between two looks at all densities
 # Share of the energy at the start that the internal energy may be below zero without a warning: a first step of contact
 # of bodies at zero energy ends so by 2e-5, for that step.
 UNNOTICED = 1e-4

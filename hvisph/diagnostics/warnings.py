@@ -24,8 +24,7 @@ class Holds:
     # None, each (n,)
     outside: Callable[..., np.ndarray]
     words: str  # the range, in words
-    # largest tension of such a material [Pa]; None where its damage model limits tension
-    tension: float | None = None
+    tension: float | None = None  # largest tension of such a material [Pa]; None where its damage model limits tension
 
 
 @dataclass
@@ -105,18 +104,12 @@ REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.axisymmetric)
 CLUMPED, CLUMPS = 0.3, 0.01
 # Negative internal energy over the initial energy, and share of detached particles, that cause a warning.
 BELOW_ZERO, TORN = 1e-3, 0.01
-# Distance over h of the nearest neighbour beyond which a particle is isolated; kernels reach 2 to 3.
-ALONE = 3.0
-# p V of isolated particles over the initial energy that causes a warning.
-HELD = 1e-3
-# Distance in spacings of connected particles.
-LINK = 2.0
-# Largest distance in spacings of initial nearest neighbours, below the diagonal of a square.
-NEXT = 1.3
-# Damage past onset at which three quarters of the fracture energy are absorbed.
-SOFT = 0.5
-# Share of the crack between sound particles that causes a warning.
-TORN_CRACK = 0.05
+ALONE = 3.0  # distance over h of the nearest neighbour beyond which a particle is isolated; kernels reach 2 to 3
+HELD = 1e-3  # p V of isolated particles over the initial energy that causes a warning
+LINK = 2.0  # distance in spacings of connected particles
+NEXT = 1.3  # largest distance in spacings of initial nearest neighbours, below the diagonal of a square
+SOFT = 0.5  # damage past onset at which three quarters of the fracture energy are absorbed
+TORN_CRACK = 0.05  # share of the crack between sound particles that causes a warning
 # A fragment of at least this share of the largest one was cut off if the plastic strain of its edge exceeds this value.
 PIECE, CUT = 0.25, 0.5
 

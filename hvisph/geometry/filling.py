@@ -164,8 +164,7 @@ def estimated_count(shape: Shape, dx: float) -> float:
 FARTHEST, FEW_LAYERS, MOST, STEPS = 0.06, 0.48, 0.15, 24
 # Nodes that the search may look at in all; a shape of more keeps dx, and its count is near enough.
 MOST_NODES = 3_000_000
-# A share of the mass that costs as much as twice the share of the spacing.
-DEAR = 2.0
+DEAR = 2.0  # a share of the mass that costs as much as twice the share of the spacing
 
 
 def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Filling]) -> Filling:

@@ -9,8 +9,7 @@ from hvisph.core.errors import CaseError
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval
 from hvisph.geometry.shapes.shape import Shape, grid
 
-# Against round-off in length / spacing: 50.1 mm / 0.1 mm must be 501 on every machine.
-ROUND_OFF = 1e-9
+ROUND_OFF = 1e-9  # against round-off in length / spacing: 50.1 mm / 0.1 mm must be 501 on every machine
 
 
 @dataclass(frozen=True)
@@ -22,8 +21,7 @@ class Filling:
     size: tuple[float, ...]  # full size along each axis that the particles stand for [m]
     # spacing of the particles, which their smoothing length follows: one for all, or shape (n,) [m]
     spacing: float | np.ndarray
-    # changed quantities: sizes in a nominal filling, spacing and masses in an exact one; empty if none
-    note: str = ""
+    note: str = ""  # changed quantities: sizes in a nominal filling, spacing and masses in an exact one; empty if none
 
     @property
     def count(self) -> int:
@@ -72,8 +70,7 @@ def _sizes(size: tuple[float, ...]) -> str:
     return " x ".join(f"{side:.6g}" for side in size)
 
 
-# Nodes that are looked at together.
-AT_ONCE = 2_000_000
+AT_ONCE = 2_000_000  # nodes that are looked at together
 # Distance of nodes over dx [-], so that a cell has the area dx^2 (2D) or the volume dx^3 (3D).
 TRIANGULAR, CLOSE_PACKED = (4 / 3) ** 0.25, 2 ** (1 / 6)
 

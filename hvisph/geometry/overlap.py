@@ -23,8 +23,7 @@ from .shapes.shape import push_inside
 
 # Depth [spacings of the finer body] from which on bodies stand in each other: less is how a place is typed.
 DEEPEST = 0.4
-# Particles this close [spacings] are one place twice, which no pair law can tell apart.
-SAME_PLACE = 1e-3
+SAME_PLACE = 1e-3  # particles this close [spacings] are one place twice, which no pair law can tell apart
 # How far under its surface [spacings] a body's outermost particles may lie, and the steps down from there.
 UNDER = 2.5
 STEPS = (0.6, 0.5, 0.4, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05)

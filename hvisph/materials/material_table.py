@@ -70,8 +70,7 @@ class Material:
     fracture: FractureEnergy | None = None
     # at rest, and of incipient and complete melting and vaporisation at 1 bar [J/(kg K)]; none where unknown
     entropies: tuple[float, ...] = ()
-    # whether its particles are to remember what late stages need
-    late: bool = False
+    late: bool = False  # whether its particles are to remember what late stages need
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")

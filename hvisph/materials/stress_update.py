@@ -64,14 +64,12 @@ from .thermodynamics import circumstances, damaged_pressure, felt_damage, solid_
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
-# Largest half-angle for which the series of the tangent is exact to rounding.
-_SMALL_ANGLE_SQUARED = 2.5e-3
+_SMALL_ANGLE_SQUARED = 2.5e-3  # largest half-angle for which the series of the tangent is exact to rounding
 # What a particle remembers beside plastic strain and damage: of porous material the distension, of an explosive the
 # time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit; the smoothed strain
 # rate [1/s]; and four numbers of a crack, see `damage.fracture_energy`. This is none of it.
 NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-# Plastic strain over which the slope of the flow stress is found.
-_PROBE = 1e-3
+_PROBE = 1e-3  # plastic strain over which the slope of the flow stress is found
 # The strain rates that a smoothed one is held between [1/s].
 _SLOWEST, _FASTEST = 1e-6, 1e9
 

@@ -30,8 +30,7 @@ from .slots import (
 )
 from .strength import conditions, homologous_temperature, shear_share, yield_stress
 
-# Least strain rate in a logarithm [1/s].
-_LEAST_RATE = 1e-300
+_LEAST_RATE = 1e-300  # least strain rate in a logarithm [1/s]
 # To find a density: halvings of a bracket, and how often it may be widened to hold one.
 _HALVINGS, _WIDENINGS = 40, 20
 

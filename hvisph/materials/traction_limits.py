@@ -21,10 +21,8 @@ from .damage.fracture_energy import ONSET, TENSION, YIELD
 from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, FRACTURE_COMPLIANCE, RHO0, STRENGTH_TAG, parameters
 from .thermodynamics import flow_stress, least_pressure
 
-# Stands for no limit [Pa].
-UNLIMITED = 1e300
-# Plastic strain beyond which the particles of a body are no lattice.
-DISORDER = 0.2
+UNLIMITED = 1e300  # stands for no limit [Pa]
+DISORDER = 0.2  # plastic strain beyond which the particles of a body are no lattice
 
 
 @inline

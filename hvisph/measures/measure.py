@@ -272,8 +272,7 @@ def measure(
         return measure_snapshot(read(path), source=str(path))
     files = reader.snapshots_in(path)
     first = read(files[0])
-    # the start is unknown where the first snapshots are gone
-    start = first if first.step == 0 else None
+    start = first if first.step == 0 else None  # the start is unknown where the first snapshots are gone
     # a folder of another code's files has no history; a damaged one is an error
     history = reader.read_history(path) if (path / file_names.HISTORY).exists() else None
     if at == "all":

@@ -19,8 +19,7 @@ from hvisph.core.errors import CaseError, OutputError
 
 from .file_names import PARTIAL
 
-# Opens no link, where the system can tell (Windows cannot).
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opens no link, where the system can tell (Windows cannot)
 
 
 @contextmanager

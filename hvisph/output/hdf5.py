@@ -26,8 +26,7 @@ from hvisph.output.sealed_hdf5 import LABELS, reading, writing
 from .snapshot import FORMAT_VERSION, INDICES, Snapshot, header_text, snapshot_from, to_vtk
 
 _VTK_VERTEX = 1
-# What never changes of a particle, and may stand in the first snapshot alone.
-CONSTANTS = ("mass", "body", "material")
+CONSTANTS = ("mass", "body", "material")  # what never changes of a particle, and may stand in the first snapshot alone
 # Particles in a compressed piece, and those that are written at a time where none is.
 PIECE, _AT_ONCE = 65536, 8192
 _SMALL = 30_000  # particles of a snapshot that is read at once

@@ -143,8 +143,7 @@ def _gauge(name: str, model: Gauge, placed: list[PlacedBody], tracked: Tracked, 
     return ExactGauge(name, tuple(known), times, states)
 
 
-# Moments drawn beside one another in the picture of profiles.
-MOST_DRAWN = 6
+MOST_DRAWN = 6  # moments drawn beside one another in the picture of profiles
 
 
 def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list[Path]:

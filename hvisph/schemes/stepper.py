@@ -44,8 +44,7 @@ OF_MATERIALS = (
     ),
     *(anisotropic_stress.update_with_axes, anisotropic_stress.transverse_modulus, anisotropic_stress.squared_speeds),
 )
-# Steps between two sortings of the state itself into cell order, which keeps memory access near.
-PERMUTE_EVERY = 16
+PERMUTE_EVERY = 16  # steps between two sortings of the state itself into cell order, which keeps memory access near
 
 
 class Stepper:

@@ -26,8 +26,7 @@ from .start import carried_fields, origin_of
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
 FACED = (Interval, Disc, Sphere, Box, Cylinder)
-# Largest rounding of places, in spacings: strains between neighbours are resolved to this size.
-ROUNDING = 1e-6
+ROUNDING = 1e-6  # largest rounding of places, in spacings: strains between neighbours are resolved to this size
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody, open_edges
 
-# Reach of the mean that the places of a layer follow, in spacings.
-BESIDE = 2.0
+BESIDE = 2.0  # reach of the mean that the places of a layer follow, in spacings
 
 
 def boundaries_of(

@@ -23,8 +23,7 @@ from hvisph.sph.kernels import weigh
 
 from .bodies import PlacedBody
 
-# A gauge further than this many spacings from every particle is in no body.
-NEAR = 1.0
+NEAR = 1.0  # a gauge further than this many spacings from every particle is in no body
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,8 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 from .bodies import PlacedBody
 from .materials import material_of
 
-# Points of the column along which the pressure of the overburden is integrated.
-COLUMN = 400
-# Particles nearer than so many spacings stand on each other.
-LINK = 1.5
+COLUMN = 400  # points of the column along which the pressure of the overburden is integrated
+LINK = 1.5  # particles nearer than so many spacings stand on each other
 
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:

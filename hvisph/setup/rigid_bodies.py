@@ -16,8 +16,7 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
 
-# Impedance of a struck material over that at rest: shocks of 3 km/s in metals.
-STRUCK = 2.0
+STRUCK = 2.0  # impedance of a struck material over that at rest: shocks of 3 km/s in metals
 
 
 def rigid_material(body: PlacedBody, material: Material) -> Material:

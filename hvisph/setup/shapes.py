@@ -87,8 +87,7 @@ def _mesh(file: str, unit: float) -> Shape:
         return load_mesh(file, unit)
 
 
-# A field may differ by so much of its largest velocity from its mirror image.
-UNLIKE = 1e-6
+UNLIKE = 1e-6  # a field may differ by so much of its largest velocity from its mirror image
 
 
 def initial_velocity(model: Body, positions: np.ndarray, middle: np.ndarray) -> np.ndarray:

@@ -34,8 +34,7 @@ from hvisph.output.snapshot import Snapshot
 
 from .materials import material_of
 
-# Times that differ by this share of the later one are the same moment.
-SAME_TIME = 1e-9
+SAME_TIME = 1e-9  # times that differ by this share of the later one are the same moment
 # Shift of the angle between successive axisymmetric particles, in turns (golden ratio).
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 OF_SUMS = ("density_correction", "torque_residual", "viscosity_factor", "thickness")

@@ -29,8 +29,7 @@ STATE, TAGS, PEAKS = "state", "tags", "peaks"
 BUDGET_ARRAYS = ("momentum", "impulse", "retired", "taken", "pending", "edge_momentum", "weight")
 _WORK = ("slip_work", "plastic_work", "shock_heating", "external_work", "rigid_rotation", "gravity_energy")
 BUDGET_NUMBERS = ("energy", "size", "edge_energy", "potential", "scale", *_WORK)
-# Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
-MOST_TIME = 0.02
+MOST_TIME = 0.02  # checkpoints take at most this share of a run's wall time, whatever cadence is asked for
 # Keys that may differ between the case of a checkpoint and the resumed case; they do not change steps.
 _TEXTS = ("title", "source", "expected", "witness")
 MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "limits", *_TEXTS)

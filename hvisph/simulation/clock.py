@@ -16,8 +16,7 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 
-# Largest ratio of a step to the previous one; rates change within a few steps at a shock.
-GROWTH = 1.1
+GROWTH = 1.1  # largest ratio of a step to the previous one; rates change within a few steps at a shock
 # Share of a step by which the last step may be longer, so that no short remainder is left; also the relative
 # tolerance of times: 10 * 0.1 us equals 1 us.
 SLIVER = 1e-9

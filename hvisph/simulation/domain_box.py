@@ -16,8 +16,7 @@ from hvisph.setup.build import Setup
 
 # From the box to the first parked particle, in supports: beyond what live particles fly between two calls of `retire`.
 OUTSIDE = 64.0
-# Between parked particles, in supports. Odd, so that they spread evenly over the cells of the torus.
-APART = 3.0
+APART = 3.0  # between parked particles, in supports. Odd, so that they spread evenly over the cells of the torus.
 
 
 class Domain:

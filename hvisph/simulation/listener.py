@@ -14,8 +14,7 @@ from hvisph.core.text import Plain
 
 from .clock import Clock, TimeStep
 
-# Wall time between two reports of progress [s].
-REPORT_EVERY = 0.1
+REPORT_EVERY = 0.1  # wall time between two reports of progress [s]
 
 
 @dataclass(frozen=True)

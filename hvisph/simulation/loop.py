@@ -266,8 +266,7 @@ class Run:
         return Outcome(self.folder.path, summary, code, self.stop.name if self.status == "interrupted" else "")
 
 
-# Steps between two looks, a multiple of those between two sortings of the state.
-LOOK_EVERY = 64
+LOOK_EVERY = 64  # steps between two looks, a multiple of those between two sortings of the state
 
 
 def separate_fragments(setup: Setup, steps: int) -> None:

@@ -199,8 +199,7 @@ def resume_run(
             return Run(case, setup, folder, listener, checkpoint or header).go()
 
 
-# Particles of each body with which loops are compiled.
-FEW = 16
+FEW = 16  # particles of each body with which loops are compiled
 
 
 def distribute(

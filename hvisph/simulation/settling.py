@@ -21,8 +21,7 @@ from hvisph.setup.build import Setup
 
 from .clock import Clock
 
-# Greatest speed left, over the speed g/k of a damped fall, above which bodies are not at rest.
-AT_REST = 0.1
+AT_REST = 0.1  # greatest speed left, over the speed g/k of a damped fall, above which bodies are not at rest
 
 
 def own_limit(case: Case, setup: Setup) -> Limit:

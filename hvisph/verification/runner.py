@@ -58,8 +58,7 @@ PROBLEMS |= _OTHERS.PROBLEMS if _OTHERS is not None else {}
 _BLIND = checkout_module("blind")
 PROBLEMS |= {_BLIND.PROBLEM.name: _BLIND.PROBLEM} if _BLIND is not None else {}
 STRAIN = 0.85  # at which an adaptive particle turns: Young 2021
-# Limits that stop a run early would hide what it does.
-LIMITS = {"energy_drift": None, "speed_over_initial": None}
+LIMITS = {"energy_drift": None, "speed_over_initial": None}  # limits that stop a run early would hide what it does
 
 
 @dataclass

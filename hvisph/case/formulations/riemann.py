@@ -21,8 +21,7 @@ VARIANTS: dict[str, Plain] = {
         ("elastic", True, False, "frictional"),
     )
 }
-# Equations of state of what expands without end.
-GASES = ("ideal_gas", "jwl")
+GASES = ("ideal_gas", "jwl")  # equations of state of what expands without end
 # How the smoothing length of a gas follows it unless given: a fixed one does not reach through an expansion of 1.5, and
 # a strong shock takes air to a sixth of its length.
 FOLLOWING = {"type": "variable", "min_over_initial": 0.1, "max_over_initial": 4.0}

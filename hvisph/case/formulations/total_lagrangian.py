@@ -31,8 +31,7 @@ class ConversionLimits(StrictModel):
     fallback_damage: bool = key("With `damage: true`: whether neighbours of failed Eulerian particles convert", True)
 
 
-# What a composite pair law knows.
-PlainViscosity = Annotated[options.NoViscosity | options.MonaghanViscosity, BY_TYPE]
+PlainViscosity = Annotated[options.NoViscosity | options.MonaghanViscosity, BY_TYPE]  # what a composite pair law knows
 
 
 class TotalLagrangianFormulation(options.KernelOptions):

@@ -18,8 +18,7 @@ from hvisph.measures.tables import rows, write_fragments, write_series
 from hvisph.visualization.curves import series_picture, witness_picture
 
 HEADING = 14  # of a column's name, which is broken where it is longer
-# Largest relative distance of the nearest snapshot from the requested time without a note.
-FAR = 0.1
+FAR = 0.1  # largest relative distance of the nearest snapshot from the requested time without a note
 
 
 def measure(

@@ -20,10 +20,8 @@ from hvisph.core.errors import CaseError
 
 from .shape import Shape, grid
 
-# Pairs of ray and triangle at once, 200 bytes each.
-AT_ONCE = 1_000_000
-# Points on the surface from which distances are taken, at most.
-MOST_SAMPLES = 100_000
+AT_ONCE = 1_000_000  # pairs of ray and triangle at once, 200 bytes each
+MOST_SAMPLES = 100_000  # points on the surface from which distances are taken, at most
 # Rays each way that look for what lies within a surface twice, and how close faces of its size touch.
 RAYS, TOUCHING = 150, 1e-7
 # How much farther than the nearest of them one may be that is taken for it: a search deep inside would look at all.

@@ -11,8 +11,7 @@ from hvisph.core.errors import CaseError
 
 from .shape import Axial, Shape, box_distance, first_moment, require_sizes
 
-# Points times edges that are compared at once: what lies in a core's own cache.
-AT_ONCE = 16_000
+AT_ONCE = 16_000  # points times edges that are compared at once: what lies in a core's own cache
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,8 @@ from hvisph.materials.slots import FITTED_LENGTH, FRACTURE_COMPLIANCE, FRACTURE_
 ONSET, YIELD, TENSION, WIDTH = 5, 6, 7, 8
 # Least and largest l/L_0 by which strain counts.
 NARROWEST, WIDEST = 0.2, 5.0
-# Share of the strength beyond which an element would snap back: the return then has a denominator.
-BELOW = 1.0 - 1e-9
-# Tension at onset over the flow stress, at least: the mean stress of uniaxial tension.
-_UNIAXIAL = 1.0 / 3.0
+BELOW = 1.0 - 1e-9  # share of the strength beyond which an element would snap back: the return then has a denominator
+_UNIAXIAL = 1.0 / 3.0  # tension at onset over the flow stress, at least: the mean stress of uniaxial tension
 
 
 @dataclass(frozen=True)

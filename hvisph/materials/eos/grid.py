@@ -26,8 +26,7 @@ class Grid:
     # of shape (n, m) [Pa], [J/kg]; the energy rises with the temperature
     pressure: np.ndarray
     energy: np.ndarray
-    # of shape (n, m) [J/(kg K)]; None where the table has none
-    entropy: np.ndarray | None = None
+    entropy: np.ndarray | None = None  # of shape (n, m) [J/(kg K)]; None where the table has none
 
     def __post_init__(self) -> None:
         shape = (len(self.density), self.temperature.shape[-1])

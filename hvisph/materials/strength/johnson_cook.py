@@ -25,8 +25,7 @@ RATE_COEFFICIENT = slots.STRENGTH[3]
 LOG_REFERENCE_RATE = slots.STRENGTH[4]
 THERMAL_EXPONENT = slots.STRENGTH[5]
 
-# Increment over plastic strain up to which a series takes the place of a power.
-_SMALL_SHARE = 0.04
+_SMALL_SHARE = 0.04  # increment over plastic strain up to which a series takes the place of a power
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,7 @@ LOOK_EVERY = 16
 INSIDE = 0.7
 # Share, and number, of inner particles of a body that have penetrated another one when the run stops.
 SHARE, FEWEST = 0.1, 3
-# Inner particles have a reference kernel sum above this share of the largest one of their body.
-FULL = 0.9
+FULL = 0.9  # inner particles have a reference kernel sum above this share of the largest one of their body
 
 
 class BodyContact:

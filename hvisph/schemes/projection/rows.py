@@ -80,8 +80,7 @@ class ProjectionRows:
                 self.list.halo.exchange_again(np.zeros((self._count, layout.used_width)))
 
 
-# Parts of the window: it moves on by whole ones, and is shorter than asked for by less than one.
-PARTS = 20
+PARTS = 20  # parts of the window: it moves on by whole ones, and is shorter than asked for by less than one
 
 
 class TrailingMean:

@@ -245,8 +245,7 @@ class ProjectionStepper:
         self._crossed = 0.0
 
 
-# Points of the rule that integrates the kernel for the minimum support: its result is good to 1e-6.
-_POINTS = 2000
+_POINTS = 2000  # points of the rule that integrates the kernel for the minimum support: its result is good to 1e-6
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,7 @@ from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.terms.limiters import NO_RECONSTRUCTION
 
-# Rows are prefetched so many particles before they are needed.
-AHEAD = 8
+AHEAD = 8  # rows are prefetched so many particles before they are needed
 
 
 class NoContact:

@@ -95,11 +95,9 @@ from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 # Lagrangian ones, conservation of angular momentum; exponent n of f.
 PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = AXISYMMETRIC = HYBRID = ANGULAR_MOMENTUM = 0
 EXPONENT = 4
-# Slots of what rounding takes of position and velocity, in single precision.
-X_REST = U_REST = 0
+X_REST = U_REST = 0  # slots of what rounding takes of position and velocity, in single precision
 
-# A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
-LEVEL = 1e-3
+LEVEL = 1e-3  # a component of x_ab below this share of the distance is not tested: the plain gradient has next to none
 
 
 def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:

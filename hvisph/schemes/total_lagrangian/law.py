@@ -43,8 +43,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axisymmetric_jump, mirror_weight
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 
-# The rows of neighbours are asked for so many entries before they are needed.
-AHEAD = 96
+AHEAD = 96  # the rows of neighbours are asked for so many entries before they are needed
 
 
 def row_layout(
@@ -92,8 +91,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
     if HOURGLASS:
         x0 = own_vector(rows, i, X0, DIM)
         own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
-    # All of the reference density of its neighbours: they are of one body.
-    inverse_rho0 = volume[i] / rows[i, M]
+    inverse_rho0 = volume[i] / rows[i, M]  # all of the reference density of its neighbours: they are of one body
     if AXISYMMETRIC:
         inverse_rho0 *= rows[i, RING0] / rows[i, RING]
         inverse_ring, inverse_ring0 = 1.0 / rows[i, RING], 1.0 / rows[i, RING0]

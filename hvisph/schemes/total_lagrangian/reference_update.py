@@ -22,10 +22,8 @@ from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
 from hvisph.sph.neighbours.reference_neighbours import Reference
 from hvisph.sph.neighbours.traversal import FAR
 
-# Largest ratio of det F before and after a list is cut; beyond it the list spans no volume.
-LARGEST_JUMP = 5.0
-# Particles stop so far before a plane of symmetry [h].
-STAND_OFF = 1e-6
+LARGEST_JUMP = 5.0  # largest ratio of det F before and after a list is cut; beyond it the list spans no volume
+STAND_OFF = 1e-6  # particles stop so far before a plane of symmetry [h]
 
 
 class ReferenceChanges:
@@ -166,8 +164,7 @@ class ReferenceChanges:
         tied[self._tied] = True
         f = self._maps(np.flatnonzero(tied))
         density = self.rows_[:count, self.slots["RHO"]]
-        # mass of the section if axisymmetric
-        self.volume = self.rows_[:count, self.slots["M"]] / density
+        self.volume = self.rows_[:count, self.slots["M"]] / density  # mass of the section if axisymmetric
         self.volume[tied] = self.reference.volume[:count][tied] * np.linalg.det(f) * self.swellings[tied]
         dim = particles.dim
         own = self.before[:, : dim * dim]
