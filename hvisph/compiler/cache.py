@@ -6,8 +6,6 @@ cannot be read, is damaged or cannot be written counts as absent.
 Loops are unpickled and executed; `cache_folder` says which folders are trusted.
 """
 
-from __future__ import annotations
-
 import gc
 import hashlib
 import io

@@ -5,8 +5,6 @@ HVISPH_CACHE_DIR. A folder below the shared temporary folder is used only if it 
 others and is not a link.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 import tempfile

@@ -8,8 +8,6 @@ Adding 1.5 2^52 units to a number below 2^51 of them leaves the whole number in 
 rounding needs no conversion.
 """
 
-from __future__ import annotations
-
 from math import ceil, fsum, log2
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Test of compiled code on this machine, and identification of the build."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 

@@ -4,8 +4,6 @@ A case has been run when a folder holds a run whose effective case has the same 
 another case wrote is touched: where its folder is taken, the run goes into one with the hash in its name.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -27,21 +25,6 @@ from hvisph.simulation import run
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run_files import Outcome
 
-
-def complete(
-    entry: Entry, *, threads: int | None = None, force: bool = False, listener: Listener | None = None
-) -> Outcome | None:
-    """Run the case of an entry, or continue it where it was interrupted; None where it has been run.
-
-    Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process runs
-    it.
-    """
-    if entry.case is None or (is_run(entry) and not force):
-        return None
-    # a case in its folder has the same hash, or the entry would have another folder
-    return run.complete(entry.case, entry.folder, force, threads, listener)
-
-
 SNAPSHOTS = (".vtkhdf", ".h5", ".vtu", ".vtp", ".vtk", ".dump", ".lammpstrj")
 ENDED = ("done", "failed")
 
@@ -55,6 +38,20 @@ class Entry:
     case: Case | None = None  # the case to run; None for files that are only read
     file: Path | None = None  # the case's file
     group: str = ""  # name of the folder that it comes from
+
+
+def complete(
+    entry: Entry, *, threads: int | None = None, force: bool = False, listener: Listener | None = None
+) -> Outcome | None:
+    """Run the case of an entry, or continue it where it was interrupted; None where it has been run.
+
+    Raises `CaseError` when the case cannot be run; `OutputError` when a file cannot be written, or another process runs
+    it.
+    """
+    if entry.case is None or (is_run(entry) and not force):
+        return None
+    # a case in its folder has the same hash, or the entry would have another folder
+    return run.complete(entry.case, entry.folder, force, threads, listener)
 
 
 def entries(

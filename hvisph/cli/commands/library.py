@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
@@ -17,9 +16,6 @@ from hvisph.cli.main import COMMANDS
 from hvisph.cli.options import JsonOption, argument, option
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.output.atomic_write import write_errors
-
-if TYPE_CHECKING:
-    pass
 
 
 def cases(
