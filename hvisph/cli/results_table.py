@@ -33,7 +33,7 @@ def results_table(
     variants: bool = False,
 ) -> str:
     """Return measures and expectations of a summary as aligned text, with `further` figures such as drifts."""
-    results = {name: _result(plain) for name, plain in measures.items()}
+    results = {name: Result.from_dict(plain) for name, plain in measures.items()}
     shown = rows({**results, **(further or {})}, expected, unitless, variants)
     # undefined measures without an expected value are left out; the summary has their reason
     shown = [row for row in shown if row.value != "-" or row.passed is not None]
@@ -52,7 +52,7 @@ def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool =
     blocks = []
     for name, parts in (("layer", plain.get("layers", [])), *((k, plain.get(k)) for k in ("projectile", "cloud"))):
         columns = parts if name == "layer" else [parts] if parts else []
-        found = [{one: _result(values) for one, values in column["measures"].items()} for column in columns]
+        found = [{one: Result.from_dict(values) for one, values in column["measures"].items()} for column in columns]
         cells = [{row.name: row for row in rows(one, unitless=unitless, variants=variants)} for one in found]
         known = dict.fromkeys(one for column in sorted(cells, key=len, reverse=True) for one in column)
         names = [
@@ -78,10 +78,6 @@ def _note(row: Row | None) -> str:
     if row is None:
         return "-"
     return f"{row.value} (not settled)" if "not settled" in row.note else str(row.value)
-
-
-def _result(plain: Mapping[str, object]) -> Result:
-    return Result.from_dict(plain)
 
 
 def _colour(text: str) -> str:

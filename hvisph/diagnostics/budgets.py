@@ -147,9 +147,8 @@ class Budget:
         assert self.gravity is not None
         particles = self._setup.particles
         potential = self.gravity.potential(particles["position"])
-        within = (
-            particles.tags[:, FLAGS] >> GROUP_SHIFT != LAYER_GROUP
-        )  # the layer beyond an edge has no energy in the budget
+        # the layer beyond an edge has no energy in the budget
+        within = particles.tags[:, FLAGS] >> GROUP_SHIFT != LAYER_GROUP
         return float(self._setup.subdomain.exact_sum(np.where(within, particles["mass"] * potential, 0.0)))
 
     def highest(self) -> float:
@@ -358,16 +357,11 @@ class MigratingRows:
 
 
 class Peaks(MigratingRows):
-    """Maximum pressure of each particle [Pa]."""
+    """Maximum pressure of each particle so far [Pa], in `rows`."""
 
     def __init__(self, setup: Setup):
         super().__init__(setup, np.full(setup.particles.count, -np.inf))
         self._setup = setup
-
-    @property
-    def highest(self) -> np.ndarray:
-        """Maximum of each particle [Pa]."""
-        return self.rows
 
     def record(self) -> None:
         """Update the maxima with the last pressures."""

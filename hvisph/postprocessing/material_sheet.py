@@ -212,8 +212,7 @@ def point_picture(record: PointRecord, path: str | os.PathLike[str], title: str)
     stresses = Panel("strain", "stress [MPa]")
     for name in ("xx", "yy", "xy", "von_mises_stress"):
         stresses.curves.append((name.replace("_", " "), strain, record[name] * 1e-6))
-    panels = [stresses, Panel("strain", "pressure [MPa]", [("pressure", strain, record["pressure"] * 1e-6)])]
+    pressure = Panel("strain", "pressure [MPa]", [("pressure", strain, record["pressure"] * 1e-6)])
     shares = [(name.replace("_", " "), strain, record[name]) for name in ("plastic_strain", "damage")]
-    panels.append(Panel("strain", "plastic strain, damage", shares))
-    panels.append(Panel("strain", "temperature [K]", [("temperature", strain, record["temperature"])]))
-    return panels_picture(panels, path, title)
+    heat = Panel("strain", "temperature [K]", [("temperature", strain, record["temperature"])])
+    return panels_picture([stresses, pressure, Panel("strain", "plastic strain, damage", shares), heat], path, title)

@@ -79,7 +79,7 @@ class CheckpointContent:
     def _rows(self) -> dict[str, np.ndarray]:
         """Return the particle arrays of a checkpoint by name."""
         particles, carried = self.setup.particles, self.setup.stepper.get_carried()
-        rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags, PEAKS: self.peaks.highest}
+        rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags, PEAKS: self.peaks.rows}
         return rows | {f"{CARRIED}{name}": values for name, values in carried.items()}
 
     def _header(self, time_step: TimeStep) -> Plain:
@@ -128,7 +128,7 @@ class CheckpointContent:
     def _restore(self, header: Plain, rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
         clock, budget, particles, stepper = self.clock, self.budget, self.setup.particles, self.setup.stepper
         particles.data[...], particles.tags[...] = rows[STATE], rows[TAGS]
-        self.peaks.highest[...] = rows[PEAKS]
+        self.peaks.rows[...] = rows[PEAKS]
         carried = {name.removeprefix(CARRIED): values for name, values in rows.items() if name.startswith(CARRIED)}
         stepper.restore(carried, history)
         for name, value in header["clock"].items():

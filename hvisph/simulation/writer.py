@@ -74,9 +74,9 @@ class SnapshotWriter:
         share, particles = self.setup.subdomain, particles or self.setup.particles
         if share.uses_slabs:
             return self._snapshot_in_slabs(
-                self._take_snapshot(time, step, particles, self.peaks.highest, self.begun.rows), particles
+                self._take_snapshot(time, step, particles, self.peaks.rows, self.begun.rows), particles
             )
-        whole = share.whole(particles, self.peaks.highest, self.begun.rows)
+        whole = share.whole(particles, self.peaks.rows, self.begun.rows)
         return Moment(None if whole is None else self._take_snapshot(time, step, whole[0], *whole[1]))
 
     def _snapshot_in_slabs(self, own: Snapshot, particles: Particles) -> Moment:

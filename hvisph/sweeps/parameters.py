@@ -10,8 +10,7 @@ from hvisph.casefile.model_fields import walk
 from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain
 
-# A column of an experiment, carried along beside the computed values.
-EXPERIMENT = "experiment."
+EXPERIMENT = "experiment."  # a column of an experiment, carried along beside the computed values
 MATERIAL = "material."  # begins the path of a parameter of a fitted material
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 

@@ -23,8 +23,7 @@ from .style import new_figure, new_panels, store
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
 SIZED = ("s", "m")  # whose unit follows the shown values
-# Of what runs along an axis.
-AXES = {"x": "m", "r": "m", "time": "s"}
+AXES = {"x": "m", "r": "m", "time": "s"}  # of what runs along an axis
 STYLES = ("-", "--", ":")  # of the curves beyond the colours
 COLOURS = ("#1b4f72", "#b9770e", "#1e8449", "#922b21", "#6c3483", "#117a65", "#515a5a")
 EXACT = "#111111"

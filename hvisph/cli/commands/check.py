@@ -115,9 +115,8 @@ def _tested(warning: str, case: str, settings: list[str], resolution: str | None
         return warning
     try:
         chosen = shlex.split(line[0])[1::2]
-        options.load(
-            case, [*settings, *chosen], None if any(one.startswith("resolution=") for one in chosen) else resolution
-        )
+        spacing = None if any(one.startswith("resolution=") for one in chosen) else resolution
+        options.load(case, [*settings, *chosen], spacing)
     except CaseError as error:
         return f"{text}; this case would refuse {line[0].strip()}: {error}"
     return warning
@@ -222,10 +221,8 @@ def _fit_residuals(case: Case, number: Format, unit: str) -> list[tuple[str, str
             c0, s1, s2, s3 = eos.hugoniot
             curve = f" {s2:+.4g} up^2/Us {s3:+.4g} up^3/Us^2" if eos.us_up_order > 1 else ""
             left = ", ".join(f"{one:+.3g}" for one in eos.residuals)
-            facts.append(
-                ("Hugoniot", f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up{curve}, {len(eos.us_up)} points")
-            )
-            facts.append(("", f"measured less fitted: {left}{unit}"))
+            line = f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up{curve}, {len(eos.us_up)} points"
+            facts += [("Hugoniot", line), ("", f"measured less fitted: {left}{unit}")]
     return facts
 
 

@@ -34,9 +34,7 @@ def compare(
     field: str | None = option("--field NAME", "Field that colours the picture; pressure unless given.", None),
     picture: Path | None = option("--picture FILE", "Draw the final states into one picture: png, pdf, svg.", None),
     gauges: Path | None = option(
-        "--gauges FILE",
-        "Draw all gauges into one picture, in 1D with the exact solution and a table of differences.",
-        None,
+        "--gauges FILE", "Draw all gauges, in 1D with the exact solution and a table of differences.", None
     ),
     every: bool = option("--all", "Show all measures, not only the main ones.", False),
     force: bool = option("--force", "Run all cases again.", False),

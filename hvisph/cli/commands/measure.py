@@ -26,10 +26,7 @@ def measure(
     at: str | None = option("--at TIME|all", "Snapshot nearest to a time (4us), or all; the last unless given.", None),
     fragments: bool = option("--fragments", "List the fragments of every body: groups linked at 2 dx.", False),
     smallest: int | None = option(
-        "--smallest N",
-        "With --fragments: smallest number of particles to list, 5 unless given; smaller ones are summed.",
-        None,
-        min=1,
+        "--smallest N", "With --fragments: fewest particles of one listed (5); smaller ones are summed.", None, min=1
     ),
     csv: Path | None = option("--csv FILE", "Write a row per snapshot or fragment; SI units.", None),
     plot: Path | None = option("--plot FILE", "Draw all measures over time; FILE.png or .pdf.", None),
@@ -117,8 +114,7 @@ def _measures(source: str, measured: Measures, at: str | None) -> str:
     case = case_of_run(Path(source))
     expected = _compare_expected(case, measured) if at is None else []
     time = quantity(measured.time, "" if measured.unitless else "s")
-    plain = measured.as_dict()
-    unitless = measured.unitless
+    plain, unitless = measured.as_dict(), measured.unitless
     parts = (
         results_table(plain["measures"], expected, unitless, variants=True),
         sections_table(plain, unitless, variants=True),

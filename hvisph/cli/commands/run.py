@@ -43,9 +43,7 @@ def run(
 def resume(
     folder: Path = argument("RUN", "Folder of the run."),
     end: str | None = option("--end TIME", "New end time: 10us; the case's unless given.", None),
-    max_steps: int | None = option(
-        "--max-steps N", "Number of steps after which to stop; 0 for no limit.", None, min=0
-    ),
+    max_steps: int | None = option("--max-steps N", "Steps after which to stop; 0 for no limit.", None, min=0),
     threads: options.ThreadsOption = None,
     report: options.ReportOption = False,
     everything: options.AllOption = False,

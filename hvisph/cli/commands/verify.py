@@ -229,10 +229,6 @@ def _list_sets(sets: list[Experiments], as_json: bool) -> None:
     if as_json:
         echo_json([{"name": one.name, "shots": len(one.shots), **one.model.model_dump(mode="json")} for one in sets])
         return
-    say(
-        table(
-            [(one.name, f"{len(one.shots)} shot{'s' * (len(one.shots) > 1)}", one.model.title) for one in sets],
-            indent=0,
-        )
-    )
+    shots = [f"{len(one.shots)} shot{'s' * (len(one.shots) > 1)}" for one in sets]
+    say(table([(one.name, count, one.model.title) for one, count in zip(sets, shots, strict=True)], indent=0))
     say("\nRun with: hvisph validate NAME... [--coarse | --second-resolution], or --all")

@@ -12,8 +12,7 @@ from hvisph.core.errors import CaseError
 
 from .shape import Shape, box_distance, integrate
 
-# A repeated shape of more copies than this looks only at the copies beside a point.
-ALL_COPIES = 16
+ALL_COPIES = 16  # a repeated shape of more copies than this looks only at the copies beside a point
 ROUNDS = 4  # over the vectors, for points beyond the lattice: with 60 degrees between them three are enough
 
 
