@@ -392,10 +392,10 @@ def test_snapshots_of_earlier_versions_stay_readable(ran, tmp_path):
 
 
 def test_the_series_forgets_what_is_forgotten(ran, tmp_path):
-    from hvisph.output.run_folder import forget_snapshots
+    from hvisph.output.run_folder import delete_snapshots
 
     copy = shutil.copytree(ran, tmp_path / "copy")
-    forget_snapshots(copy, last=True)
+    delete_snapshots(copy, last=True)
     assert [path.name for path in (copy / "snapshots").iterdir()] == ["000003.vtkhdf"]
     assert not (copy / "series.vtkhdf").exists()
 

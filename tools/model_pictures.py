@@ -11,7 +11,7 @@ from hvisph.compiler.jit import python_twin
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import values
 from hvisph.postprocessing.material_sheet import flow_stress_curves, hugoniot
-from hvisph.setup.material_point import drive, flow_at, knows_heat
+from hvisph.setup.material_point import drive, flow_at, has_temperature
 from hvisph.setup.materials import material_of
 from hvisph.visualization.curves import Panel, panels_picture
 
@@ -57,7 +57,7 @@ def _strength(model: Any) -> list[Panel]:
         return [strains]
     if curves := flow_stress_curves(material):
         return [strains, Panel("pressure [GPa]", "yield stress [MPa]", curves)]
-    if knows_heat(material):
+    if has_temperature(material):
         warm = Panel("temperature [K]", "yield stress at a strain of 0.05 [MPa]")
         t = np.linspace(250.0, 1400.0, 60)
         for rate in RATES:

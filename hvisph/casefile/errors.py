@@ -115,7 +115,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         unlike = _models_with_key(parent, value_at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
         return (
             path,
-            f"unknown key{unlike or _elsewhere(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)}",
+            f"unknown key{unlike or _places_of_key(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)}",
         )
     spot = walk(root, path, data)
     if kind == "missing":
@@ -155,7 +155,7 @@ def _models_with_key(parent: Spot, value: object, key: str, allowed: Sequence[st
     return f" of {tag}, which has {own}; it is one of {', '.join(others)}"
 
 
-def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str:
+def _places_of_key(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str:
     """Return the places below `root` of a key that is unknown at `path`; empty for slips and common keys."""
     key = str(path[-1])
     if get_close_matches(key, allowed, n=1, cutoff=SLIP):

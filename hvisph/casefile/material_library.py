@@ -115,9 +115,9 @@ class Library:
             if wanted in {_letters(candidate), *map(_letters, self.notes(candidate).aliases)}:
                 return candidate
         shown = name if len(name) <= 64 else f"{name[:64]}..."
-        raise CaseError(f"unknown '{shown}'{self._like(name[:64], wanted)}")
+        raise CaseError(f"unknown '{shown}'{self._suggestion(name[:64], wanted)}")
 
-    def _like(self, name: str, wanted: str) -> str:
+    def _suggestion(self, name: str, wanted: str) -> str:
         """Return the remedy for an unknown name: the names that contain it, or the nearest one."""
         if wanted.startswith(EXPLOSIVES):
             own = [one for one in self.names() if _letters(one).startswith(EXPLOSIVES)]

@@ -36,7 +36,7 @@ def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_
     if not isinstance(old, dict) or not isinstance(new, dict) or new.get("type") not in (None, old.get("type")):
         _replace_places(path, places, new_places)
         return _without_null(new, path) if isinstance(new, dict) else new
-    result = _making_way(old, new)
+    result = _without_replaced(old, new)
     for key, item in new.items():
         below = (*path, key)
         if item is None and (key in result or _has_default(below)):
@@ -50,7 +50,7 @@ def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_
     return result
 
 
-def _making_way(old: Plain, new: Plain) -> Plain:
+def _without_replaced(old: Plain, new: Plain) -> Plain:
     """Return a copy of `old` without the keys that keys of `new` replace, see `INSTEAD`."""
     given = {key for key, item in new.items() if item is not None}
     gone: set[str] = set()
@@ -170,9 +170,9 @@ class _Setting:
         if value is None:
             value = self.default_block(path)
             self.mark(path)
-        elif isinstance(value, str) and _takes_material(path):
+        elif isinstance(value, str) and _is_material_path(path):
             value = self.values_of(value)
-        elif _takes_material(path) and isinstance(value, dict) and isinstance(value.get("base"), str):
+        elif _is_material_path(path) and isinstance(value, dict) and isinstance(value.get("base"), str):
             value = _expand_base(value, self.values_of)
         if not isinstance(value, dict):
             raise self.fail(path, f"has no keys, so '{keys[0]}' cannot be set in it; it is {kind_of(value)}")
@@ -195,7 +195,7 @@ class _Setting:
         if not rest and key == "type" and value.get("type") != new:
             self.mark(path)
             return {"type": new}
-        return _making_way(value, {key: new}) | {key: self.apply(value.get(key), below, rest, new)}
+        return _without_replaced(value, {key: new}) | {key: self.apply(value.get(key), below, rest, new)}
 
     def mark(self, path: Path) -> None:
         _replace_places(path, self.places, {path: self.place})
@@ -211,5 +211,5 @@ class _Setting:
         return {"type": kind} if kind is not None else {}
 
 
-def _takes_material(path: Path) -> bool:
+def _is_material_path(path: Path) -> bool:
     return len(path) == 3 and path[0] == "bodies" and path[2] == "material"

@@ -132,9 +132,9 @@ class Budget:
                 free = ((particles.tags[:, FLAGS] & CLAMPED) == 0) | is_rigid_particle(particles.tags)
                 pull = self._setup.subdomain.exact_sum(np.where(free, particles["mass"], 0.0))
                 self.weight[: particles.dim] += dt * pull * np.array(self.gravity.vector)
-        self._push(sums)  # other sources of momentum are known
+        self._add_plane_work(sums)  # other sources of momentum are known
 
-    def _push(self, sums: np.ndarray) -> None:
+    def _add_plane_work(self, sums: np.ndarray) -> None:
         """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they gave."""
         if self.boundaries is not None and self.boundaries.speeds:
             taken = np.array(self.support_momentum(sums))

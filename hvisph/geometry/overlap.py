@@ -97,7 +97,7 @@ def _overlap(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
             depths = -b.distance(a.positions)
             if depths.max() > INSIDE * dx:
                 return a.positions[depths.argmax()], float(depths.max())
-    return _twice_filled(one, other) or _same_place(one, other, SAME_PLACE * dx)
+    return _overfilled(one, other) or _same_place(one, other, SAME_PLACE * dx)
 
 
 def _boxes_are_separate(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray], slack: float) -> bool:
@@ -171,7 +171,7 @@ def _same_place(one: Standing, other: Standing, reach: float) -> tuple[np.ndarra
     return (near[0][distance.argmin()], 0.0) if np.isfinite(distance).any() else None
 
 
-def _twice_filled(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
+def _overfilled(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
     """Return where the particles of both together fill more volume than there is."""
     dim, reach = one.positions.shape[1], ROUND * max(one.spacing[1], other.spacing[1])
     norm = {1: 32 / 35, 2: math.pi / 4, 3: 64 * math.pi / 315}[dim] * reach**dim

@@ -37,7 +37,7 @@ class Range:
     least_density: float
     greatest_density: float
     vapour_energy: float  # energy above which there is no least density [J/kg]
-    knows_heat: bool  # whether it has a temperature, which has to be above 1 K
+    has_temperature: bool  # whether it has a temperature, which has to be above 1 K
     tension: float  # largest tension of a material with these constants [Pa]
 
     @property
@@ -51,7 +51,7 @@ class Range:
         parts = [f"above {self.least_density:.4g}{cold}"] if self.least_density > 0.0 else []
         parts += [f"below {self.greatest_density:.4g}"] if self.greatest_density < inf else []
         density = [f"density {' and '.join(parts)}{'' if unitless else ' kg/m^3'}"] if parts else []
-        heat = [f"temperature above {COLDEST:g} K"] if self.knows_heat else []
+        heat = [f"temperature above {COLDEST:g} K"] if self.has_temperature else []
         return ", ".join([*density, *heat]) or "energy above zero"
 
 
@@ -103,7 +103,7 @@ def outside_range(
         least = float(material.row()[slots.PRESSURE_MINIMUM])
         thin &= ~((pressure <= 0.0) & ((pressure <= least) | (material.can_fail & (damage >= 1.0))))
     outside = (density > holds.greatest_density) | thin
-    if holds.knows_heat and temperature is not None:
+    if holds.has_temperature and temperature is not None:
         outside |= temperature <= COLDEST
     if isinstance(eos, Tillotson):
         outside |= energy < -0.5 * eos.reference_energy * (density / material.density) ** 2

@@ -232,7 +232,7 @@ class Grid:
         middles = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(counts))
         return np.asarray((self.plate.outward(middles) <= RIM).reshape(counts))
 
-    def leads_through(self, free: np.ndarray) -> bool:
+    def connects_sides(self, free: np.ndarray) -> bool:
         """Whether free cells connect the space before the layer with that behind it."""
         labels, _ = scipy.ndimage.label(free & self.edge_mask)
         return bool(np.intersect1d(labels[0], labels[-1]).max(initial=0) > 0)
@@ -265,7 +265,7 @@ def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacin
 def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
     """Whether a path leads through particles at `solid` (n, dim) in the axes of the layer [m]."""
     grid = Grid.about(plate, spacing, [solid])
-    return grid.leads_through(grid.free(solid, RADIUS * spacing))
+    return grid.connects_sides(grid.free(solid, RADIUS * spacing))
 
 
 def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: float) -> bool:
@@ -274,7 +274,7 @@ def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: flo
     least = np.full_like(now := grid.clearance(solid), RADIUS * spacing)
     within = grid.layer_slice(before)
     least[within] = np.maximum(least[within], grid.clearance(before)[within] + WIDER * spacing)
-    return grid.leads_through(now > least)
+    return grid.connects_sides(now > least)
 
 
 def with_openings(
@@ -296,7 +296,7 @@ def with_openings(
     _, pieces = scipy.ndimage.label(cells, structure=np.ones([3] * cells.ndim))
     if pieces > 1:  # of cells, which may be more than of particles linked at 2 dx
         pieces = len(np.unique(connected_groups(position, own)))
-    if not (opened := grid.leads_through(free)):
+    if not (opened := grid.connects_sides(free)):
         return replace(plate, pieces=max(pieces, 1))
     way = scipy.spatial.cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=LINED_UP * spacing)[0]
     return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(way).any()))

@@ -253,7 +253,7 @@ def _stem(number: int | str) -> str:
     return f"{number:06d}" if isinstance(number, int) else number
 
 
-def forget_snapshots(path: Path, last: bool) -> None:
+def delete_snapshots(path: Path, last: bool) -> None:
     """Delete snapshots and checkpoints of a run that has ended, `last` but the last; never through a link."""
     for series in (file_names.SERIES, file_names.TIME_SERIES):  # of deleted snapshots
         if file_names.is_plain(path / series):

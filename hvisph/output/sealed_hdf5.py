@@ -114,12 +114,12 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
         file.seek(0)
         with h5py.File(file, "r") as h5:
             if known is None:
-                _refuse_what_is_not_ours(h5, file.seek(0, 2))
-            _remember(state, whole=verified or bool(known))
+                _refuse_foreign_content(h5, file.seek(0, 2))
+            _record_state(state, whole=verified or bool(known))
             yield h5
 
 
-def _remember(state: State, whole: bool) -> None:
+def _record_state(state: State, whole: bool) -> None:
     """Keep in mind that a file holds what we write, and whether it is whole, until it is written anew."""
     if clock.time() - 1e-9 * state[3] > SETTLED:  # within the clock's grain a change would not show
         _KNOWN[state] = whole
@@ -127,7 +127,7 @@ def _remember(state: State, whole: bool) -> None:
             del _KNOWN[next(iter(_KNOWN))]
 
 
-def _refuse_what_is_not_ours(h5: h5py.File, size: int) -> None:
+def _refuse_foreign_content(h5: h5py.File, size: int) -> None:
     """Raise `OutputError` unless all in `h5` is a group or a plain array inside the file, of `size` bytes in all."""
     groups, seen, claimed = [(h5, 0)], 0, 0
     while groups:

@@ -59,37 +59,37 @@ class Collectives:
         self._ordered = np.zeros(0, np.uint32)
 
     @property
-    def _asks(self) -> bool:
+    def _is_parallel(self) -> bool:
         return self.world.size > 1
 
     @property
     def uses_slabs(self) -> bool:
         """Whether output is too large for one process and is written slab by slab."""
-        return self._asks and self.count > parallel_output.MOST_GATHERED
+        return self._is_parallel and self.count > parallel_output.MOST_GATHERED
 
     def gather_numbers(self, chosen: np.ndarray) -> np.ndarray:
         """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes."""
         own = self._stepper.particles.id[chosen].astype(np.int64)
-        return np.concatenate(self.world.gather_objects(own)) if self._asks else own
+        return np.concatenate(self.world.gather_objects(own)) if self._is_parallel else own
 
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of integers over all processes."""
-        return self.world.total(counts) if self._asks else counts
+        return self.world.total(counts) if self._is_parallel else counts
 
     def exact_sum(self, terms: np.ndarray) -> float:
         """Return the sum of `terms` (n,) over all processes, rounded once."""
-        if not self._asks:
+        if not self._is_parallel:
             return exact_sum(terms)
         return fsum(part for parts in self.world.gather_objects(exact_parts(terms)) for part in parts)
 
     def get_maxima(self, *values: float) -> np.ndarray:
         """Return the maximum of each value over all processes."""
-        return self.world.get_maxima(np.array(values)) if self._asks else np.array(values)
+        return self.world.get_maxima(np.array(values)) if self._is_parallel else np.array(values)
 
     def gather_values(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return `values` (n, ...) of particles by their permanent numbers, bit by bit."""
         rows = self.find_rows(numbers)
-        if not self._asks:
+        if not self._is_parallel:
             return values[rows]
         here = rows >= 0
         bits = np.zeros((len(numbers), *values.shape[1:]), np.int64)
@@ -100,13 +100,13 @@ class Collectives:
 
     def first_of(self, one: T | None) -> T:
         """Return the value of the first process that has one."""
-        all_ = self.world.gather_objects(one) if self._asks else [one]
+        all_ = self.world.gather_objects(one) if self._is_parallel else [one]
         return next(some for some in all_ if some is not None)
 
     def find_rows(self, numbers: np.ndarray) -> np.ndarray:
         """Return the rows of particles by their permanent numbers, -1 for those of other processes."""
         own = self._stepper.particles.id
-        if not self._asks:
+        if not self._is_parallel:
             if self._at is None:
                 self._at = np.empty(len(own), np.int32)
                 self._at[own] = np.arange(len(own), dtype=np.int32)
@@ -132,14 +132,14 @@ class Collectives:
             rows = np.flatnonzero(score == score.max())
             row = int(rows[particles.id[rows].argmin()])
             own = (-float(score[row]), int(particles.id[row]), self._report(row))
-        all_ = [one for one in (self.world.gather_objects(own) if self._asks else [own]) if one is not None]
+        all_ = [one for one in (self.world.gather_objects(own) if self._is_parallel else [own]) if one is not None]
         return min(all_, key=lambda one: one[:2])[2] if all_ else None
 
     def look_up(self, number: int) -> ParticleReport:
         """Return a particle by its permanent number."""
         row = int(self.find_rows(np.array([number]))[0])
         own = self._report(row) if row >= 0 else None
-        all_ = self.world.gather_objects(own) if self._asks else [own]
+        all_ = self.world.gather_objects(own) if self._is_parallel else [own]
         return next(one for one in all_ if one is not None)
 
     def _report(self, row: int) -> ParticleReport:
@@ -158,7 +158,7 @@ class Collectives:
         number, body = -1, -1
         if 0 <= limit.particle < particles.count:
             number, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
-        if not self._asks:
+        if not self._is_parallel:
             return GlobalLimit(limit.dt, limit.criterion, number, body, stop, checkpoint)
         kind = CRITERIA.index(limit.criterion)
         own = np.array([limit.dt, kind, number, body, stop, float(checkpoint), limit.unrounded])
@@ -173,7 +173,7 @@ class Collectives:
     def scatter_rows(self, rows: np.ndarray | None) -> np.ndarray:
         """Distribute `rows` (count, ...) of the first process, by permanent number, to the owners of the particles."""
         numbers = self._stepper.particles.id
-        if not self._asks:
+        if not self._is_parallel:
             assert rows is not None
             return np.asarray(rows[numbers])
         all_ = self.world.gather_rows(numbers)
@@ -182,13 +182,13 @@ class Collectives:
 
     def gather_rows(self, values: np.ndarray) -> np.ndarray:
         """Return the rows of all processes in order of rank on the first process; empty on the others."""
-        return self.world.gather_rows(values) if self._asks else values
+        return self.world.gather_rows(values) if self._is_parallel else values
 
     def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
         """Return all particles and their `further` rows on the first process, without copies of its own; else None."""
         tags, data = self.gather_rows(particles.tags), self.gather_rows(particles.data)
         rows = [self.gather_rows(one) for one in further]
-        if self._asks and not self.world.first:
+        if self._is_parallel and not self.world.first:
             return None
         whole = particles.like(0)
         whole.data, whole.tags = data, tags

@@ -81,7 +81,7 @@ class Halo:
         came = world.exchange_tables(tables, used + 1)
         coming = sum(map(len, came.values()))
         self.evaluations, self.received = self.evaluations + 1, self.received + coming
-        whole, all_numbers = self._room(rows, numbers, own + coming)
+        whole, all_numbers = self._enlarged_storage(rows, numbers, own + coming)
         self._came, first = {}, own
         for rank, table in sorted(came.items()):
             last = first + len(table)
@@ -97,7 +97,7 @@ class Halo:
             beyond += float(depth[depth < reach].max(initial=0.0))
         return beyond
 
-    def _room(self, rows: np.ndarray, numbers: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def _enlarged_storage(self, rows: np.ndarray, numbers: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return storage for `count` rows and numbers that begins with the given ones."""
         own = len(rows)
         if count > len(self._storage) or rows.shape[1] != self._storage.shape[1]:

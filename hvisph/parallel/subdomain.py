@@ -71,7 +71,7 @@ class Subdomain(Collectives):
     def _reduce_over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.world.total(wholes), self.world.get_maxima(extremes)
 
-    def _hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
+    def _keep(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
         stepper = self._stepper
         stepper.replace_particles(data, tags, carried)
         self._criteria.resize(len(data))
@@ -82,18 +82,18 @@ class Subdomain(Collectives):
     def rebalance(self, steps: int) -> None:
         """Migrate particles to their owners between steps, and repeat the decomposition when it is due."""
         stepper = self._stepper
-        if not self._asks or steps % MOVE_EVERY:
+        if not self._is_parallel or steps % MOVE_EVERY:
             return
         fixed_owners = stepper.keeps_order
         cut = steps % (SELDOM * CUT_EVERY if fixed_owners else CUT_EVERY) == 0
-        anew = cut and self._cut_again(SETTLED if fixed_owners else BALANCED)
+        anew = cut and self._repeat_decomposition(SETTLED if fixed_owners else BALANCED)
         if not fixed_owners or anew:
             self._move(cut)
 
     def redistribute(self) -> None:
         """Repeat the decomposition after a change of positions, and migrate the particles."""
-        if self._asks:
-            self._cut_again(0.0, even=True)
+        if self._is_parallel:
+            self._repeat_decomposition(0.0, even=True)
             self._move(True)
 
     def _move(self, cut: bool) -> None:
@@ -124,13 +124,13 @@ class Subdomain(Collectives):
             for own, other in zip(parts, columns, strict=True)
         ]
         names, first = list(carried), 2 + len(carried)
-        self._hold(held[0], held[1].astype(np.uint32), dict(zip(names, held[2:first], strict=True)), held[first:])
+        self._keep(held[0], held[1].astype(np.uint32), dict(zip(names, held[2:first], strict=True)), held[first:])
         if cut:
             stepper.fit_grid()
 
     def account(self, steps: int) -> str:
         """Return a sentence on the cost of communication over `steps`; empty for one process."""
-        if not self._asks or not steps:
+        if not self._is_parallel or not steps:
             return ""
         halo, world = self.halos[0], self.world
         exchanged = [halo.received / max(halo.evaluations, 1), world.messages / steps, world.sent / steps]
@@ -145,7 +145,7 @@ class Subdomain(Collectives):
             f"sending; at most {table[0, 5]:.0f} MB of memory on the first, {table[1:, 5].max():.0f} MB on the others"
         )
 
-    def _cut_again(self, most: float, even: bool = False) -> bool:
+    def _repeat_decomposition(self, most: float, even: bool = False) -> bool:
         """Repeat the decomposition by measured work, or `even`, when out of balance; return whether it was."""
         world, stepper = self.world, self._stepper
         particles, dim = stepper.particles, stepper.particles.dim
@@ -203,7 +203,7 @@ class Parts:
         k = int(np.searchsorted(cumulated, cumulated[-1] * lower / count))
         first_above = order[min(max(k, 1), len(order) - 1)]
         cut = Cut(first, count, axis, float(at[first_above, axis]), int(numbers[first_above]))
-        self._sides(place, cut, (at, numbers, weights), _lies_below(at, numbers, cut), lower)
+        self._sides(place, cut, (at, numbers, weights), _is_below_cut(at, numbers, cut), lower)
 
     def _sides(
         self, place: int, cut: Cut, held: tuple[np.ndarray, np.ndarray, np.ndarray], below: np.ndarray, lower: int
@@ -225,12 +225,12 @@ class Parts:
             if cut.count == 1:
                 owners[chosen] = cut.first
                 continue
-            below = _lies_below(positions[chosen], numbers[chosen], cut)
+            below = _is_below_cut(positions[chosen], numbers[chosen], cut)
             stack += [(place + 1, chosen[below]), (cut.upper, chosen[~below])]
         return owners
 
 
-def _lies_below(positions: np.ndarray, numbers: np.ndarray, cut: Cut) -> np.ndarray:
+def _is_below_cut(positions: np.ndarray, numbers: np.ndarray, cut: Cut) -> np.ndarray:
     x = positions[:, cut.axis]
     below: np.ndarray = (x < cut.at) | ((x == cut.at) & (numbers < cut.number))
     return below

@@ -18,7 +18,7 @@ from hvisph.materials.material_table import Material, pack
 from hvisph.materials.strength import Orthotropic
 from hvisph.materials.thermodynamics import flow_stress
 from hvisph.materials.validity_limits import range_of
-from hvisph.setup.material_point import PointRecord, drive, flow_at, knows_heat
+from hvisph.setup.material_point import PointRecord, drive, flow_at, has_temperature
 from hvisph.setup.materials import material_of
 from hvisph.visualization.curves import Panel, panels_picture
 
@@ -77,7 +77,7 @@ def hugoniot(
     material = material_of(model)
     if isinstance(material.eos, JonesWilkinsLee):
         return []
-    known = knows_heat(material)
+    known = has_temperature(material)
     rows = []
     for u in velocities:
         try:
@@ -149,7 +149,7 @@ def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes
             for rate in RATES:
                 record = drive(material, "uniaxial_stress", rate, 0.2, 60)
                 strains.curves.append((f"{label}, {rate:g} 1/s", record.strain, record["von_mises_stress"] * 1e-6))
-            if knows_heat(material):
+            if has_temperature(material):
                 warm.curves += _thermal_softening_curves(label, material)
             squeezed.curves += [(f"{label}, {words}", p, y) for words, p, y in flow_stress_curves(material)]
     for line in notes.lines if notes else ():

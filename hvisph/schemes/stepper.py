@@ -263,7 +263,7 @@ class Stepper:
         self.pieces = pieces.astype(np.uint32)
         self._in_pieces = bool((self.pieces != self.particles.body).any())
         self._show_pieces()
-        self.body_contact.renumber(self._parties)
+        self.body_contact.renumber(self._contact_bodies)
 
     def _show_pieces(self) -> None:
         """Write the pieces into the packed rows in place of the bodies."""
@@ -271,7 +271,7 @@ class Stepper:
             self.rows[: self.particles.count, self.pairs.slots["BODY"]] = self.pieces
 
     @property
-    def _parties(self) -> np.ndarray:
+    def _contact_bodies(self) -> np.ndarray:
         """Return the bodies that are in contact as such, by a number of each particle (n,)."""
         return self.particles.body if self.pieces is None else self.pieces
 
@@ -298,7 +298,7 @@ class Stepper:
         for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
             reorder(values, order, workspace)
         pairs.numbers = self.particles.numbers()
-        self.body_contact.renumber(self._parties)
+        self.body_contact.renumber(self._contact_bodies)
         return order
 
     def get_carried(self) -> dict[str, np.ndarray]:
@@ -333,9 +333,9 @@ class Stepper:
         self.totals.resize(count)
         pairs.replace_rows(np.ascontiguousarray(carried["rows"]), particles.numbers())
         pairs.rates[:count] = carried["rates"]
-        self._take_parties(carried)
+        self._restore_contact_bodies(carried)
 
-    def _take_parties(self, carried: dict[str, np.ndarray]) -> None:
+    def _restore_contact_bodies(self, carried: dict[str, np.ndarray]) -> None:
         if self.pieces is not None:
             self.split(carried["pieces"])
         else:
@@ -359,7 +359,7 @@ class Stepper:
         self.rates[:count] = carried["rates"]
         pairs.place[:count] = np.arange(count, dtype=np.uint32)
         pairs.numbers = self.particles.numbers()
-        self._take_parties(carried)
+        self._restore_contact_bodies(carried)
         self.totals.restore(history)
         if self.motion is not None:
             self.motion.restore(history)

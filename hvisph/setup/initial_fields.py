@@ -38,14 +38,14 @@ def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
     return material
 
 
-def _cells(body: PlacedBody, drawn: int, dx: float) -> np.ndarray:
+def _cells(body: PlacedBody, drawing_dim: int, dx: float) -> np.ndarray:
     """Return the volumes of particles for flaws (n,) [m^3]: of axisymmetric ones the cube of the side of their section.
 
     An axisymmetric particle stands for 2 pi r/dx equal cells. With all of their flaws it would be as weak as the
     weakest of them.
     """
-    axisymmetric = drawn != body.positions.shape[1]
-    return body.breadth**3 if axisymmetric else body.volumes * dx ** (3 - drawn)
+    axisymmetric = drawing_dim != body.positions.shape[1]
+    return body.breadth**3 if axisymmetric else body.volumes * dx ** (3 - drawing_dim)
 
 
 def with_cracks(material: Material, volume: float) -> Material:
@@ -59,7 +59,7 @@ def with_cracks(material: Material, volume: float) -> Material:
 
 
 def initial_history(
-    body: PlacedBody, material: Material, dim: int, drawn: int, dx: float, begins: float = 0.0
+    body: PlacedBody, material: Material, dim: int, drawing_dim: int, dx: float, begins: float = 0.0
 ) -> np.ndarray:
     """Return the initial history variables of a body's particles, (count, 9), in a run that begins at a time [s].
 
@@ -79,7 +79,7 @@ def initial_history(
             distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
             memory[:, 0] = begins - detonation.time - distance / (detonation.speed or material.eos.chapman_jouguet()[0])
     if isinstance(material.damage, GradyKipp):
-        volume = float(_cells(body, drawn, dx).sum())
+        volume = float(_cells(body, drawing_dim, dx).sum())
         memory[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)
     return memory
 

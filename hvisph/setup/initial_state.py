@@ -173,7 +173,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
     formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
     names = [body.name for body in placed]
-    _hold(case, particles, names)
+    _apply_clamps(case, particles, names)
     sides = {"above": 1.0, "below": -1.0}
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
     rigid = rigid_motions(case, particles, placed, made, planes)
@@ -283,7 +283,7 @@ def _state(
     return particles, materials
 
 
-def _hold(case: Case, particles: Particles, names: list[str]) -> None:
+def _apply_clamps(case: Case, particles: Particles, names: list[str]) -> None:
     """Clamp particles and set kernel types; raise an error for regions without particles."""
     for number, clamp in enumerate(case.clamped):
         held = filled_region(particles, clamp, names, f"clamped.{number}")

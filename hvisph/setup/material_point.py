@@ -114,7 +114,7 @@ def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
     return high
 
 
-def knows_heat(material: Material) -> bool:
+def has_temperature(material: Material) -> bool:
     """Return whether the material has a heat capacity, hence a temperature."""
     return bool(material.row()[INVERSE_HEAT_CAPACITY] > 0.0)
 

@@ -184,7 +184,7 @@ def material_axes(case: Case, name: str, model: Body, material: Material) -> np.
         if not (
             along
             and strength.is_same_about(along[0])
-            and (kinematics.dim == 1 or _fails_alike(material.damage, along[0]))
+            and (kinematics.dim == 1 or _has_isotropic_failure(material.damage, along[0]))
         ):  # uniaxial strain stays so
             raise CaseError(
                 f"{kinematics.words} needs a material that is the same in all directions about x, such as a "
@@ -197,7 +197,7 @@ def material_axes(case: Case, name: str, model: Body, material: Material) -> np.
         normal = np.eye(3)["xyz".index(plane.axis)]
         across = np.abs(triad @ normal)
         alike = [k for k in range(3) if across[k] < _ALONG and strength.is_same_about(k)]
-        if not (across.max() > 1.0 - _ALONG or (alike and _fails_alike(material.damage, alike[0]))):
+        if not (across.max() > 1.0 - _ALONG or (alike and _has_isotropic_failure(material.damage, alike[0]))):
             raise CaseError(
                 f"the material of '{name}' is not its own image there: none of its axes lies "
                 f"along {plane.axis}; turn the axes, or leave the plane out",
@@ -232,7 +232,7 @@ def _refuse_kinematics(case: Case, where: str) -> None:
         raise CaseError(f"{fault} does not have; use riemann, eulerian or three_d", where="formulation.type")
 
 
-def _fails_alike(damage: Any, axis: int) -> bool:
+def _has_isotropic_failure(damage: Any, axis: int) -> bool:
     """Return whether failure is the same in all directions about an axis as far as these are principal."""
     if damage.name == "hashin":
         return False

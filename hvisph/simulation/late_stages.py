@@ -31,7 +31,7 @@ class _State(NamedTuple):
     wanted: float  # least bulk modulus [Pa]
 
 
-def _speed_of_most(speeds: np.ndarray, masses: np.ndarray) -> float:
+def _dominant_speed(speeds: np.ndarray, masses: np.ndarray) -> float:
     """Return the speed [m/s] below which particles have `SLOWER` of the kinetic energy: `speeds`, `masses` (n,)."""
     order = np.lexsort((masses, speeds))  # whatever process they come from
     energy = np.cumsum((masses * speeds**2)[order])
@@ -74,7 +74,7 @@ class LateStages:
         if step % EVERY:
             return False
         state, modulus = self._survey(), self._largest_modulus()
-        return state.wanted <= modulus and state.closing <= self._slow(modulus)
+        return state.wanted <= modulus and state.closing <= self._speed_limit(modulus)
 
     def pending(self) -> str:
         """Return a remark on stages that have not begun; empty where there are none."""
@@ -85,7 +85,7 @@ class LateStages:
         """Return the modulus of the next stage [Pa], if `auto` without one a tenth of that before."""
         return float(self._stages[self._done].bulk_modulus or SOFTER * self._moduli[:, 0].min())
 
-    def _slow(self, modulus: float) -> float:
+    def _speed_limit(self, modulus: float) -> float:
         """Return a tenth of the sound speed [m/s] of a stage of a bulk modulus [Pa]."""
         return 0.1 * sqrt(modulus / max(one.density_at_rest for one in self._setup.substances))
 
@@ -104,7 +104,7 @@ class LateStages:
         borne = (pressure > 0.0) | (stress > 0.0)
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
         speeds, masses = share.gather_rows(speed[borne]), share.gather_rows(particles["mass"][borne])
-        fast = share.world.broadcast_from_first(lambda: _speed_of_most(speeds, masses))
+        fast = share.world.broadcast_from_first(lambda: _dominant_speed(speeds, masses))
         rates = stepper.rates[stepper.place, slots(particles.dim)["R_APPROACH"]]
         highest, strongest, closing = (
             float(share.get_maxima(float(np.where(flies, 0.0, np.abs(one)).max(initial=0.0)))[0])
@@ -143,7 +143,7 @@ class LateStages:
         remark = (f"late stage from {time:.4g} s, bulk modulus {modulus:.3g} Pa: largest pressure {state.highest:.3g} "
                   f"Pa; 99 % of the kinetic energy under stress is of particles slower than {state.fast:.3g} m/s; "
                   f"{state.wanted:.3g} Pa would be the default")  # fmt: skip
-        slow = self._slow(modulus)
+        slow = self._speed_limit(modulus)
         if state.closing > slow:
             remark += (
                 f"; warning: particles close at {state.closing:.3g} m/s, above a tenth of the new sound speed, "

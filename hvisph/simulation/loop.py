@@ -94,14 +94,14 @@ class Run:
             try:
                 if self.checkpoint is None:
                     self._begin()
-                while not self._enough() and not self._stopping():
+                while not self._has_reached_steps() and not self._stopping():
                     self._advance()
             except Failure as failure:
                 self.status, self.failure = "failed", failure
                 self.folder.log.write(f"failed: {failure}")
                 self.listener.message(str(failure))
             else:
-                self.status = "done" if self._enough() else "interrupted"
+                self.status = "done" if self._has_reached_steps() else "interrupted"
                 if self.clock.is_finished and (remark := self.late.pending()):
                     self.folder.log.write(remark)
                     self.listener.message(remark)
@@ -137,7 +137,7 @@ class Run:
         """Return whether to stop; all processes stop after the same step."""
         return self._stopped if self.subdomain.world.size > 1 else self.stop.number is not None
 
-    def _enough(self) -> bool:
+    def _has_reached_steps(self) -> bool:
         most = self.case.time.max_steps
         return self.clock.is_finished or (most is not None and self.clock.steps >= most)
 

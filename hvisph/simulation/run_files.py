@@ -60,7 +60,7 @@ class RunFiles:
         with start.open() as snapshot:
             if snapshot is None:
                 return self.history
-            self.writer.forget_after(-1)
+            self.writer.delete_after(-1)
             self.writer.write(snapshot, 0)
         self.history = HistoryWriter(self.folder.history_path, self._observer.columns)
         return self.history
@@ -75,7 +75,7 @@ class RunFiles:
             fault = f"cannot go on with {self.history.path}: it ends with step {self.history.last_step}, and the"
             raise OutputError(f"{fault} checkpoint was made after that of step {self.state.recorded}; it is damaged")
         self.write_case()
-        self.writer.forget_after(self._clock.outputs)
+        self.writer.delete_after(self._clock.outputs)
         return self.history
 
     def record(self, time_step: TimeStep, limiting: int, length: float, budget: Budget) -> None:

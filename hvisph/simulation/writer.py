@@ -176,7 +176,7 @@ class SnapshotWriter:
             surfaces[name] = {"axis": axis, "sign": sign, "impedance": _impedance(start, number)}
         return reference(start) | ({"surfaces": surfaces} if surfaces else {})
 
-    def forget_after(self, number: int) -> None:
+    def delete_after(self, number: int) -> None:
         """Delete snapshots after `number` and that of a failure, before a run is repeated from there."""
         path = self.folder.path
         try:

@@ -160,7 +160,7 @@ class SweepFolder:
     def _standing(self, member: Member, held: bool) -> Standing:
         events = self._events(member)
         last = events[-1] if events else {}
-        starts = _vain_starts(events)
+        starts = _fruitless_starts(events)
         summary = _summary(self.run_folder(member))
         if last.get("event") == "again":
             return Standing("waiting")
@@ -203,7 +203,7 @@ class SweepFolder:
         return events
 
 
-def _vain_starts(events: Sequence[Plain]) -> int:
+def _fruitless_starts(events: Sequence[Plain]) -> int:
     """Return how often the case was begun without coming further since it last ended by its own will."""
     starts, reached = 0, None
     for event in events:

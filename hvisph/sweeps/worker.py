@@ -11,7 +11,7 @@ from hvisph.case.sweep import Sweep
 from hvisph.core.errors import INTERRUPTED, HvisphError
 from hvisph.output import file_names
 from hvisph.output.checkpoint_file import list_checkpoints
-from hvisph.output.run_folder import forget_snapshots
+from hvisph.output.run_folder import delete_snapshots
 from hvisph.simulation.listener import Listener, Progress
 from hvisph.simulation.run import complete
 from hvisph.simulation.run_files import Outcome
@@ -96,7 +96,7 @@ class Worker:
         """Run a case to its end, its limit or a signal; False after a signal."""
         newest = next(iter(list_checkpoints(self.folder.run_folder(member) / file_names.CHECKPOINT)), None)
         self.folder.note(member, "start", checkpoint=newest.name if newest else None)
-        listener = _Limited(self.sweep.time_limit, lambda: self._tell(member), self._is_active)
+        listener = _Limited(self.sweep.time_limit, lambda: self._report_compiled(member), self._is_active)
         try:
             outcome = self._run(member, listener)
         except KeyboardInterrupt:
@@ -110,7 +110,7 @@ class Worker:
         interrupted = outcome.summary["status"] == "interrupted"
         self.folder.note(member, "end", reason="limit" if listener.reached else "signal" if interrupted else "")
         if outcome.summary["status"] == "done" and self.sweep.keep != "all":
-            forget_snapshots(Path(outcome.folder), last=self.sweep.keep == "last")
+            delete_snapshots(Path(outcome.folder), last=self.sweep.keep == "last")
         return not interrupted or listener.reached
 
     def _run(self, member: Member, listener: Listener) -> Outcome:
@@ -118,7 +118,7 @@ class Worker:
         failed, end = self.folder.has_failed(member), self.folder.extended_end(member)
         return complete(case, path, failed, self.threads, listener, end)
 
-    def _tell(self, member: Member) -> None:
+    def _report_compiled(self, member: Member) -> None:
         """Say once that loops are compiled: other workers may then begin."""
         if not self.stepping:
             self.stepping = True

@@ -74,7 +74,7 @@ class Mesh(Shape):
         ahead = np.cumsum(behind[::-1], axis=0)[::-1][1:]
         return np.asarray(ahead % 2 == 1).ravel()
 
-    def doubtful(self) -> np.ndarray | None:
+    def inconsistent_point(self) -> np.ndarray | None:
         """Return a point (3,) [m] that the surface encloses twice or with inverted normals; None if there is none."""
         low, high = self.bounds()
         size = float((high - low).max())
@@ -235,7 +235,7 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     if loaded.volume < 0:
         loaded.invert()
     solid = Mesh(np.asarray(loaded.triangles, float) * scale, float(loaded.volume) * scale**3, Path(path).name)
-    twice = solid.doubtful()
+    twice = solid.inconsistent_point()
     if twice is not None:
         at = ", ".join(f"{c:.4g}" for c in twice / scale)
         raise CaseError(

@@ -64,7 +64,7 @@ class BodyContact:
         self._revolved = particles.kinematics.axisymmetric
         full, fullest = fullness
         self._inner = full >= FULL * fullest[particles.body]
-        self._tell_apart()
+        self._update_arrays()
         coefficients = self.law.coefficients(kernel, formulation.h_over_dx, dim)
         passes = self.law.passes(dim, self._revolved)
         self.pairs = Pairs(self.law.row_layout(dim, self._revolved), kernel, passes, coefficients, at, h, planes)
@@ -80,7 +80,7 @@ class BodyContact:
         self._evaluations = 0
         self._bodies_in_all = len(fullest)
 
-    def _tell_apart(self) -> None:
+    def _update_arrays(self) -> None:
         """Update the arrays for the present particles."""
         particles = self.particles
         self._stiffness = self._of_material[particles.material]
@@ -255,7 +255,7 @@ class BodyContact:
         self._pieces = np.array(carried["contact_pieces"])
         self.folded, self.leaving = (np.array(carried[f"contact_{name}"], bool) for name in ("folded", "leaving"))
         self.passed = np.zeros(0, np.int64)
-        self._tell_apart()
+        self._update_arrays()
 
     def fit_grid(self) -> None:
         """Make the cell grids anew around the particles."""
