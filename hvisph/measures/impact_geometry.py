@@ -183,14 +183,17 @@ def spacing_of(snapshot: Snapshot) -> float:
 
 
 def _plates(framed: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
-    position = framed.fields["position"].reshape(framed.count, -1)
-    projectile, plates = position[members(framed, roles, PROJECTILE)], []
+    def places(chosen: np.ndarray) -> np.ndarray:  # of the whole no more than needed is held
+        return np.asarray(framed.fields["position"].reshape(framed.count, -1)[chosen])
+
+    projectile, plates = places(members(framed, roles, PROJECTILE)), []
     for body in (body for body, role in enumerate(roles) if role == LAYER):
         own = np.flatnonzero(framed.body == body)
         if len(own):
-            plate = plate_of(body, position[own], axis, spacing)
-            plate = with_openings(plate, position[own], projectile, own_spacings(framed, own, spacing), spacing)
-            plates.append((float(position[own, 0].mean()), plate))
+            place = places(own)
+            plate = plate_of(body, place, axis, spacing)
+            plate = with_openings(plate, place, projectile, own_spacings(framed, own, spacing), spacing)
+            plates.append((float(place[:, 0].mean()), plate))
     return tuple(plate for _, plate in sorted(plates, key=lambda pair: pair[0]))
 
 
@@ -225,12 +228,11 @@ def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
 
 def _lateral_axis(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.ndarray:
     """Return a direction across the shot line fixed to the layers: along an edge, or midway between two corners."""
-    position = start.fields["position"]
     chosen = members(start, roles, LAYER)
     chosen = chosen if chosen.any() else np.ones(start.count, bool)
-    rows = np.flatnonzero(chosen)[np.argsort(start.id[chosen])]
-    flat = position[rows] - position[rows].mean(axis=0)
-    flat = flat - (flat @ along)[:, None] * along
+    flat = start.fields["position"][np.flatnonzero(chosen)[np.argsort(start.id[chosen])]]
+    flat -= flat.mean(axis=0)
+    flat -= (flat @ along)[:, None] * along
     values, vectors = np.linalg.eigh(flat.T @ flat)
     distance = np.sqrt((flat**2).sum(axis=1))
     corner = flat[int(np.argmax(distance >= (1.0 - 1e-9) * distance.max()))]

@@ -111,15 +111,16 @@ def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) 
     near = depth[off <= off.min() + 1.5 * spacing]
     front = float(near.min() - 0.5 * spacing)
     entry = _crossing(basis, axis, front)
+    flat -= entry
     return Plate(
         body,
         tuple(map(tuple, basis.tolist())),
         front,
         float(np.ptp(near) + spacing),
         tuple(entry.tolist()),
-        tuple((flat - entry).min(axis=0).tolist()),
-        tuple((flat - entry).max(axis=0).tolist()),
-        outline(flat - entry),
+        tuple(flat.min(axis=0).tolist()),
+        tuple(flat.max(axis=0).tolist()),
+        outline(flat),
     )
 
 
@@ -248,7 +249,8 @@ def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacin
 
     `own` is their spacing, or of each its own (n,), `spacing` is dx [m]: a particle of k dx stands for k^dim places.
     """
-    place = np.column_stack([plate.depth(position), plate.in_plane(position)])
+    place = np.empty((len(position), position.shape[1]))
+    place[:, 0], place[:, 1:] = plate.depth(position), plate.in_plane(position)
     if not isinstance(own, np.ndarray):
         return place
     number = np.maximum(np.ceil(own / spacing - 0.3), 1.0).astype(int)

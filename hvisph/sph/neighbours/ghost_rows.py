@@ -56,6 +56,12 @@ def mirror(rows: np.ndarray, plane: Plane, layout: RowLayout) -> np.ndarray:
     return made
 
 
+def is_beside(rows: np.ndarray, plane: Plane, reach: float) -> np.ndarray:
+    """Return which rows have an image that can meet a particle."""
+    depth = plane.distance_beyond(rows)
+    return np.abs(depth) < reach + float(depth[depth < reach].max(initial=0.0))
+
+
 def with_images(
     rows: np.ndarray, planes: tuple[Plane, ...], layout: RowLayout, reach: float
 ) -> tuple[np.ndarray, list[Images]]:
@@ -66,9 +72,7 @@ def with_images(
     """
     made = []
     for plane in planes:
-        depth = plane.distance_beyond(rows)
-        deepest = float(depth[depth < reach].max(initial=0.0))
-        source = np.flatnonzero(np.abs(depth) < reach + deepest)
+        source = np.flatnonzero(is_beside(rows, plane, reach))
         made.append(Images(plane, source, len(rows)))
         rows = np.concatenate([rows, mirror(rows[source], plane, layout)])
     return rows, made
@@ -145,15 +149,15 @@ def turn_back(
 class Copies(Protocol):
     """Ghost rows of particles elsewhere."""
 
-    def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows (n, width) and numbers (n,) with those of all ghost rows within `reach` [m]."""
-
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
         """Bring the copies among sorted rows up to date; `place` is the sorted place of each row."""
 
 
 class Halo(Copies, Protocol):
     """Rows of other processes."""
+
+    def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows (n, width) and numbers (n,) with those of all ghost rows within `reach` [m]."""
 
     def any_process(self, here: bool) -> bool:
         """Return whether a condition holds on any process."""
@@ -172,7 +176,7 @@ class Halo(Copies, Protocol):
 
 
 class ImageCopies:
-    """Images of all rows at planes of symmetry, including rows of other processes."""
+    """Images of rows at planes of symmetry, including rows of other processes."""
 
     def __init__(self, planes: tuple[Plane, ...], layout: RowLayout):
         self._planes, self._layout = planes, layout
@@ -181,10 +185,16 @@ class ImageCopies:
         first = slots["U"] + layout.dim if "U" in slots else layout.dim
         self._columns = slice(layout.packed_width if "U_REST" in slots else first, layout.used_width)
 
-    def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows (n, width) and numbers (n,) with those of all ghost rows within `reach` [m]."""
-        rows, self._made = with_images(rows, self._planes, self._layout, reach)
-        return rows, image_numbers(numbers, self._made)
+    def find(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the images of rows (n, width) within `reach` [m], and the numbers (n,) of rows with theirs behind."""
+        beside = np.zeros(len(rows), bool)
+        for plane in self._planes:
+            beside |= is_beside(rows, plane, reach)
+        near = np.flatnonzero(beside)
+        found, made = with_images(rows[near], self._planes, self._layout, reach)
+        places = np.concatenate([near, np.arange(len(rows), len(rows) + len(found) - len(near))])
+        self._made = [Images(one.plane, places[one.source], one.first + len(rows) - len(near)) for one in made]
+        return found[len(near) :], image_numbers(numbers, self._made)
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
         """Mirror what passes have written: any field but position and velocity; in single precision none packed."""

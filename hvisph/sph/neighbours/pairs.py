@@ -160,6 +160,11 @@ class Pairs:
         """Allocate arrays for `count` rows, each in whole cache lines, and the far row."""
         if count > self._room:
             self._room = count if count == self.count else count + count // 4
+            before = None
+            if shares and self._shared is not None:  # released before others are allocated
+                before, self.rows = self.rows.copy(), np.zeros((0, 0))
+                self.workspace = self.sorted = self.columns = self.rates = self._lists = self.cells = self.rows
+                self._shared = None
             dim, width = self.layout.dim, -(-self.layout.width // 8) * 8 if self.single else self.layout.width
             if self._behind:
                 width = -(-(self.layout.used_width + self._behind) // 4) * 4
@@ -177,6 +182,8 @@ class Pairs:
                 packed = self.layout.packed_width
                 self.workspace = self.sorted[: self.count, :packed]
                 self.rows = self._shared = self.sorted[: self.count, packed : 2 * packed]
+                if before is not None:
+                    self.rows[:] = before
         self.present = count
 
     def _put_far(self) -> None:
@@ -203,16 +210,20 @@ class Pairs:
         if self.halo is not None:
             rows, numbers = self.halo.append(np.ascontiguousarray(rows), numbers, edge)
             self.rows = rows[:own]  # in front of the others': the next stage is packed there
+        shared, packed, n = self.rows is self._shared, 0, len(rows)
         if self.images is not None:
-            rows, numbers = self.images.append(rows, numbers, edge)
-        if len(rows) != self.present:
-            self._ensure_capacity(len(rows), self.rows is self._shared)
+            images, numbers = self.images.find(rows, numbers, edge)
+            n += len(images)
+            rows = images if shared else np.concatenate([rows, images])
+        if n != self.present:
+            self._ensure_capacity(n, shared)
         self._put_far()
-        n = self.present
         self.grid.edge = edge
-        packed = 0
-        if rows is self._shared:
-            rows, packed = self.sorted[:n], self.layout.packed_width
+        if shared:
+            packed = self.layout.packed_width
+            if self.images is not None:
+                self.sorted[own:n, packed : 2 * packed] = images
+            rows = self.sorted[:n]
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
                    self.sorted[:n], self.columns, self.layout.dim, self._units, self._vectors, packed)  # fmt: skip
         self._pause = max(self._pause - 1, 0)
@@ -232,7 +243,7 @@ class Pairs:
             for copies in (self.halo, self.images) if into_rows else ():
                 if copies is not None:
                     copies.refresh(self.sorted, self.place)
-        if self.rows is self._shared:
+        if shared:
             self._show(own, self.sorted, self.place)
         if failure is not None:
             raise failure
