@@ -15,6 +15,8 @@ import numpy as np
 from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 
+from .linear_hardening import HARDENING_MODULUS, YIELD_STRESS
+
 INVERSE_REFERENCE_RATE = slots.STRENGTH[2]
 INVERSE_EXPONENT = slots.STRENGTH[3]
 
@@ -37,6 +39,7 @@ class CowperSymonds(slots.Parameters):
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
         super().pack(row, density)
+        row[YIELD_STRESS], row[HARDENING_MODULUS] = self.yield_stress, self.hardening_modulus
         row[INVERSE_REFERENCE_RATE], row[INVERSE_EXPONENT] = 1.0 / self.reference_rate, 1.0 / self.exponent
 
 

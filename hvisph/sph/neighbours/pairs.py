@@ -106,7 +106,8 @@ class Pairs:
         self.count = len(positions)
         self.slots = layout.slots()
         made = layout.used_width - layout.packed_width
-        shares = not single and 2 * made >= layout.packed_width and "N_PREVIOUS" not in self.slots
+        read_later = {"N_PREVIOUS", "FALLBACKS"} & self.slots.keys() or any(one.options.get("RIGID") for one in passes)
+        shares = not single and 2 * made >= layout.packed_width and not read_later
         self._behind = max(layout.packed_width - made, 0) if shares else 0
         self._shared: np.ndarray | None = None
         self.rows = np.zeros((self.count, 0 if shares else layout.packed_width))  # close together
@@ -175,7 +176,7 @@ class Pairs:
             self.columns = self.workspace[rows:].reshape(-1, along)
             self.rates = np.zeros((self._room, particle_layout.width(dim) + self._further))
             self._lists = self.rates.view(np.uint32)
-            self.cells = self._lists.reshape(-1)[: self._room]  # before any lists
+            self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)
             self.place = np.zeros(self._room, np.uint32)
             if shares:
