@@ -124,8 +124,8 @@ def between_voids(tag, rho, e, p, row):
 def temperature_of(table, models, m, rho, e, p, memory):
     """Temperature [K] of a particle that bears the pressure `p` [Pa]; not a number without a heat capacity.
 
-    `memory` is the first number of its memory. What has failed or been cut off holds no cold tension, whatever its
-    density: its temperature is that of the matter between the voids.
+    `memory` is the first number of its memory. Failed material, or material at its cut-off, holds no cold tension at
+    any density: its temperature is that of the matter between the voids.
     """
     row = parameters(table, m)
     if not row[INVERSE_HEAT_CAPACITY] > 0.0:

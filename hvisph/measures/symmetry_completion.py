@@ -1,7 +1,7 @@
 """Whole model from its computed part: a half, a quarter, an eighth, or the section of a solid of revolution.
 
 Everything is measured on the whole: `Whole.complete` adds the mirror images, so that lengths, masses, energies and
-counts need no factor of their own anywhere else. What is costly, the search for connected groups, is done on the
+counts need no factor of their own anywhere else. The costly search for connected groups is done on the
 part that was computed, and `Whole.join_groups` extends its result: a group and its image are one where they touch the
 plane between them.
 

@@ -82,8 +82,8 @@ class Pairs:
     the start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
     It holds:
     `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once. Where
-    passes make enough of a row, packed rows stand in those slots of the sorted ones, in the order of the particles:
-    an evaluation leaves position and velocity of them.
+    passes make enough of a row, and none of it is read after an evaluation, packed rows stand in those slots of the
+    sorted ones, in the order of the particles: an evaluation leaves position and velocity of them.
     `halo`, `images`: copies that are appended to them: rows of other processes, images at the planes.
     `workspace`: numbers (k,) of the sorted rows and their columns, or, where packed rows stand in these, their
     first slots (n, packed), which are free between evaluations.

@@ -6,13 +6,16 @@ Tangential tractions act beside the line of centres and create angular momentum.
 
 half of the torque of its pairs and the torque that its own w returns. In the next step dt the pairs of the own body
 carry (w_a + w_b) x e/2 beside t*, with w_a = rho_a s_a/(2 dt), equal and opposite in each pair. The work of w_a on
-u_b - u_a belongs to a alone: a rigid rotation gains no heat. What remains at any time is the torque of one step.
-Where B cannot be inverted (`sph.terms.free_surface_correction.correctable`) s is set to zero in what has flowed, melted
-or failed, whose fragments of few particles w would accelerate without limit; in ordered solids, whose corners have such
-B, only where almost no neighbour is left (tr B/d below SINGULAR, `sph.terms.shape_matrix`). A step returns the share
-g = (B_2 + B_3)/2 of s, of the largest eigenvalues of B: 1 inside a body, more beside neighbours of low density. Above 2
-s would grow from step to step; above STABLE both terms are divided by an upper bound of g (Wolkowicz & Styan 1980,
-Linear Algebra Appl. 29, 471): s is then what is left to return, over g, and all is returned.
+u_b - u_a belongs to a alone: a rigid rotation gains no heat. The torque of one step remains at any time.
+
+s is set to zero where B cannot be inverted (`sph.terms.free_surface_correction.correctable`) in material that has
+flowed, melted or failed: w would accelerate its fragments of few particles without limit. B of the corners of a solid
+cannot be inverted either; solids that have not flowed keep s unless almost no neighbour is left (tr B/d below SINGULAR,
+`sph.terms.shape_matrix`).
+
+A step returns the share g of s, the mean of the two largest eigenvalues of B. It is 1 inside a body and more beside
+neighbours of low density; above 2, s would grow from step to step. Above STABLE both terms are divided by an upper
+bound of g (Wolkowicz & Styan 1980, Linear Algebra Appl. 29, 471), so that the next step returns all that remains.
 
 Source: this code's own. Verification: `spinning_disc`, `random_collisions`.
 """
@@ -37,6 +40,7 @@ from hvisph.compiler.tensors import (
 from .free_surface_correction import correctable
 from .shape_matrix import SINGULAR
 
+# Share returned in a step above which the rate of s is divided by it.
 STABLE = 1.5
 
 
@@ -53,7 +57,7 @@ def torque_residual(pair_torque, moment, contact_moment, spin, order):
     `pair_torque`: half of the sum of r e x F of the pairs, negative: an axial vector
     `moment`, `contact_moment`: B, and the part of it that pairs with other bodies have
     `spin`: w
-    `order`: lattice order
+    `order`: lattice order, above zero in solids that have not flowed
     """
     own, b = subtract(moment, contact_moment), matrix(moment)
     mean = mean_diagonal(matrix(own))
