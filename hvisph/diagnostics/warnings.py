@@ -244,7 +244,7 @@ def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:
         yield (
             f"{share} of the mass are isolated particles without neighbours, at up to {texts}: they cannot expand, and "
             f"keep {100 * held / at_start:.2g} % of the initial energy as p/rho; "
-            "`smoothing_length: {type: variable}` leaves less"
+            "`smoothing_length: {type: variable}` with a larger `max_over_initial` leaves less"
         )
 
 

@@ -91,12 +91,16 @@ class _Shell:
 
 @measures("run", "inner_radius", "outer_radius")
 def radii(scene: Scene) -> Outcomes:
-    """Return inner and outer radius of the shell [m]."""
+    """Return inner and outer radius of the shell's largest fragment, undefined if that no longer surrounds it [m]."""
     shell = _find_shell(scene)
-    rows = scene.fragments(shell.body)[0].particles
-    mass = scene.now.fields["mass"][rows]
-    flat = scene.position[rows][:, shell.axes]
-    flat = flat - np.average(flat, axis=0, weights=mass)
+    fragments = scene.fragments(shell.body)
+    rows, whole = fragments[0].particles, np.concatenate([fragment.particles for fragment in fragments])
+    mass, across = scene.now.fields["mass"], scene.position[:, shell.axes]
+    centre = np.average(across[whole], axis=0, weights=mass[whole])
+    mass, flat = mass[rows], across[rows] - np.average(across[rows], axis=0, weights=mass[rows])
+    aside = np.hypot.reduce(np.average(across[rows] - centre, axis=0, weights=mass))
+    if aside > HOLLOW * np.hypot.reduce(across[rows] - centre, axis=1).mean():
+        raise UndefinedMeasureError("the hollow body has broken: its largest fragment lies beside the middle")
     volume = float((mass / scene.now.fields["density"][rows]).sum())
     along = [axis for axis in range(scene.now.dimensions) if axis not in shell.axes]
     for axis in along:
