@@ -650,3 +650,16 @@ def test_what_has_failed_bears_no_tension_across_a_plane(name, tension):
     assert sound > 1e8
     if tension:  # what is left of the tensile strength
         assert half - broken == pytest.approx(0.5 * (sound - broken), rel=1e-9)
+
+
+def test_a_field_that_no_slot_takes_is_refused_where_its_model_is_defined():
+    with pytest.raises(TypeError, match=r"Softening.weakness would not be packed: no slot WEAKNESS in .*`converted`"):
+
+        class Softening(slots.Parameters):
+            shear_modulus: float  # has a slot of every material
+            weakness: float
+
+    with pytest.raises(TypeError, match=r"Inherits.yield_stress would not be packed: no slot YIELD_STRESS in"):
+
+        class Inherits(CowperSymonds):  # its fields need slots in sight of this module
+            pass

@@ -11,7 +11,8 @@ drops the numbers that are not used.
 """
 
 import sys
-from typing import ClassVar, Protocol
+from inspect import get_annotations
+from typing import ClassVar, Protocol, get_origin
 
 import numpy as np
 
@@ -95,11 +96,29 @@ class Parameters:
     """Base of the parameters of a model, a dataclass whose fields must be finite and in their range.
 
     `positive`, `not_negative`: names of fields above zero, and not below zero; raises `CaseError` for others.
+    `converted`: names of fields that have no slot of their own: `pack` of the model writes what follows from them.
+    A class with any other field that has no slot raises `TypeError` when it is defined.
     """
 
     name: ClassVar[str]
     positive: ClassVar[tuple[str, ...]] = ()
     not_negative: ClassVar[tuple[str, ...]] = ()
+    converted: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        slots = cls._slots()
+        for name, kind in ((n, k) for base in cls.__mro__ for n, k in get_annotations(base).items()):
+            if get_origin(kind) is not ClassVar and name not in slots and name not in cls.converted:
+                raise TypeError(
+                    f"{cls.__name__}.{name} would not be packed: no slot {name.upper()} in {cls.__module__}; "
+                    "name a slot so, or pack the field in `pack` and name it in `converted`"
+                )
+
+    @classmethod
+    def _slots(cls) -> dict[str, int]:
+        """Return the slots in sight of the model's module, by the names of fields."""
+        known = globals() | vars(sys.modules[cls.__module__])
+        return {name.lower(): slot for name, slot in known.items() if name.isupper() and isinstance(slot, int)}
 
     def __post_init__(self) -> None:
         require_positive(self, *self.positive)
@@ -107,10 +126,10 @@ class Parameters:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write each field into the slot of its name, here or in the model's module: `yield_stress` in YIELD_STRESS."""
-        slots = globals() | vars(sys.modules[type(self).__module__])
+        slots = self._slots()
         for name in self.__dataclass_fields__:  # type: ignore[attr-defined]
-            if isinstance(slot := slots.get(name.upper()), int):
-                row[slot] = getattr(self, name)
+            if name in slots:
+                row[slots[name]] = getattr(self, name)
 
 
 class Model(Protocol):

@@ -56,6 +56,7 @@ class GradyKipp(slots.Parameters):
     tag: ClassVar[int] = tags.GRADY_KIPP
     positive = ("weibull_k", "weibull_m")
     not_negative = ("crack_speed", "young_modulus", "particle_volume", "brittle_ductile")
+    converted = ("weibull_k", "weibull_m", "seed", "crack_speed", "young_modulus", "particle_volume")
 
     def __post_init__(self) -> None:
         super().__post_init__()

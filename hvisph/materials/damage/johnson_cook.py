@@ -25,13 +25,7 @@ from hvisph.materials.slots import SPALL_GROWTH
 
 from .pressure_cutoff import require_tension
 
-D1 = slots.DAMAGE[0]
-D2 = slots.DAMAGE[1]
-D3 = slots.DAMAGE[2]
-D4 = slots.DAMAGE[3]
-D5 = slots.DAMAGE[4]
-LOG_REFERENCE_RATE = slots.DAMAGE[5]
-SOFTENING = slots.DAMAGE[6]
+D1, D2, D3, D4, D5, LOG_REFERENCE_RATE, SOFTENING = slots.DAMAGE[:7]
 VOID_GROWTH_FROM = slots.DAMAGE[7]  # triaxiality; infinite where it is held at `TRIAXIALITY_LIMIT`
 
 FRACTURE_STRAIN_FLOOR = 1e-4
@@ -58,6 +52,7 @@ class JohnsonCookDamage(slots.Parameters):
     name: ClassVar[str] = "johnson_cook"
     tag: ClassVar[int] = tags.JOHNSON_COOK_DAMAGE
     positive = ("reference_rate",)
+    converted = ("reference_rate", "void_growth")
 
     def __post_init__(self) -> None:
         super().__post_init__()

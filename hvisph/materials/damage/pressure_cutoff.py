@@ -36,6 +36,7 @@ class PressureCutoff(slots.Parameters):
 
     name: ClassVar[str] = "pressure_cutoff"
     tag: ClassVar[int] = tags.PRESSURE_CUTOFF
+    converted = ("permanent",)
 
     def __post_init__(self) -> None:
         require_tension(self.pressure_minimum, self.name)

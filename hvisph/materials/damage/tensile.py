@@ -56,6 +56,7 @@ class CockcroftLatham(slots.Parameters):
     name: ClassVar[str] = "cockcroft_latham"
     tag: ClassVar[int] = tags.COCKCROFT_LATHAM
     positive = ("critical_work",)
+    converted = ("critical_work",)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
@@ -75,6 +76,7 @@ class GradySpall(slots.Parameters):
     tag: ClassVar[int] = tags.GRADY_SPALL
     positive = ("toughness", "critical_strain")
     not_negative = ("yield_stress",)
+    converted = ("yield_stress",)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""

@@ -28,6 +28,7 @@ class IdealGas(slots.Parameters):
     name: ClassVar[str] = "ideal_gas"
     tag: ClassVar[int] = tags.IDEAL_GAS
     positive = ("ambient_energy",)
+    converted = ("gamma", "ambient_energy")
 
     def __post_init__(self) -> None:
         super().__post_init__()

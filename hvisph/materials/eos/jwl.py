@@ -20,11 +20,7 @@ from hvisph.compiler.jit import inline, python_twin
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import RHO0
 
-CAPITAL_A = slots.EOS[0]
-CAPITAL_B = slots.EOS[1]
-R1 = slots.EOS[2]
-R2 = slots.EOS[3]
-OMEGA = slots.EOS[4]
+CAPITAL_A, CAPITAL_B, R1, R2, OMEGA = slots.EOS[:5]
 BURN_RATE = slots.EOS[5]  # 1/s of the share that has burnt; 0 where all has burnt at the start
 
 BURN_SPACINGS = 1.5
@@ -47,6 +43,7 @@ class JonesWilkinsLee(slots.Parameters):
     tag: ClassVar[int] = tags.JWL
     positive = ("capital_a", "r1", "r2", "omega", "detonation_energy", "reference_density")
     not_negative = ("burn_rate",)
+    converted = ("detonation_energy", "reference_density")
 
     @property
     def ambient_energy(self) -> float:

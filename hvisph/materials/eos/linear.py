@@ -73,6 +73,7 @@ class Elastic(slots.Parameters):
 
     name: ClassVar[str] = "elastic"
     tag: ClassVar[int] = tags.ELASTIC
+    converted = ("young_modulus", "poisson_ratio")
     positive = ("young_modulus",)
     ambient_energy: ClassVar[float] = 0.0
 

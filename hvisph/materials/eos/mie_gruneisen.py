@@ -23,13 +23,7 @@ from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
 from . import expansion
 
-C0_SQUARED = slots.EOS[0]
-GAMMA0 = slots.EOS[1]
-A = slots.EOS[2]
-S1_MINUS_ONE = slots.EOS[3]
-S2 = slots.EOS[4]
-S3 = slots.EOS[5]
-OF_GAS = slots.EOS[6]
+C0_SQUARED, GAMMA0, A, S1_MINUS_ONE, S2, S3, OF_GAS = slots.EOS[:7]
 
 DENOMINATOR_FLOOR = 0.1
 
@@ -48,6 +42,7 @@ class MieGrueneisen(slots.Parameters):
 
     name: ClassVar[str] = "mie_gruneisen"
     tag: ClassVar[int] = tags.MIE_GRUENEISEN
+    converted = ("sound_speed", "s1", "linear_expansion")
     positive = ("sound_speed",)
     not_negative = ("gamma0", "s1")
     ambient_energy: ClassVar[float] = 0.0

@@ -21,10 +21,7 @@ from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
 from . import expansion
 
-BULK_MODULUS = slots.EOS[0]
-EXPONENT = slots.EOS[1]
-GAMMA = slots.EOS[2]
-OF_GAS = slots.EOS[3]
+BULK_MODULUS, EXPONENT, GAMMA, OF_GAS = slots.EOS[:4]
 
 
 @dataclass(frozen=True)

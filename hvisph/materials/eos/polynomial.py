@@ -24,7 +24,7 @@ A1, A2, A3, B0, B1, T1, T2, OF_GAS = slots.EOS[:8]
 
 
 @dataclass(frozen=True)
-class Polynomial:
+class Polynomial(slots.Parameters):
     """Parameters of the polynomial equation of state."""
 
     a1: float  # [Pa]
@@ -37,11 +37,9 @@ class Polynomial:
 
     name: ClassVar[str] = "polynomial"
     tag: ClassVar[int] = tags.POLYNOMIAL
+    positive = ("a1",)
+    not_negative = ("b0", "t1")
     ambient_energy: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "a1")
-        slots.require_not_negative(self, "b0", "t1")
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return sqrt(A1/rho0) [m/s]."""
@@ -49,9 +47,8 @@ class Polynomial:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[A1], row[A2], row[A3] = self.a1, self.a2, self.a3
-        row[B0], row[B1] = self.b0, self.b1
-        row[T1], row[T2] = self.t1 or self.a1, self.t2
+        super().pack(row, density)
+        row[T1] = self.t1 or self.a1
         row[OF_GAS] = expansion.of_gas(self.b0)
 
 

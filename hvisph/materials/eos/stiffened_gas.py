@@ -17,8 +17,7 @@ from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import RHO0
 
-C0_SQUARED = slots.EOS[0]
-GAMMA_MINUS_ONE = slots.EOS[1]
+C0_SQUARED, GAMMA_MINUS_ONE = slots.EOS[:2]
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,7 @@ class StiffenedGas(slots.Parameters):
     name: ClassVar[str] = "stiffened_gas"
     tag: ClassVar[int] = tags.STIFFENED_GAS
     positive = ("sound_speed",)
+    converted = ("sound_speed", "gamma0")
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

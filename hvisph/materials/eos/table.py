@@ -49,6 +49,7 @@ class Table(slots.Parameters):
 
     name: ClassVar[str] = "table"
     tag: ClassVar[int] = tags.TABLE
+    converted = ("grid", "reference_density")
 
     def __post_init__(self) -> None:
         low, high = self.grid.density[0], self.grid.density[-1]

@@ -28,25 +28,15 @@ from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
 from . import expansion
 
-CAPITAL_A = slots.EOS[0]
-CAPITAL_B = slots.EOS[1]
-CAPITAL_B_TENSION = slots.EOS[2]
-INVERSE_E0 = slots.EOS[3]
-SMALL_A = slots.EOS[4]
-SMALL_B = slots.EOS[5]
-ALPHA = slots.EOS[6]
-BETA = slots.EOS[7]
-INCIPIENT = slots.EOS[8]
-COMPLETE = slots.EOS[9]
-LOW_DENSITY = slots.EOS[10]
-FADES = slots.EOS[11]
+BULK_MODULUS, CAPITAL_B, CAPITAL_B_TENSION, INVERSE_E0, SMALL_A, SMALL_B = slots.EOS[:6]
+ALPHA, BETA, INCIPIENT_ENERGY, VAPORIZATION_ENERGY, LOW_DENSITY, FADES = slots.EOS[6:12]
 
 _EXPONENT = 70.0
 _LEAST = 0.5  # w is held above
 
 
 @dataclass(frozen=True)
-class Tillotson:
+class Tillotson(slots.Parameters):
     """Parameters of the Tillotson equation of state."""
 
     bulk_modulus: float  # A [Pa]
@@ -63,11 +53,13 @@ class Tillotson:
 
     name: ClassVar[str] = "tillotson"
     tag: ClassVar[int] = tags.TILLOTSON
+    positive = ("bulk_modulus", "small_a", "reference_energy", "incipient_energy")
+    not_negative = ("capital_b", "small_b", "alpha", "beta", "low_density")
+    converted = ("reference_energy", "expansion")
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "bulk_modulus", "small_a", "reference_energy", "incipient_energy")
-        slots.require_not_negative(self, "capital_b", "small_b", "alpha", "beta", "low_density")
+        super().__post_init__()
         if not self.vaporization_energy > self.incipient_energy:
             raise CaseError("vaporization_energy is not above incipient_energy", where=self.name)
         if not self.low_density < 1.0:
@@ -79,17 +71,9 @@ class Tillotson:
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
-        row[CAPITAL_A] = self.bulk_modulus
-        row[CAPITAL_B] = self.capital_b
+        super().pack(row, density)
         row[CAPITAL_B_TENSION] = self.capital_b if self.expansion == "full" else 0.0
         row[INVERSE_E0] = 1.0 / self.reference_energy
-        row[SMALL_A] = self.small_a
-        row[SMALL_B] = self.small_b
-        row[ALPHA] = self.alpha
-        row[BETA] = self.beta
-        row[INCIPIENT] = self.incipient_energy
-        row[COMPLETE] = self.vaporization_energy
-        row[LOW_DENSITY] = self.low_density
         row[FADES] = float(self.expansion == "faded")
 
 
@@ -111,7 +95,7 @@ def _cold(rho, e, row):
         term_e = b * rho * inverse
     term = b * rho * e * inverse
     square = row[CAPITAL_B] if mu > 0.0 else row[CAPITAL_B_TENSION]
-    cold, cold_slope = mu * (row[CAPITAL_A] + square * mu), row[CAPITAL_A] + 2.0 * square * mu
+    cold, cold_slope = mu * (row[BULK_MODULUS] + square * mu), row[BULK_MODULUS] + 2.0 * square * mu
     if mu < 0.0 and row[FADES] > 0.0:
         cold_slope = expansion.left(eta, 0.0) * cold_slope + expansion.slope(eta, 0.0) * cold
         cold *= expansion.left(eta, 0.0)
@@ -119,7 +103,7 @@ def _cold(rho, e, row):
     p = a * rho * e + term + cold
     p_rho = a * e + term_rho + cold_slope * row[INVERSE_RHO0]
     p_e = a * rho + term_e
-    if eta < row[LOW_DENSITY] and e < row[INCIPIENT]:
+    if eta < row[LOW_DENSITY] and e < row[INCIPIENT_ENERGY]:
         p = p_rho = p_e = 0.0
     return p, p_rho, p_e, term, term_rho, term_e
 
@@ -133,7 +117,7 @@ def _hot(rho, e, term, term_rho, term_e, row):
     mu = eta - 1.0
     a, alpha, beta = row[SMALL_A], row[ALPHA], row[BETA]
     gauss = exp(-min(alpha * z * z, _EXPONENT))
-    fade = row[CAPITAL_A] * exp(-min(beta * z, _EXPONENT))
+    fade = row[BULK_MODULUS] * exp(-min(beta * z, _EXPONENT))
     p = a * rho * e + (term + fade * mu) * gauss
     # d z/d rho = -1/(rho eta); the slope of the Gaussian is 2 alpha z/(rho eta) of itself
     fading = inverse_eta * inverse_eta * row[INVERSE_RHO0]
@@ -147,12 +131,12 @@ def _hot(rho, e, term, term_rho, term_e, row):
 def state(rho, e, row):
     """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     p, p_rho, p_e, term, term_rho, term_e = _cold(rho, e, row)
-    if rho < row[RHO0] and e > row[INCIPIENT]:
+    if rho < row[RHO0] and e > row[INCIPIENT_ENERGY]:
         hot, hot_rho, hot_e = _hot(rho, e, term, term_rho, term_e, row)
-        if e >= row[COMPLETE]:
+        if e >= row[VAPORIZATION_ENERGY]:
             return hot, hot_rho, hot_e
-        inverse = 1.0 / (row[COMPLETE] - row[INCIPIENT])
-        share = (e - row[INCIPIENT]) * inverse
+        inverse = 1.0 / (row[VAPORIZATION_ENERGY] - row[INCIPIENT_ENERGY])
+        share = (e - row[INCIPIENT_ENERGY]) * inverse
         p_rho += share * (hot_rho - p_rho)
         p_e += share * (hot_e - p_e) + (hot - p) * inverse
         p += share * (hot - p)

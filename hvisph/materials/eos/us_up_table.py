@@ -43,6 +43,7 @@ class UsUpTable(slots.Parameters):
     name: ClassVar[str] = "us_up_table"
     tag: ClassVar[int] = tags.US_UP_TABLE
     not_negative = ("gamma0",)
+    converted = ("us_up",)
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

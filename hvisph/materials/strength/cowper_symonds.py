@@ -17,8 +17,7 @@ from hvisph.materials import slots, tags
 
 from .linear_hardening import HARDENING_MODULUS, YIELD_STRESS
 
-INVERSE_REFERENCE_RATE = slots.STRENGTH[2]
-INVERSE_EXPONENT = slots.STRENGTH[3]
+INVERSE_REFERENCE_RATE, INVERSE_EXPONENT = slots.STRENGTH[2:4]
 
 
 @dataclass(frozen=True)
@@ -35,6 +34,7 @@ class CowperSymonds(slots.Parameters):
     tag: ClassVar[int] = tags.COWPER_SYMONDS
     positive = ("shear_modulus", "reference_rate", "exponent")
     not_negative = ("yield_stress", "hardening_modulus")
+    converted = ("reference_rate", "exponent")
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""

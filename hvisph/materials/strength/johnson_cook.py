@@ -47,6 +47,7 @@ class JohnsonCook(slots.Parameters):
     tag: ClassVar[int] = tags.JOHNSON_COOK
     positive = ("shear_modulus", "hardening_exponent", "thermal_exponent", "specific_heat", "reference_rate")
     not_negative = ("yield_stress", "hardening_coefficient", "rate_coefficient")
+    converted = ("specific_heat", "reference_rate")
 
     def __post_init__(self) -> None:
         super().__post_init__()

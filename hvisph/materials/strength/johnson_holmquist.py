@@ -43,6 +43,7 @@ class JohnsonHolmquist(slots.Parameters):
     tag: ClassVar[int] = tags.JOHNSON_HOLMQUIST
     positive = ("shear_modulus", "hel_pressure", "intact", "intact_exponent", "fractured_exponent")
     not_negative = ("tension", "fractured", "rate_coefficient")
+    converted = ("hugoniot_elastic_limit", "hel_pressure")
 
     def __post_init__(self) -> None:
         super().__post_init__()

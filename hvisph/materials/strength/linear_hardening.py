@@ -12,8 +12,7 @@ from typing import ClassVar
 from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 
-YIELD_STRESS = slots.STRENGTH[0]
-HARDENING_MODULUS = slots.STRENGTH[1]
+YIELD_STRESS, HARDENING_MODULUS = slots.STRENGTH[:2]
 
 
 @dataclass(frozen=True)

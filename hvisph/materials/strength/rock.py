@@ -45,6 +45,7 @@ class Rock(slots.Parameters):
     tag: ClassVar[int] = tags.ROCK
     positive = ("shear_modulus",)
     not_negative = ("cohesion", "friction", "broken_friction")
+    converted = ("limit", "melt_energy", "tension")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -55,6 +55,7 @@ class SteinbergGuinan(slots.Parameters):
     tag: ClassVar[int] = tags.STEINBERG_GUINAN
     positive: ClassVar[tuple[str, ...]] = ("shear_modulus", "melt_temperature")
     not_negative = ("yield_stress", "beta", "exponent", "heat_coefficient", "initial_strain")
+    converted: ClassVar[tuple[str, ...]] = ("gamma0", "a_melt")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -78,13 +79,8 @@ class SteinbergLund(SteinbergGuinan):
 
     name: ClassVar[str] = "steinberg_lund"
     tag: ClassVar[int] = tags.STEINBERG_LUND
-    positive: ClassVar[tuple[str, ...]] = (
-        *SteinbergGuinan.positive,
-        "rate_c1",
-        "activation_energy",
-        "peierls_stress",
-        "drag",
-    )
+    positive = (*SteinbergGuinan.positive, "rate_c1", "activation_energy", "peierls_stress", "drag")
+    converted = (*SteinbergGuinan.converted, "activation_energy", "peierls_stress")
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
