@@ -104,30 +104,25 @@ class MpiProcesses(SingleProcess):
         return result
 
     def total(self, values: np.ndarray) -> np.ndarray:
-        """Return the sums of integers over all processes."""
         sums = np.empty_like(values)
         self._waiting(lambda: self._all.Allreduce(np.ascontiguousarray(values), sums, self._mpi.SUM))
         return sums
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
-        """Return the maximum of each float over all processes; NaN counts as infinite."""
         largest = np.empty(values.shape)
         own = np.where(np.isnan(values), np.inf, values).astype(float)
         self._waiting(lambda: self._all.Allreduce(own, largest, self._mpi.MAX))
         return largest
 
     def gather_all(self, values: np.ndarray) -> np.ndarray:
-        """Return the values (k,) of all processes, (size, k)."""
         table = np.empty((self.size, len(values)), values.dtype)
         self._waiting(lambda: self._all.Allgather(np.ascontiguousarray(values), table))
         return table
 
     def gather_objects(self, one: Any) -> list[Any]:
-        """Return a small object of every process."""
         return list(self._waiting(lambda: self._all.allgather(one)))
 
     def gather_rows(self, rows: np.ndarray) -> np.ndarray:
-        """Return the rows of all processes in order of rank on the first process; empty on the others."""
         own = np.ascontiguousarray(rows)
         counts = self.gather_all(np.array([len(own)]))[:, 0]
         if self.rank:
@@ -149,7 +144,6 @@ class MpiProcesses(SingleProcess):
             self._waiting(lambda piece=piece: self._all.Recv(piece, rank, 1))  # type: ignore[misc]
 
     def scatter_rows(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
-        """Distribute the `wanted` rows of `rows` (n, ...) from the first process."""
         made = None if rows is None or wanted is None else (rows.shape[1:], rows.dtype.str, [len(w) for w in wanted])
         shape, kind, counts = self.broadcast_from_first(lambda: made or ((), "", [0]))
         if rows is None or wanted is None:
@@ -161,7 +155,6 @@ class MpiProcesses(SingleProcess):
         return np.asarray(rows[wanted[0]])
 
     def broadcast_from_first(self, make: Callable[[], T]) -> T:
-        """Return the result of `make` on the first process, or raise its error."""
         result: Any = None
         if self.first:
             try:
@@ -175,7 +168,6 @@ class MpiProcesses(SingleProcess):
         return cast(T, value)
 
     def exchange_tables(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
-        """Send tables (n, width) to processes by rank; return those received."""
         going, coming = np.zeros(self.size, np.int64), np.empty(self.size, np.int64)
         for rank, table in tables.items():
             going[rank] = len(table)
@@ -193,14 +185,12 @@ class MpiProcesses(SingleProcess):
         self.sent += sum(map(len, tables.values()))
 
     def prepare_per_machine(self, prepare: Callable[[], None]) -> None:
-        """Call `prepare` on the first process of each machine, and wait for all."""
         if not self._machine.rank:
             prepare()
         self._waiting(self._all.Barrier)
 
     @contextmanager
     def raise_together(self) -> Iterator[None]:
-        """Raise an error on every process when a block without communication fails on any."""
         own: Exception | None = None
         try:
             yield
@@ -214,7 +204,6 @@ class MpiProcesses(SingleProcess):
 
     @contextmanager
     def end_together(self) -> Iterator[None]:
-        """End all processes when one of them leaves the block by an error."""
         try:
             yield
         except BaseException as error:

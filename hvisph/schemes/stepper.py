@@ -71,12 +71,10 @@ class Stepper:
 
     @property
     def stored_energy(self) -> float:
-        """Energy that is in no particle [J]."""
         return 0.0
 
     @property
     def contact_energy(self) -> float:
-        """Work against a contact algorithm since the start [J]."""
         return 0.0
 
     pieces: np.ndarray | None = None
@@ -90,7 +88,6 @@ class Stepper:
 
     @property
     def owner_positions(self) -> np.ndarray:
-        """Places (n, dim) [m] by which particles belong to a part of space."""
         return self.particles["position"]
 
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,
@@ -183,12 +180,10 @@ class Stepper:
 
     @property
     def support(self) -> float:
-        """The largest distance at which two particles can ever be neighbours [m]."""
         return float(self.pairs.kernel.reach * self.h_limits.max())
 
     @property
     def place(self) -> np.ndarray:
-        """Row of each particle's rates (n,)."""
         return self.pairs.place[: self.particles.count]
 
     @property
@@ -197,7 +192,6 @@ class Stepper:
         return self.place
 
     def start(self) -> None:
-        """Evaluate the forces of the state as it stands, without a step."""
         self.totals.begin(self.particles)
         self.rates[:] = 0.0
         self.predict(0.0)
@@ -206,7 +200,6 @@ class Stepper:
             self.motion.look_ahead(self)
 
     def evaluate(self) -> None:
-        """Evaluate the pair forces at the stage."""
         try:
             self.pairs.evaluate(self.h_max)
             self.formulation.keep(self.pairs, self.lengths)
@@ -222,7 +215,6 @@ class Stepper:
             self.boundaries.act(self)
 
     def complete(self, dt: float, following: float) -> None:
-        """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
         if self.motion is not None:
             self.motion.begin(self, dt)
         if self.boundaries is not None:
@@ -232,7 +224,6 @@ class Stepper:
             turn_back(self.particles, self.rows, self.pairs.layout, self.rates, self.place, self.pairs.planes)
 
     def predict(self, following: float) -> None:
-        """Predict the stage of the step `following` [s] from the state and the last rates."""
         if self.motion is not None:
             self.motion.forget_step()
         self._carry(0.0, self.stage_share * following, complete=False)
@@ -282,11 +273,9 @@ class Stepper:
         self.h_max = float(self.sums[column.LONGEST])
 
     def limits(self) -> list[tuple[float, str, int]]:
-        """Return what else limits the step: times [s] of which a step takes the Courant share, names, particles."""
         return [one for motion in (self.motion.rigid if self.motion else ()) for one in motion.limits()]
 
     def permute(self) -> np.ndarray:
-        """Put state and rates into cell order; return the order taken. Call it between `complete` steps only."""
         count, pairs = self.particles.count, self.pairs
         order = pairs.order[: pairs.present]
         order = order[order < count].copy()
@@ -314,17 +303,14 @@ class Stepper:
                 "pressures": self.pressures, **pieces}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return what the next step needs of the whole, between steps, by name."""
         driving = [one for one in (self.motion, self.boundaries) if one is not None]
         return dict(item for one in (self.totals, *driving) for item in one.history().items())
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         self.pairs.halo = halo_for(self.pairs.layout)
         self.body_contact.attach_halo(halo_for)
 
     def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `get_carried`."""
         particles, pairs, count = self.particles, self.pairs, len(data)
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.lengths, self.signals, self.pressures = (
@@ -342,12 +328,10 @@ class Stepper:
             self.body_contact.renumber(self.particles.body)
 
     def fit_grid(self) -> None:
-        """Make the grid of cells anew, around the particles that there are now."""
         if self.particles.count:
             self.pairs.grid = Grid.from_positions(self.particles["position"], self.pairs.grid.edge)
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
         pairs, count = self.pairs, self.particles.count
         for name, own in (
             ("rows", self.rows),

@@ -71,7 +71,6 @@ class GradyKipp(slots.Parameters):
         return float((3.0 * self.particle_volume / (4.0 * pi)) ** (1.0 / 3.0))
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         if self.particle_volume > 0.0:
             row[CRACK_SPEED_OVER_RADIUS] = self.crack_speed / self.radius

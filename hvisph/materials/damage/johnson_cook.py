@@ -70,7 +70,6 @@ class JohnsonCookDamage(slots.Parameters):
         return max(log(-VOID_GROWTH * self.d1 / (self.d2 * (VOID_GROWTH + self.d3))) / self.d3, 0.0)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[LOG_REFERENCE_RATE] = log(self.reference_rate)
         row[VOID_GROWTH_FROM] = self.void_growth_from

@@ -64,7 +64,6 @@ class Hashin:
         require_share(self.residual, self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         row[XT], row[XC], row[YT], row[YC] = (
             self.fibre_tension,
             self.fibre_compression,
@@ -96,7 +95,6 @@ class MaxStress:
         require_share(self.residual, self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         row[[XT, YT, ZT]], row[[XC, YC, ZC]], row[[S12, S13, S23]] = self.tension, self.compression, self.shear
         row[RESIDUAL] = self.residual
 

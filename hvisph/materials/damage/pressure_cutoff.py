@@ -42,7 +42,6 @@ class PressureCutoff(slots.Parameters):
         require_tension(self.pressure_minimum, self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[FAILS_IN_TENSION] = float(self.permanent)
 

@@ -59,7 +59,6 @@ class CockcroftLatham(slots.Parameters):
     converted = ("critical_work",)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[INVERSE_WORK] = 1.0 / self.critical_work
 
@@ -79,7 +78,6 @@ class GradySpall(slots.Parameters):
     converted = ("yield_stress",)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[SPALL_YIELD] = self.yield_stress
 

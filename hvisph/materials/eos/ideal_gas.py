@@ -40,7 +40,6 @@ class IdealGas(slots.Parameters):
         return float(np.sqrt(self.gamma * (self.gamma - 1.0) * self.ambient_energy))
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         row[GAMMA_MINUS_ONE] = self.gamma - 1.0
 
 

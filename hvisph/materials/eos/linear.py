@@ -94,5 +94,4 @@ class Elastic(slots.Parameters):
         return float(np.sqrt(self.bulk_modulus / density))
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         row[BULK_MODULUS] = self.bulk_modulus

@@ -60,7 +60,6 @@ class MieGrueneisen(slots.Parameters):
         return density * float(1.0 + compression[beyond.argmax()]) if beyond.any() else np.inf
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[C0_SQUARED] = self.sound_speed**2
         row[S1_MINUS_ONE] = self.s1 - 1.0

@@ -48,7 +48,6 @@ class Murnaghan(slots.Parameters):
         return float(np.sqrt(self.bulk_modulus / density))
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[OF_GAS] = expansion.of_gas(self.gamma)
 

@@ -46,7 +46,6 @@ class Polynomial(slots.Parameters):
         return float(np.sqrt(self.a1 / density))
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[T1] = self.t1 or self.a1
         row[OF_GAS] = expansion.of_gas(self.b0)

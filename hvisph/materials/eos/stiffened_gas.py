@@ -43,7 +43,6 @@ class StiffenedGas(slots.Parameters):
         return self.sound_speed
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         row[C0_SQUARED] = self.sound_speed**2
         row[GAMMA_MINUS_ONE] = self.gamma0 - 1.0
 

@@ -70,7 +70,6 @@ class Tillotson(slots.Parameters):
         return float(np.sqrt(self.bulk_modulus / density))
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[CAPITAL_B_TENSION] = self.capital_b if self.expansion == "full" else 0.0
         row[INVERSE_E0] = 1.0 / self.reference_energy

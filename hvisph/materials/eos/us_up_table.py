@@ -71,7 +71,6 @@ class UsUpTable(slots.Parameters):
         return np.array(pieces)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[C0_SQUARED] = self.us_up[0][1] ** 2
         row[OF_GAS], row[PIECES] = expansion.of_gas(self.gamma0), len(self.us_up) - 1

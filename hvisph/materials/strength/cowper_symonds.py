@@ -37,7 +37,6 @@ class CowperSymonds(slots.Parameters):
     converted = ("reference_rate", "exponent")
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[YIELD_STRESS], row[HARDENING_MODULUS] = self.yield_stress, self.hardening_modulus
         row[INVERSE_REFERENCE_RATE], row[INVERSE_EXPONENT] = 1.0 / self.reference_rate, 1.0 / self.exponent

@@ -49,7 +49,6 @@ class Fabric:
         return axis == 2 and self.moduli[0] == self.moduli[1] and self.tensile_strength[0] == self.tensile_strength[1]
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         row[SHEAR_MODULUS], row[PRESSURE_MINIMUM] = self.shear_modulus, 0.0
         row[[E1, E2]], row[[X1, X2]] = self.moduli, self.tensile_strength
 

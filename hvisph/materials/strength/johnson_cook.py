@@ -58,7 +58,6 @@ class JohnsonCook(slots.Parameters):
             )
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[INVERSE_HEAT_CAPACITY] = 1.0 / self.specific_heat
         row[INVERSE_MELT_RANGE] = 1.0 / (self.melt_temperature - self.room_temperature)

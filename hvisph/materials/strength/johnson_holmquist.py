@@ -56,7 +56,6 @@ class JohnsonHolmquist(slots.Parameters):
         return 1.5 * (self.hugoniot_elastic_limit - self.hel_pressure)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[HEL_STRESS] = self.hel_stress
         row[INVERSE_HEL_PRESSURE] = 1.0 / self.hel_pressure

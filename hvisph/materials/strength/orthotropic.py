@@ -145,7 +145,6 @@ class Orthotropic:
         return all(abs(a - b) <= _ALIKE * max(abs(a), abs(b)) for a, b in pairs)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         c = self.stiffness
         row[SHEAR_MODULUS] = self.shear_modulus
         normal = c[:3, :3] - self.bulk_modulus

@@ -62,7 +62,6 @@ class Rock(slots.Parameters):
         return min(self.tension, self.cohesion / self.friction)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[INVERSE_RANGE] = 1.0 / (self.limit - self.cohesion)
         row[INVERSE_MELT_ENERGY] = 1.0 / self.melt_energy

@@ -63,7 +63,6 @@ class SteinbergGuinan(slots.Parameters):
             raise CaseError(f"yield_limit {self.yield_limit!r} is below yield_stress", where=self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         Lindemann(self.melt_temperature, self.gamma0, self.a_melt).pack(row)
 
@@ -83,7 +82,6 @@ class SteinbergLund(SteinbergGuinan):
     converted = (*SteinbergGuinan.converted, "activation_energy", "peierls_stress")
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         super().pack(row, density)
         row[ACTIVATION] = self.activation_energy * _ELECTRON_VOLT_PER_KELVIN
         row[PEIERLS] = self.peierls_stress

@@ -47,7 +47,6 @@ class ZerilliArmstrong:
             raise CaseError(f"lattice is {self.lattice!r}, but must be fcc or bcc", where=self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
         body_centred = self.lattice == "bcc"
         row[SHEAR_MODULUS] = self.shear_modulus
         row[C0], row[C1] = self.c0, self.c1 if body_centred else 0.0

@@ -106,7 +106,6 @@ class SpatialPass:
         self._add_rates(len(chosen), pairs.rates, self.paired_rows, chosen, eulerian, rates)
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self._seen = halo_for(_selection_layout(self.pairs.layout.dim))
         self.pairs.halo = halo_for(self.pairs.layout)
 

@@ -87,13 +87,11 @@ class BodyContact:
         self._bodies, self._numbers = particles.body.astype(np.float64), particles.numbers()
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         for pairs in (self.pairs, self._looking):
             pairs.halo = halo_for(pairs.layout)
 
     @property
     def stored_energy(self) -> float:
-        """Energy [J] outside of the particles."""
         return self.energy if self.law.stores else 0.0
 
     def begin(self, rows: np.ndarray, slots: dict[str, int]) -> None:
@@ -231,11 +229,9 @@ class BodyContact:
         self._power_before = self._power
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return the global data that the next step needs, by name."""
         return {"contact": np.array([self.energy, self._power, self._power_before, float(self._evaluations)])}
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return the data of each particle that the next step needs, by name."""
         return {
             "contact_starts": self.starts,
             "contact_omega": self.omega,
@@ -247,7 +243,6 @@ class BodyContact:
         }
 
     def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
-        """Set the data of `get_carried` for the present particles."""
         self.starts, self.omega, self._volume, self._inner = (
             np.array(carried[f"contact_{name}"]) for name in ("starts", "omega", "volume", "inner")
         )
@@ -258,7 +253,6 @@ class BodyContact:
         self._update_arrays()
 
     def fit_grid(self) -> None:
-        """Make the cell grids anew around the particles."""
         for pairs in (self.pairs, self._looking):
             pairs.grid = Grid.from_positions(self.particles["position"], pairs.grid.edge)
 
@@ -268,6 +262,5 @@ class BodyContact:
         return self._pieces.astype(np.uint32)
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Restore the data of `history`."""
         self.energy, self._power, self._power_before, evaluations = (float(one) for one in history["contact"])
         self._evaluations = int(evaluations)

@@ -63,7 +63,6 @@ class CompositeState(ReferenceChanges, Stepper):
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return the data of each particle beside its state that the next step needs, a row a particle."""
         renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
         return (
             {name: getattr(self, name) for name in KEPT}
@@ -73,7 +72,6 @@ class CompositeState(ReferenceChanges, Stepper):
         )
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return the global data that the next step needs, by name."""
         return (
             super().history()
             | {"stage": np.array([self._stage])}
@@ -82,11 +80,9 @@ class CompositeState(ReferenceChanges, Stepper):
         )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for
 
     def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Replace all particles between steps; `carried` as of `get_carried`."""
         particles, stage = self.particles, self._stage
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.resize(len(data))
@@ -113,7 +109,6 @@ class CompositeState(ReferenceChanges, Stepper):
         self._classify()
 
     def fit_grid(self) -> None:
-        """Make the cell grids anew around the particles."""
         if self.particles.count:
             super().fit_grid()
             self.spatial.fit_grid(self.particles["position"])
@@ -121,7 +116,6 @@ class CompositeState(ReferenceChanges, Stepper):
                 self.contact.fit_grid()
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Restore `carried` and `history` of the same particles in the same order."""
         self._set_up()
         self._take(carried)
         if self.contact is not None:

@@ -81,7 +81,6 @@ class CompositeStepper(CompositeState):
 
     @property
     def owner_positions(self) -> np.ndarray:
-        """Positions (n, dim) [m] that decide the owner of each particle."""
         return self.particles["reference_position"]
 
     def _set_up(self) -> None:
@@ -150,12 +149,10 @@ class CompositeStepper(CompositeState):
 
     @property
     def contact_energy(self) -> float:
-        """Work against the contact between bodies since the start [J]."""
         return self.contact.energy if self.contact is not None else 0.0
 
     @property
     def stored_energy(self) -> float:
-        """Energy outside of the particles [J]."""
         return self.contact.stored_energy if self.contact is not None else 0.0
 
     @property
@@ -179,7 +176,6 @@ class CompositeStepper(CompositeState):
         self._any_active, self._any_tied = self.any_process(self._active.any()), self.any_process(tied.any())
 
     def start(self) -> None:
-        """Evaluate the initial forces."""
         self.totals.begin(self.particles)
         self._set_up()  # not before: lists and their corrections take time and compiled loops
         self._turn()
@@ -189,7 +185,6 @@ class CompositeStepper(CompositeState):
         super().start()
 
     def evaluate(self) -> None:
-        """Evaluate the pair forces at the stage."""
         ref, formulation = self.reference, self.formulation
         self._rates[:] = 0.0
         if self._any_active:
@@ -250,7 +245,6 @@ class CompositeStepper(CompositeState):
         self._stage = stage
 
     def complete(self, dt: float, following: float) -> None:
-        """Advance the state by `dt` [s], predict the next stage, and convert particles."""
         super().complete(dt, following)
         if self.contact is not None:
             self.contact.complete(dt, self._averages)

@@ -112,12 +112,10 @@ class TrailingMean:
         return mean
 
     def permute(self, order: np.ndarray) -> None:
-        """Reorder with the state."""
         self._parts = self._parts.take(order, axis=1)
         self._full, self._now = self._full[order], self._now[order]
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return the data of each particle by name, a row a particle."""
         return {"parts": self._parts.T, "part": self._now}
 
     def history(self) -> dict[str, np.ndarray]:
@@ -125,10 +123,8 @@ class TrailingMean:
         return {"part_times": self._times, "part_time": np.array([self._time])}
 
     def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
-        """Set the data of `get_carried` for the present particles."""
         self._parts, self._now = np.ascontiguousarray(carried["parts"].T), np.array(carried["part"])
         self._full = self._parts.sum(axis=0)
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Restore the data of `history`."""
         self._times[...], self._time = history["part_times"], float(history["part_time"][0])

@@ -97,7 +97,6 @@ class ProjectionStepper:
 
     @property
     def owner_positions(self) -> np.ndarray:
-        """Positions (n, dim) [m] that decide the owner of each particle."""
         return self.particles["position"]
 
     def start(self) -> None:
@@ -134,14 +133,12 @@ class ProjectionStepper:
         acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.original_gradient)
 
     def complete(self, dt: float, following: float) -> None:
-        """Advance the state by `dt` [s], and announce the step `following`."""
         self._carry(dt, complete=True)
         self._averaged.add(self.particles["pressure"], dt)
         self._crossed += dt * float(self.sums[column.FASTEST])
         self._step = following
 
     def predict(self, following: float) -> None:
-        """Announce the step `following` [s] after a change of the state."""
         self._carry(0.0, complete=False)
         self._crossed = np.inf
         self._step = following
@@ -151,7 +148,6 @@ class ProjectionStepper:
         return []
 
     def permute(self) -> np.ndarray:
-        """Sort the state into cell order between steps; return the order."""
         order = self._rows.list.order[: self._rows.list.present]
         order = order[order < self.particles.count].copy()
         self.particles.permute(order)
@@ -164,7 +160,6 @@ class ProjectionStepper:
         return order
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return the data of each particle beside its state that the next step needs, a row a particle."""
         listed_at = self._rows.listed_at
         listed_at = listed_at if len(listed_at) else np.zeros_like(self.particles["position"])
         return {
@@ -176,7 +171,6 @@ class ProjectionStepper:
         }
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return the global data that the next step needs, by name."""
         return (
             self.totals.history()
             | self._averaged.history()
@@ -184,23 +178,19 @@ class ProjectionStepper:
         )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self._rows.list.halo = halo_for(self._rows.list.layout)
 
     def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Replace all particles between steps; `carried` as of `get_carried`."""
         particles = self.particles
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.resize(len(data))
         self._take(carried)
 
     def fit_grid(self) -> None:
-        """Make the cell grid anew around the particles."""
         if self.particles.count:
             self._rows.list.fit_grid(self.particles["position"])
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Restore `carried` and `history` of the same particles in the same order."""
         self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
         self.totals.restore(history)
         self._sum_up()

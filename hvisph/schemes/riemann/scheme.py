@@ -108,7 +108,6 @@ class Riemann:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """State fields of the scheme."""
         own = ("previous_density_rate",) if self.corrected_variant else ()
         own = (*own, "density_correction") if self.corrects_density else own
         return (*own, "torque_residual") if self.angular_momentum else own
@@ -130,12 +129,10 @@ class Riemann:
 
     @property
     def viscous_factor(self) -> float:
-        """Factor of the largest closing speed in the signal speed."""
         return SHOCK_SLOPE / self.kernel.width
 
     @property
     def has_friction(self) -> bool:
-        """Whether bodies slide with friction."""
         return self.has_contact
 
     @property
@@ -199,7 +196,6 @@ class Riemann:
             pairs.rows[:, at["N_PREVIOUS"] : at["N_PREVIOUS"] + dim] = lacking * size[:, None]
 
     def layout(self, dim: int) -> RowLayout:
-        """Return the row layout."""
         return riemann_row.row_layout(dim, lambda option: bool(getattr(self, option)))
 
     def coefficients(self) -> np.ndarray:
@@ -208,7 +204,6 @@ class Riemann:
         return np.array([1.0 / self.kernel.width, self.friction, *further])
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
-        """Return the packing function and its bound constants."""
         return _pack, self.options(_pack)
 
     def isolated_density(self, dim: int) -> float:

@@ -78,7 +78,6 @@ class SeparatingContact:
         self._bodies = bodies.astype(np.uint32)
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self._pairs.halo = halo_for(self._pairs.layout)
         self._seen = halo_for(_places(self._pairs.layout.dim))
 

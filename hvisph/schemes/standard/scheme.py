@@ -69,7 +69,6 @@ class Eulerian:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Fields of particles beside the state."""
         own = self.viscosity.fields
         own = (*own, "torque_residual") if self.angular_momentum else own
         return (*own, "previous_density_rate") if self.density_rate else own
@@ -81,12 +80,10 @@ class Eulerian:
 
     @property
     def viscous_factor(self) -> float:
-        """1.2 beta, the share of max|mu| in the signal speed."""
         return VISCOUS_SIGNAL * self.viscosity.beta
 
     @property
     def corrects_kernels(self) -> bool:
-        """Whether kernels are corrected."""
         return self.correction.acts
 
     @property
@@ -96,12 +93,10 @@ class Eulerian:
 
     @property
     def reduces_shear_viscosity(self) -> bool:
-        """Whether particles in shear flow have less of the linear viscosity."""
         return self.shears
 
     @property
     def has_friction(self) -> bool:
-        """Whether bodies slide on each other."""
         return self.has_contact
 
     def body_contact(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
@@ -199,7 +194,6 @@ class Eulerian:
         )
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
-        """Return the packing function and what it is bound to."""
         return _pack, {
             "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
             "DISSIPATION": int(self.dissipation.acts),

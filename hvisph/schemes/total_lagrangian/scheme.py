@@ -73,22 +73,18 @@ class TotalLagrangian:
 
     @property
     def has_friction(self) -> bool:
-        """Whether bodies slide on each other with friction."""
         return self.contact.friction > 0.0
 
     @property
     def stores_contact_energy(self) -> bool:
-        """Whether contact stores energy."""
         return self.contact.parts
 
     @property
     def viscous_factor(self) -> float:
-        """Factor 1.2 beta of max|mu| in the signal speed."""
         return VISCOUS_SIGNAL * self.viscosity.beta
 
     @property
     def corrects_kernels(self) -> bool:
-        """Whether kernels are corrected in the current configuration."""
         return self.spatial_correction.acts
 
     @property
@@ -138,7 +134,6 @@ class TotalLagrangian:
         return np.array([self.alpha])
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
-        """Return the packing function and its bound constants."""
         return _pack, {"AXISYMMETRIC": int(self.axisymmetric)}
 
     def isolated_density(self, dim: int) -> float:
