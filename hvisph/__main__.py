@@ -16,9 +16,10 @@ def main() -> None:
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if ours:
         signal.signal(signal.SIGINT, _leave)
-    from hvisph.cli.main import app, function_of
+    from hvisph.cli.main import HELP, app, function_of
 
-    function_of(*sys.argv[1:2] or [""])
+    if not HELP & {*sys.argv[2:]}:
+        function_of(*sys.argv[1:2] or [""])
     if ours:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

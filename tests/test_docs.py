@@ -56,6 +56,7 @@ def test_the_page_of_commands_is_up_to_date():
     spec.loader.exec_module(commands)
     assert commands.PAGE.read_text(encoding="utf-8") == commands.text(), "run: python tools/commands.py --write"
     assert commands.INDEX.read_text(encoding="utf-8") == commands.index(), "run: python tools/commands.py --write"
+    assert commands.HELP.read_text(encoding="utf-8") == commands.help_texts(), "run: python tools/commands.py --write"
 
 
 def test_commands_of_the_pages_exist():

@@ -1,4 +1,4 @@
-"""Write docs/commands.md and the index of all pages for `hvisph help`: `python tools/commands.py --write`."""
+"""Write docs/commands.md, the texts of `--help` and the index of `hvisph help`: `python tools/commands.py --write`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import typer
 
 PAGE = Path(__file__).parents[1] / "docs" / "commands.md"
 INDEX = PAGE.parents[1] / "hvisph" / "casefile" / "pages.json"
+HELP = PAGE.parents[1] / "hvisph" / "cli" / "help.json"
 
 
 HEAD = """\
@@ -35,16 +36,28 @@ done, 2 invalid input, 3 a run failed; others are named below.
 COMMON = 2  # commands that share an argument or an option which is described once
 
 
-def text() -> str:
-    """Return the page."""
+def contexts() -> dict[str, typer.Context]:
+    """Return the context of every command by its name."""
     from hvisph.cli.main import app
 
     group = typer.main.get_command(app)
-    context = typer.Context(group, info_name="hvisph")
-    commands = {name: group.get_command(context, name) for name in group.list_commands(context)}
-    rows = {}
-    for name, command in commands.items():
-        own = typer.Context(command, info_name=name, parent=context)
+    parent = typer.Context(group, info_name="hvisph", terminal_width=78, **group.context_settings)
+    return {
+        name: typer.Context(group.get_command(parent, name), info_name=name, parent=parent)
+        for name in group.list_commands(parent)
+    }
+
+
+def help_texts() -> str:
+    """Return the text of `--help` of every command, as JSON."""
+    return json.dumps({name: context.get_help() for name, context in contexts().items()}, indent=1) + "\n"
+
+
+def text() -> str:
+    """Return the page."""
+    commands, rows = {}, {}
+    for name, own in contexts().items():
+        command = commands[name] = own.command
         records = [record for record in (p.get_help_record(own) for p in command.params) if record]
         rows[name] = [f"`{left.replace('|', '/')}` | {right.replace('|', '/')}" for left, right in records]
     counts = Counter(row for found in rows.values() for row in found)
@@ -75,5 +88,6 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["--write"]:
         PAGE.write_text(text(), encoding="utf-8")
         INDEX.write_text(index(), encoding="utf-8")
+        HELP.write_text(help_texts(), encoding="utf-8")
     else:
         sys.stdout.write(text())

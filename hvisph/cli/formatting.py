@@ -94,17 +94,17 @@ def round_two_figures(count: float) -> str:
     return f"{float(f'{count:.2g}'):.0f}"
 
 
-def table(rows: Sequence[Sequence[str]], indent: int = 2, *, cut: bool = False) -> str:
+def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
     """Return `rows` as text in aligned columns.
 
-    Words in the last column are wrapped, or with `cut` cut off, so that lines fit a screen. Columns that are too many
-    for it go on below, after the first one again.
+    Words in the last column are wrapped, so that lines fit a screen. Columns that are too many for it go on below,
+    after the first one again.
     """
     rows = [[sanitize(cell) for cell in row] for row in rows]
     widths = _widths(rows)
     available = SCREEN - indent - sum(width + GAP for width in widths[:-1])
     if widths and widths[-1] > available >= NARROWEST:
-        rows = [line for row in rows for line in _wrap(row, len(widths), available, cut)]
+        rows = [line for row in rows for line in _wrap(row, len(widths), available)]
         widths = _widths(rows)
     if len(widths) > 2 and indent + sum(widths) + GAP * (len(widths) - 1) > SCREEN:
         return tables(rows, indent=indent)
@@ -159,12 +159,10 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
     return [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
 
 
-def _wrap(row: Sequence[str], columns: int, available: int, cut: bool) -> list[list[str]]:
-    """Return a row with its last cell wrapped or cut off; a row with fewer cells unchanged."""
+def _wrap(row: Sequence[str], columns: int, available: int) -> list[list[str]]:
+    """Return a row with its last cell wrapped; a row with fewer cells unchanged."""
     if len(row) < columns or len(row[-1]) <= available:
         return [list(row)]
-    if cut:
-        return [[*row[:-1], f"{row[-1][: available - 3]}..."]]
     words = textwrap.wrap(row[-1], available, break_long_words=False, break_on_hyphens=False)
     return [[*row[:-1], words[0]], *([""] * (columns - 1) + [line] for line in words[1:])]
 

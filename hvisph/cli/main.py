@@ -2,9 +2,11 @@
 
 import atexit
 import gc
+import json
 import os
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -44,6 +46,7 @@ COMMANDS = {
     "schema": ("library", "Print a JSON schema, or write all into a folder."),
     "doctor": ("doctor", "Show versions, cores and cache; test a compiled loop."),
 }
+HELP = {"-h", "--help"}
 # Plain text and no tracebacks: both would import rich, which takes longer than all of the rest.
 PLAIN: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False}
 
@@ -85,6 +88,9 @@ class Group(TyperGroup):
             meant = spellings("meant").get(name.lower())
             hint = f"; did you mean '{meant}'?" if meant in COMMANDS else suggest_nearest(name[:64], list(COMMANDS))
             _refuse(f"there is no command '{name[:64]}'{hint}")
+        if HELP & {*args[1:]} and name in COMMANDS:  # without importing the command
+            say(json.loads(Path(__file__).with_name("help.json").read_text(encoding="utf-8"))[name])
+            raise typer.Exit
         command = super().resolve_command(ctx, args)
         known = {option for parameter in getattr(command[1], "params", ()) for option in parameter.opts}
         for option in (argument.partition("=")[0] for argument in args[1:]):
@@ -111,7 +117,7 @@ app = typer.Typer(
     help="Smoothed particle hydrodynamics for solids under high-velocity impact, from a case file.",
     epilog="Start with: hvisph run quickstart",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": sorted(HELP, key=len)},
     **PLAIN,
 )
 

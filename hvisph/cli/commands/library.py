@@ -47,7 +47,7 @@ def _list(files: dict[str, Path], as_json: bool) -> None:
             ]
         )
     else:
-        say(table([(name, case.title) for name, case in loaded.items()], indent=0, cut=True))
+        say(table([(name, case.title) for name, case in loaded.items()], indent=0))
 
 
 def _copy(files: dict[str, Path], folder: Path) -> None:
