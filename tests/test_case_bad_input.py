@@ -123,7 +123,7 @@ BAD = [
     ),
     ("type: eulerian", "type: eulerain", ["formulation.type: unknown 'eulerain'", "'eulerian'"], 13),
     ("end: 8 us", "cfl: 0.3", ["time.end: missing", "Time at which the run ends"], 15),
-    ("end: 8 us", "{end: 8 us", ["is no YAML"], 17),
+    ("end: 8 us", "{end: 8 us", ["is not valid YAML"], 17),
     ("end: 8 us", "end: 8 us\n  cfl: 1.5", ["time.cfl", "at most 1"], 17),
     ("end: 8 us", "end: 8 us\n  step: 0", ["time.step", "above 0"], 17),
     ("end: 8 us", "end: 8 us\n  end: 9 us", ["the key 'end' appears twice"], 17),

@@ -161,7 +161,7 @@ def test_override_reaches_into_a_block_left_to_its_default(tmp_path):
         ("time.end.x=3", ["time.end: has no keys", "'x'"]),
         ("bodies.projectile.velocity.7=3", ["bodies.projectile.velocity: has no entry '7'", "2 entries"]),
         ("bodies.target.material=alu", ["bodies.target.material: unknown 'alu'", "--set"]),
-        ("time.end=[1", ["time.end: is no YAML", "--set"]),
+        ("time.end=[1", ["time.end: is not valid YAML", "--set"]),
         ("time.end=!!python/name:os.system x", ["tag"]),
         ("resolution=\udc80", ["Unicode"]),
         ("time=null", ["time: missing"]),

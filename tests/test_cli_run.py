@@ -268,7 +268,7 @@ def test_the_live_display_shows_what_it_must():
 
 def test_lines_say_where_a_run_is():
     text = status_text(PROGRESS, "s")
-    for words in ("t = 2 us", "step 300", "dt = 6.5 ns by signal in projectile", "-3.1e-13 %", "4.5 s left"):
+    for words in ("t = 2 us", "step 300", "dt = 6.5 ns, limited by signal in projectile", "-3.1e-13 %", "4.5 s left"):
         assert words in text
     assert time_left(PROGRESS) == pytest.approx(4.5)
 

@@ -94,13 +94,18 @@ def _head(resolution: str | None) -> list[str]:
         _wrapped(
             "A cylinder of 10 mm strikes an aluminium plate of 2 mm at 3.1 km/s; plane strain, spacing "
             f"{resolution or '0.1 mm'}, 8 us after contact. Each row is a file of `cases/published`; "
-            "`hvisph compare published/al_al` prints the same values. All rows are measured by one set of definitions; "
-            "the papers define theirs by a sketch and quote 0.1 cm. A value agrees within 0.2 cm for the crater, 0.1 "
-            "cm for the other lengths and 12 % for pressures. Energy and momentum are conserved to 1e-14 in all rows "
-            "but SPH-projection, which has no energy equation."
+            "`hvisph compare published/al_al` prints the same values. d_cra: crater diameter; L_ext: extension of the "
+            "projectile; L_proj: penetration; P: peak pressure at its centre ([definitions](../measuring.md)). The "
+            "papers define theirs by a sketch and quote 0.1 cm. A value agrees within 0.2 cm for the crater, 0.1 cm "
+            "for the other lengths and 12 % for pressures. Energy and momentum are conserved to 1e-14, in "
+            "SPH-projection, which has no energy equation, momentum alone."
         ),
         "",
-        _wrapped(f"Lengths in cm, pressures in GPa; `computed` (published); **bold** off by more. {PROJECTION}"),
+        _wrapped(
+            "SAV: standard SPH with artificial viscosity (1 and 2: two pairs of coefficients), BAL with Balsara's "
+            "switch, MON with Morris and Monaghan's, CON: contact SPH as published. Lengths in cm, pressures in GPa; "
+            f"`computed` (published); **bold** off by more. {PROJECTION}"
+        ),
     ]
 
 

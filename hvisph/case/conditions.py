@@ -259,7 +259,7 @@ class _Start(StrictModel):
         "Folder of the other run, relative to the case file or to the working folder"
     )
     at: NonNegativeTime = key("Time of one of its snapshots [s], at which this run starts; it ends at `time.end`")
-    width: PositiveLength | None = key("Width along z [m] to which a plane run is extruded; `as: extruded` alone", None)
+    width: PositiveLength | None = key("Width along z [m] of the extruded run; only with `as: extruded`", None)
 
     @property
     def mapping(self) -> str:

@@ -313,13 +313,13 @@ class RunLimits(StrictModel):
         "Change of total energy over that at the start [-]; null for no limit", 0.01
     )
     negative_energy: Annotated[float, units.Quantity(units.NUMBER, above=0)] | None = key(
-        "Internal energy of the whole below that at the start and below zero, over the energy at the start "
-        "[-]: more stops a run; null for no limit",
+        "Negative internal energy of the whole model over the total energy at the start [-], at which a run stops; "
+        "null for no limit",
         0.01,
     )
     speed_over_initial: Annotated[float, units.Quantity(units.NUMBER, above=1)] | None = key(
-        "Speed of a particle over the fastest at the start, or over the speed of signals where "
-        "all start at rest [-]; null for no limit",
+        "Speed of a particle over the fastest at the start, or over the sound speed where all "
+        "particles start at rest [-]; null for no limit",
         10.0,
     )
     step_over_initial: Annotated[float, units.Quantity(units.NUMBER, minimum=0, below=1)] = key(

@@ -66,9 +66,9 @@ def parse(text: str, name: str) -> Document:
         line = text.splitlines()[mark.line : mark.line + 1] if mark is not None else []
         if line and "\t" in line[0][: len(line[0]) - len(line[0].lstrip())]:
             reason = "the line is indented by a tab; YAML wants spaces"
-        raise CaseError(f"is no YAML: {reason}", file=name, line=mark.line + 1 if mark else None) from None
+        raise CaseError(f"is not valid YAML: {reason}", file=name, line=mark.line + 1 if mark else None) from None
     except yaml.YAMLError as error:
-        raise CaseError(f"is no YAML: {str(error).splitlines()[0]}", file=name) from None
+        raise CaseError(f"is not valid YAML: {str(error).splitlines()[0]}", file=name) from None
 
 
 def dump(value: object, width: int = 100) -> str:

@@ -74,7 +74,7 @@ def _spot_lines(name: str, spot: Spot) -> list[str]:
 
 
 _FORMS = {"string": "text", "number": "number", "object": "block", "array": "list", "boolean": "`true`, `false`"}
-DERIVED = {"arrangement": "by dimensions", "velocity": "at rest", "measures": "all that apply"}
+DERIVED = {"arrangement": "by dimensions", "cfl": "by formulation", "velocity": "at rest", "measures": "all that apply"}
 
 
 def value_text(spot: Spot) -> str:

@@ -27,7 +27,7 @@ COMMANDS = {
     "check": ("check", "Check a case: particles, time, pressure, warnings."),
     "measure": ("measure", "Measure a run: crater, penetration, plug, fragments."),
     "compare": ("compare", "Compare runs: measures, published values, cost."),
-    "report": ("pictures", "Write a page: verdict, player, measures, warnings."),
+    "report": ("pictures", "Write a page: result, animation, measures, warnings."),
     "plot": ("pictures", "Draw the particles of one or several runs."),
     "animate": ("pictures", "Draw all snapshots of a run as an animation."),
     "gauges": ("pictures", "Draw the gauges of a run."),

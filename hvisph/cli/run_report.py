@@ -69,7 +69,7 @@ class Lines(Silence):
         raise_noted()
         if not self._compiling:
             self._compiling = True
-            say("compiling kernels (once; they are kept for later runs)")
+            say("compiling kernels (once; later runs use the cache)")
 
     def start(self, folder: Path, particles: int, end: float) -> None:
         """Print the number of particles and the end time."""
@@ -97,7 +97,7 @@ def status_text(progress: Progress, unit: str) -> str:
     remaining = f", {duration(left)} left" if left is not None else ""
     return (
         f"t = {quantity(progress.time, unit)}, step {progress.step}, "
-        f"dt = {quantity(progress.dt, unit, 3)} by {progress.criterion} in {progress.body}, "
+        f"dt = {quantity(progress.dt, unit, 3)}, limited by {progress.criterion} in {progress.body}, "
         f"{progress.steps_per_second:.0f} steps/s{drift}, {duration(progress.wall_seconds)} elapsed{remaining}"
     )
 
@@ -140,7 +140,7 @@ class Live(Lines):
         """Show which loop is being compiled."""
         raise_noted()
         loop = name.rsplit("_", 1)[0]
-        self._display.update(Spinner("dots", f"compiling kernels ({loop}); they are kept for later runs"), refresh=True)
+        self._display.update(Spinner("dots", f"compiling kernels ({loop}); later runs use the cache"), refresh=True)
 
     def start(self, folder: Path, particles: int, end: float) -> None:
         """Print the number of particles and the end time."""
@@ -243,7 +243,7 @@ SHARES = {
 MOST_BODIES = 8  # in the table of bodies
 
 
-def _health(summary: Plain) -> str:
+def _conservation(summary: Plain) -> str:
     """Return drifts of conserved quantities and mass fractions in one line."""
     drifts = [
         f"{name.replace('_', ' ')} {value:.1e}"
@@ -252,16 +252,16 @@ def _health(summary: Plain) -> str:
     ]
     shares = summary.get("shares") or {}
     parts = [f"{format_share(shares[name])} {word}" for name, word in SHARES.items() if shares.get(name)]
-    mass = f"; of the mass: {', '.join(parts)}" if parts else ""
-    return f"Health: {', '.join(drifts)}{mass}"
+    mass = f"; mass fractions: {', '.join(parts)}" if parts else ""
+    return f"Conservation: {', '.join(drifts)}{mass}"
 
 
 def _unsettled(summary: Plain) -> str:
-    """Return how many measures still change at the end; empty if none does."""
+    """Return how many measures are not settled at the end; empty if all are."""
     sections = [summary, *(summary.get("layers") or []), summary.get("projectile") or {}, summary.get("cloud") or {}]
     values = [one for part in sections for one in (part.get("measures") or {}).values() if one["value"] is not None]
     changing = sum(one.get("settled") is False for one in values)
-    return f"{changing} of {len(values)} measures still change: run longer" if changing else ""
+    return f"{changing} of {len(values)} measures are not settled: run longer" if changing else ""
 
 
 def _results(summary: Plain, folder: Path, unitless: bool, everything: bool) -> str:
@@ -276,7 +276,7 @@ def _results(summary: Plain, folder: Path, unitless: bool, everything: bool) -> 
         lines += [results_table(headline(summary), expected, unitless), ""]
         if not (summary.get("layers") or len(summary["bodies"]) > MOST_BODIES):
             lines += [bodies_table(summary, unitless), ""]
-        lines += [_health(summary), *filter(None, [_unsettled(summary)])]
+        lines += [_conservation(summary), *filter(None, [_unsettled(summary)])]
     lines.append(
         f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
         f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {sanitize(folder)}"
@@ -301,5 +301,5 @@ def _all_results(summary: Plain, unitless: bool) -> list[str]:
         lines.append(
             f"Highest pressure {highest:.3g}{unit}; {estimate:.3g}{unit} by impedance matching of a flat impact"
         )
-    lines.append(_health(summary))
+    lines.append(_conservation(summary))
     return [*lines, *(["", correlations_text(summary["correlations"])] if summary.get("correlations") else []), ""]

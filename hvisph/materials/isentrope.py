@@ -6,13 +6,13 @@
 
     T = theta tau,    e - e_s(rho) = theta h(tau),    h(tau) = int c dtau from T_room,    theta = T_s(rho)/T_room
 
-The isentrope is tabulated at `POINTS` densities from 0.5 to 3 rho0, linear between them and
-constant outside; T_s = T_room below rho0. A temperature-dependent heat capacity is a function of
-the scaled temperature tau = T/theta, otherwise T would not be the derivative of energy by entropy.
-h follows from c_p(T) measured at zero pressure, less the work of expansion, in `HEAT_POINTS` steps.
-With a heat of melting T stays at the melting point while material melts: right after release, early
-under pressure. `total_energy` takes all energy as heat, T = T_room + max(e, 0)/c_v (Young 2021):
-870 K instead of 490 K behind a shock of 1 km/s in aluminium.
+The isentrope is tabulated at 511 densities from 0.5 to 3 rho0, linear between them and constant
+outside; T_s = T_room below rho0. A temperature-dependent heat capacity is a function of the scaled
+temperature tau = T/theta, otherwise T would not be the derivative of energy by entropy. h follows
+from c_p(T) measured at zero pressure, less the work of expansion, in 512 steps. With a heat of
+melting T stays at the melting point while material melts, which is right after release and too
+early under pressure. `total_energy` takes all energy as heat, T = T_room + max(e, 0)/c_v (Young
+2021): 870 K instead of 490 K behind a shock of 1 km/s in aluminium.
 """
 
 from collections.abc import Callable, Sequence

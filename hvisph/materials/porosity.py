@@ -6,11 +6,12 @@
     alpha = 1                                                   p >= p_s
     or by lines through points [p, alpha] from alpha0 to 1
 
-    p_rho = P_r alpha/d,  p_e = P_e/d,  d = alpha + A'(p - rho P_r)
+    dp/drho = P_r alpha/d,  dp/de = P_e/d,  d = alpha + A'(p - rho P_r)
 
-Pores do not reopen: alpha is at most its smallest past value. Below p_e the sound speed is the solid's.
-alpha = A(p(alpha)) is solved by bisection. P_r and P_e are the slopes of the solid at (alpha rho,
-e), A' that of the crush curve, 0 on unloading. Temperature and melting are those of the solid;
+Crushing begins at p_e and ends at p_s. Pores do not reopen: alpha is at most its smallest past value.
+Below p_e the sound speed is the solid's. alpha = A(p(alpha)) is solved by bisection. P_r and P_e are
+the derivatives of the solid's pressure by density and energy at (alpha rho, e), A' is the slope of
+the crush curve, 0 on unloading. Temperature and melting are those of the solid;
 shear modulus and yield stress are divided by alpha. Herrmann 1969, J. Appl. Phys. 40, 2490; Carroll
 & Holt 1972, J. Appl. Phys. 43, 1626; Jutzi et al. 2008, Icarus 198, 242.
 """

@@ -62,11 +62,11 @@ def derive_properties(model: MaterialModel) -> dict[str, tuple[float, str]]:
         numbers["Hugoniot elastic limit"] = (y * (bulk / (2.0 * g) + 2.0 / 3.0), "Pa")
     holds = range_of(material)
     if holds.least_density > 0.0:
-        numbers["least density of the models"] = (holds.least_density, "kg/m^3")
+        numbers["lowest valid density"] = (holds.least_density, "kg/m^3")
     if np.isfinite(holds.greatest_density):
-        numbers["greatest density of the models"] = (holds.greatest_density, "kg/m^3")
+        numbers["highest valid density"] = (holds.greatest_density, "kg/m^3")
     if np.isfinite(holds.tension):
-        numbers["largest tension of such a material"] = (holds.tension, "Pa")
+        numbers["highest valid tension"] = (holds.tension, "Pa")
     return numbers
 
 

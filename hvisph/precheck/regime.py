@@ -115,6 +115,7 @@ class Experience:
     densities: tuple[float, float] = ALUMINIUM  # of the metals that were shot, from and to [kg/m^3]
 
 
+LABELS = {"cloud_ratio": "length over width of the cloud"}
 # By set of `cases/validation`.
 KNOWN = {
     "taylor": Experience(
@@ -149,11 +150,12 @@ def experience(case: Case, kind: Regime) -> str:
         return ""
     first, *others = case.bodies.values()
     if known.verdicts:
-        said = f"{100 * next(iter(known.figures.values())):.0f} % of the verdicts are right"
+        said = f"for {100 * next(iter(known.figures.values())):.0f} % it is right whether the rear wall fails"
         here = min(others[0].shape.extent()) / case.resolution
     else:
-        said = ", ".join(f"{quantity.replace('_', ' ')} {100 * off:.1f} %" for quantity, off in known.figures.items())
-        said += " off in the mean"
+        labels = {quantity: LABELS.get(quantity, quantity.replace("_", " ")) for quantity in known.figures}
+        said = ", ".join(f"{labels[quantity]} {100 * off:.1f} %" for quantity, off in known.figures.items())
+        said += " off on average"
         here = _width(first) / case.resolution
     text = f"{known.what}: {said}, with {known.across:g} particles across{known.over} ({PAGE})"
     if here < ENOUGH * known.across:

@@ -44,7 +44,7 @@ class EulerianFormulation(options.PairOptions):
     )
     conserve_angular_momentum: bool = key(
         "Whether the torque of non-central pair forces is compensated in the following step and rigid "
-        "rotation causes no strain; 10 % more time a step in 2D, 30 % in 3D",
+        "rotation causes no strain; 9 % more time a step in 2D, 36 % in 3D",
         False,
     )
     contact: options.Contact = key("Contact between bodies", options.FrictionalContact())

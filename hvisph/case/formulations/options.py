@@ -268,8 +268,8 @@ class FrictionalContact(StrictModel):
     friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = key("Coefficient of friction mu [-]", 0.0)
     self_contact: Literal["none", "fragments", "all"] | None = key(
         "Contact within one body: `none`; `fragments`, between pieces farther apart than the kernel support "
-        "(`riemann`, `eulerian`); `all`, also between surfaces of one connected piece (`riemann`, 20 % more time a "
-        "step; Total Lagrangian bodies). Without it `riemann` and `eulerian` surfaces bond, Total Lagrangian ones "
+        "(`riemann`, `eulerian`); `all`, also between surfaces of one connected piece (`riemann`, 5 to 15 % more time "
+        "a step; Total Lagrangian bodies). Without it `riemann` and `eulerian` surfaces bond, Total Lagrangian ones "
         "penetrate. Default: `all` for Total Lagrangian bodies, else `fragments`; `none` for a single connected body",
         None,
     )

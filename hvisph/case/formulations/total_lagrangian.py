@@ -66,9 +66,9 @@ class TotalLagrangianFormulation(options.KernelOptions):
         "secant",
     )
     failed_particles: Literal["removed", "removed_renormalized", "retained"] = key(
-        "Failed Total Lagrangian particles carry no stress; `removed` from the neighbour lists, whose "
-        "particles keep their reference volume, `removed_renormalized`: kernel sums renormalized over the remaining "
-        "neighbours, which does not conserve energy, or `retained`",
+        "What becomes of failed Total Lagrangian particles, which carry no stress: `removed` from the neighbour "
+        "lists; `removed_renormalized`, in which the kernel sums are also renormalized over the remaining neighbours, "
+        "which does not conserve energy; or `retained`",
         "removed",
     )
     reference_update_strain: PositiveNumber | None = key(

@@ -179,10 +179,11 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
         speeds = [number(one.shock_speed, "m/s") for one in (shock.projectile, shock.target)]
         text = f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on {pair.second} "
         text += f"at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}"
-        facts += [("plane shock", text), ("", f"shock speeds {' and '.join(speeds)} into the bodies at rest")]
+        into = f"into {pair.first}, {speeds[1]} into {pair.second}, relative to the material ahead of each"
+        facts += [("plane shock", text), ("", f"shock speeds {speeds[0]} {into}")]
     threads = of_cores(taken.threads, available_threads())
     loops, seconds = compilation()
-    before = f"after the compilation of {loops} loops, about {duration(seconds)}" if loops else "all loops are compiled"
+    before = f"after compiling {loops} loops, about {duration(seconds)}" if loops else "all loops are in the cache"
     fewer = ", fewer once late stages begin" if any(stage.at == "auto" for stage in case.late) else ""
     facts += [
         ("steps", f"about {round_two_figures(taken.steps)} to t = {number(case.time.end, 's')}{fewer}"),

@@ -128,7 +128,7 @@ def report(
     each: bool = option("--each", "For a sweep, also write a page for every run.", False),
     quiet: QuietOption = False,
 ) -> None:
-    """Write one self-contained page: verdict, player, measures, warnings, set-up."""
+    """Write one self-contained page: result, animation, measures, warnings, set-up."""
     path = sweep_report(runs[0], out, each=each) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)
     if not quiet:
         say(str(path))

@@ -184,12 +184,12 @@ def _sheet(known: Library, name: str, model: Material) -> str:
             doubt = CONFIDENCE[source.confidence]
             text = f"{', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}"
             lines.append(paragraph(text, indent=2, hanging=4))
-    lines += ["", "what follows from them"]
+    lines += ["", "derived values"]
     derived = material_sheet.derive_properties(model)
     lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derived.items()]))
     rows = material_sheet.hugoniot(model)
     if rows:
-        lines += ["", "behind shocks, without strength"]
+        lines += ["", "states behind shocks, without strength"]
         shown = [("up", "Us", "pressure", "density", "temperature")]
         for u, speed, pressure, density, heat in rows:
             kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
@@ -199,29 +199,29 @@ def _sheet(known: Library, name: str, model: Material) -> str:
         beside = material_sheet.compare_hugoniot(model, points)
         if beside:
             words = (
-                f"{whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the speed of its last wave is "
-                f"{_format_deviation(beside)}"
+                f"compared with {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the computed shock speed "
+                f"(that of the last wave) is {_format_deviation(beside)}"
             )
             if model.strength.type != "none":
                 fluid = material_sheet.compare_hugoniot(model, points, strength=False)
-                words += f"; without its strength {_format_deviation(fluid)}"
+                words += f"; without strength {_format_deviation(fluid)}"
             bins = material_sheet.worst_bin(beside) if points == notes.hugoniot else None
             if bins is not None:
                 off, where, scatter = bins
                 words += (
-                    f". In bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
-                    f"points scatter by {scatter:.1f} % about the mean of theirs"
+                    f". Averaged over bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
+                    f"points scatter by {scatter:.1f} % about the mean of their bin"
                 )
             lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks
-        other = f"; beyond take {notes.beyond}" if notes.beyond else ""
+        other = f"; outside use {notes.beyond}" if notes.beyond else ""
         lines += [
             "",
             paragraph(f"within 2 % of measured shocks from {low:g} to {high:g} m/s of particle velocity{other}"),
         ]
     elif notes.beyond:
-        lines += ["", paragraph(f"within 2 % of measured shocks nowhere; for shocks take {notes.beyond}")]
+        lines += ["", paragraph(f"within 2 % of measured shocks nowhere; for shocks use {notes.beyond}")]
     return "\n".join(lines)
 
 

@@ -9,11 +9,11 @@
               between 1/5 and 5
 
 The stress does the work G_f on an area of crack, l wide, from onset to failure, in any mode: sum (1 - d) 2 dd = 1. The
-volumetric strain is counted as a whole and the deviatoric one without its elastic part; compression is borne. l is the
-width of the band that one particle stands for, L_0 that at which the constants of the model were fitted. Beyond the
-strengths an element would release more elastic energy than the crack takes up: the strength falls, the energy stays
-(Bazant & Oh 1983, Mater. Struct. 16, 155). Band and energy after Hillerborg, Modeer & Petersson 1976, Cem. Concr. Res.
-6, 773; G_f = K_IC^2 (1 - nu^2)/E. Rates and heat count until onset.
+whole volumetric strain counts, of the deviatoric strain the plastic part; a crack transmits compression. l is the
+width of the band that one particle represents, L_0 that at which the constants of the model were fitted. Above the
+limits `strength` a particle would release more elastic energy than the crack takes up: Y_0 and p_0 are reduced, G_f is
+not (Bazant & Oh 1983, Mater. Struct. 16, 155). Band and energy after Hillerborg, Modeer & Petersson 1976, Cem. Concr.
+Res. 6, 773; G_f = K_IC^2 (1 - nu^2)/E. Strain rate and temperature have no effect after the onset.
 """
 
 from dataclasses import dataclass

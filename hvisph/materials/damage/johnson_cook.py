@@ -4,12 +4,12 @@
     eps_f = (D1 + D2 exp(D3 sigma*)) (1 + D4 ln rate*) (1 + D5 T*)
     sigma* = -p / q,  q the von Mises stress;  rate* = max(rate / rate0, 1)
 
-Johnson & Cook 1985. sigma* is limited to 1.5, the range of the fit, and eps_f to
-`FRACTURE_STRAIN_FLOOR`. With `high_triaxiality: void_growth` the fit continues as exp(-1.5 sigma*)
-where it would fall faster (Rice & Tracey 1969, Hancock & Mackenzie 1976). With `softening` D_c the
-yield stress is reduced by D_c D (Borvik, Hopperstad, Berstad & Langseth 2001). At D = 1 the
-particle has failed: no deviator and no tension. Beside a rate-dependent spall strength plastic
-strain adds no damage above sigma* = 1.5. Molten material fails under any tension.
+Johnson & Cook 1985. sigma* is at most 1.5, the range of the fit, and eps_f at least 1e-4. With
+`high_triaxiality: void_growth` the fit continues as exp(-1.5 sigma*) where it would fall faster
+(Rice & Tracey 1969, Hancock & Mackenzie 1976). With `softening` D_c the yield stress is reduced by
+the share D_c D (Borvik, Hopperstad, Berstad & Langseth 2001). At D = 1 the particle has failed: no
+deviator and no tension. With a rate-dependent spall strength, plastic strain adds no damage above
+sigma* = 1.5. Molten material fails under any tension.
 """
 
 from dataclasses import dataclass

@@ -12,11 +12,11 @@ sigma is in material axes, tension positive; c = max(-(s22 + s33)/2, 0) is the c
 
 An open mode bears no tension: s11 within -(residual XC + c) and 0, s22 <= 0, s33 <= 0, by strains of cracks normal to
 the axes; nothing at all normal to it while the volume is above that at rest (pressure below zero). Of the shear stress
-and moduli 12 and 23 (matrix), 13 and 23 (delamination) the share `residual` is left. Fibre and delamination together
-are failure (max stress: any two modes). Compression is counted beyond the confinement as in Yen 2002, Proc. 7th Int.
-LS-DYNA Users Conf.: pressure alone breaks no fibre. There is neither a rate nor an energy of softening: the result
-depends on the spacing. Hashin 1980, J. Appl. Mech. 47, 329; cracks of fixed direction: Rashid 1968, Nucl. Eng. Des. 7,
-334.
+and moduli 12 and 23 (matrix), 13 and 23 (delamination) the share `residual` is left. A particle whose fibre and
+delamination modes are open has failed (max stress: any two modes). Compression counts beyond the confinement, as in Yen
+2002, Proc. 7th Int. LS-DYNA Users Conf.: pressure alone breaks no fibre. Neither strain rate nor fracture energy
+enters: the result depends on the spacing. Hashin 1980, J. Appl. Mech. 47, 329; cracks of fixed direction: Rashid 1968,
+Nucl. Eng. Des. 7, 334.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Spall by pressure cut-off p >= p_min.
+"""Spall by a pressure cut-off, p >= p_min.
 
     p >= p_min,    p_min <= 0
 
@@ -11,8 +11,8 @@ an exponent m tension accumulates damage, and the spall strength grows with the 
 
 At a constant rate of expansion the tension is K rate t, and D reaches 1 at sigma_0 (rate/rate_0)^m,
 the power law of plate impacts (Kanel 2010, Int. J. Fract. 163, 173; Antoun et al. 2003, Spall
-Fracture). As a sum over time it is the criterion of Tuler & Butcher 1968, Int. J. Fract. Mech. 4,
-431: sustained tension fails later and at a lower stress, and no strain rate is measured. Valid from
+Fracture). It is a cumulative criterion as that of Tuler & Butcher 1968, Int. J. Fract. Mech. 4, 431:
+under a lower tension the material fails later, and no strain rate has to be evaluated. Valid from
 1e4 1/s to 1e7 1/s (Moshe et al. 1998, J. Appl. Phys. 83, 4004).
 """
 

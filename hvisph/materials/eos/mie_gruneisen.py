@@ -4,12 +4,13 @@
     compression:  p = rho0 c0^2 mu [1 + (1 - gamma0/2) mu - a mu^2/2] / D^2 + (gamma0 + a mu) rho0 e
                   D = 1 - (s1 - 1) mu - s2 mu x - s3 mu x^2
     expansion:    p = f [rho0 c0^2 mu + (gamma0 + a mu) rho0 e]
+                  f = r [v + (3 - 2 v) r + (v - 2) r^2],  r = rho/rho0,  v = min(1, 2/(3 (gamma0 - a)))
 
 The Hugoniot is U = c0 + s1 u + s2 u^2/U + s3 u^3/U^2 (Steinberg 1996; Young 2021, section 3.3).
 With a = s2 = s3 = 0 it is p = p_H (1 - gamma0 eta/2) + gamma0 rho0 e, eta = 1 - rho0/rho, p_H =
-rho0 c0^2 eta/(1 - s1 eta)^2. Valid below the compression at which D vanishes; beyond, D is held at
-`DENOMINATOR_FLOOR`. f reduces the pressure in expansion (`expansion.py`); with `expansion: linear`
-it is 1, as published, and hot dispersed material keeps pressures of gigapascals.
+rho0 c0^2 eta/(1 - s1 eta)^2. Valid below the compression at which D vanishes; D is at least 0.1. f
+tends to the pressure of a monatomic gas in expansion and is no model of vaporisation; with
+`expansion: linear` it is 1, as published, and hot dispersed material keeps pressures of gigapascals.
 """
 
 from dataclasses import dataclass

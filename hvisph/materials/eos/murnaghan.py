@@ -4,9 +4,9 @@
     expansion:    p = f [K/n ((rho/rho0)^n - 1) + Gamma rho0 e]
     e_c = K/(n rho0) [((rho/rho0)^(n-1) - 1)/(n-1) + rho0/rho - 1]
 
-e_c is the energy of cold compression; f reduces the pressure in expansion (`expansion.py`). With
-Gamma = 0, the default, the pressure is independent of energy: for liquids and solids that stay
-cold. Murnaghan 1944, Proc. Natl. Acad. Sci. 30, 244.
+e_c is the energy of cold compression; f is that of `mie_gruneisen`. With Gamma = 0, the default, the
+pressure is independent of energy: for liquids and solids that stay cold. Murnaghan 1944, Proc.
+Natl. Acad. Sci. 30, 244.
 """
 
 from dataclasses import dataclass

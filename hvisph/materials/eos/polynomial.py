@@ -5,8 +5,8 @@
     expansion:    p = f [T1 mu + T2 mu^2 + B0 rho0 e]
 
 Johnson & Holmquist 1994 call the coefficients K1, K2, K3; ceramics have B0 = B1 = 0. A1 and T1 are
-bulk moduli; T1 = A1 unless given. Valid up to the pressure of its fit. f reduces the pressure in
-expansion (`expansion.py`).
+bulk moduli; T1 = A1 unless given. Valid up to the pressure of its fit. f is that of
+`mie_gruneisen`, with B0 for gamma0.
 """
 
 from dataclasses import dataclass

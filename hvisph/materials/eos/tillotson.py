@@ -8,11 +8,12 @@
 e_iv and e_cv are the energies of incipient and complete vaporisation. In cold expansion B mu^2
 raises the pressure again below eta = 1 - A/(2B); `expansion: faded` uses A mu eta^2 (3 - 2 eta)
 instead, `linear` A mu, `full` the published form. Below `low_density` cold material has no
-pressure. Exponents are limited to 70 and e in w to -E0 eta^2/2. Aluminium of 5 to 12 MJ/kg at rho0
-releases 0.6 to 2.7 of them until p_c cancels p_h, at eta = 0.82 to 0.54; from there to eta = 0.1 it
-gives 0 to 0.5, and liquid that boils in equilibrium 0.01 to 0.4. With p_c floored at 0 (Reinhardt &
-Stadel 2017, MNRAS 467) it would be 0.5 to 3.0. At eta = 0.01 p is 40 MPa, and 5 in equilibrium (8 MJ/kg).
-Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact Cratering, appendix II.
+pressure. Exponents are at most 70, and e in w at least -E0 eta^2/2. Aluminium with 5 to 12 MJ/kg at
+rho0 does 0.6 to 2.7 MJ/kg of expansion work until p_c cancels p_h, at eta = 0.82 to 0.54, and 0 to
+0.5 from there to eta = 0.1, where liquid that boils in equilibrium does 0.01 to 0.4; with p_c >= 0
+(Reinhardt & Stadel 2017, MNRAS 467) it would do 0.5 to 3.0. At eta = 0.01 and 8 MJ/kg p is 40 MPa,
+in equilibrium 5 MPa. Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact Cratering,
+appendix II.
 """
 
 from dataclasses import dataclass

@@ -7,8 +7,8 @@
 For phase changes: a steep segment up to the transition, a flat one in the mixed-phase region, the
 line of the dense phase above. The points describe single shocks from rest. Where Us falls with up,
 the shock splits in two, and the measured second wave is slower than U (`exact.hugoniot`).
-Release follows the same curve, without hysteresis. The last segment extends to 1 - s eta =
-`DENOMINATOR_FLOOR`. f: see `expansion.py`.
+Release follows the same curve, without hysteresis. The last segment extends to 1 - s eta = 0.05. f
+is that of `mie_gruneisen`.
 """
 
 from dataclasses import dataclass

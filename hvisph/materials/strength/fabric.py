@@ -5,10 +5,10 @@
 
 E_k and X_k are those of the cloth at rest: the fibre's times its share of the volume, half of it each way,
 E_fibre rho/(2 rho_fibre). A yarn that reaches X_k breaks and bears nothing from then on; where both are broken the
-cloth has failed. Yarns turn out of the sheet as the material lines that they are, at a_3 . L a_k, where R would turn
-them by half of it; within the sheet by R, the mean of both. Loose layers bear no hydrostatic tension. Waves along
-yarns have sqrt(E_k/rho), 1/sqrt(2) of the fibre's. Cunniff 1992, Text. Res. J. 62, 495 (half of the mass each way);
-Badel et al. 2009, Composites A 40, 997 (yarns as material lines; recalled); Herrmann 1969 (P-alpha).
+cloth has failed. Out of the sheet yarns rotate as material lines, at the rate a_3 . L a_k, of which the rotation R of
+the stress update is half; within the sheet by R, the mean of both yarns. Loose layers bear no hydrostatic tension. The
+wave speed along yarns is sqrt(E_k/rho), 1/sqrt(2) of the fibre's. Cunniff 1992, Text. Res. J. 62, 495 (half of the
+mass each way); Badel et al. 2009, Composites A 40, 997 (yarns as material lines; recalled); Herrmann 1969 (P-alpha).
 """
 
 from dataclasses import dataclass

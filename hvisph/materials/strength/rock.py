@@ -5,12 +5,13 @@
     Y = [(1 - D) Y_i + D Y_b] h
     heat      h = 1 - e/e_melt, or tanh(xi (T_m/T - 1)), xi = 1.2, or 1
 
-With a `tension` t the pressure is at least -min(Y0/mu_i, t), the apex of the cone or less; of sand t
-= 0: it opens without resistance, and closes at its density. There is no dilation. Without the limit
-Y_M the intact strength is Drucker-Prager's line Y0 + mu_i p. Below rho0 the shear modulus is
-G rho/rho0. Y is a von Mises stress: constants of sources that compare it with
-the root of the second invariant, as Collins does, are to be multiplied by sqrt(3). Lundborg 1968,
-Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov 2004, Meteorit. Planet. Sci. 39, 217.
+With a `tension` t the pressure is at least -min(Y0/mu_i, t), Y0/mu_i being the apex of the cone. Sand
+has t = 0: it expands without resistance, and bears pressure again at its reference density. There is
+no dilation. Without the limit Y_M the intact strength is Drucker-Prager's line Y0 + mu_i p. Below
+rho0 the shear modulus is G rho/rho0. Y is a von Mises stress: multiply constants of sources that
+compare it with the root of the second invariant of the deviator, as Collins does, by sqrt(3).
+Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov 2004, Meteorit. Planet.
+Sci. 39, 217.
 """
 
 from dataclasses import dataclass

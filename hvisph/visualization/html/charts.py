@@ -122,18 +122,18 @@ def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[C
     there = {label: _column(history, name) * giga for name, label in pressures.items() if name in history}
     if there:
         measured.append(chart(time, there, "pressure" if unitless else "pressure [GPa]", "Pressures", unitless))
-    health = []
+    conserved = []
     energies = [name for name in history if name.endswith(("_energy", "_work", "_heat")) or name == "energy"]
     if energies:
         lines = {words(name): _column(history, name) for name in energies}
-        health.append(_scaled_chart(time, lines, "energy", "kJ", "Energies by kind", unitless))
+        conserved.append(_scaled_chart(time, lines, "energy", "kJ", "Energies by kind", unitless))
     if "energy_drift" in history:
         drift = _column(history, "energy_drift") * 100.0
-        health.append(chart(time, {"drift": drift}, "drift [%]", "Drift of the total energy", unitless))
+        conserved.append(chart(time, {"drift": drift}, "drift [%]", "Drift of the total energy", unitless))
     if "dt" in history:
         step = _column(history, "dt")[1:]
-        health.append(_scaled_chart(time[1:], {"step": step}, "step", "ns", "Time step", unitless))
-    return measured, health
+        conserved.append(_scaled_chart(time[1:], {"step": step}, "step", "ns", "Time step", unitless))
+    return measured, conserved
 
 
 def _scaled_chart(

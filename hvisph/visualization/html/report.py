@@ -48,7 +48,7 @@ class RunReport(RunFiles):
     def content(self) -> Plain:
         """Return all that the page's template asks for."""
         packed = self.frames()
-        measured, health = history_charts(self.history, self.unitless) if self.history else ([], [])
+        measured, checked = history_charts(self.history, self.unitless) if self.history else ([], [])
         if 2 < len(self.paths) <= MOST_MEASURED / self.last.count and self.last.dimensions > 1:
             measured = [*measured_charts(measure(self.folder, at="all")), *measured]
         table = self._rows()
@@ -72,9 +72,9 @@ class RunReport(RunFiles):
             "remarks": packed.remarks,
             "moments": self._moments(),
             "charts": measured,
-            "health_charts": health,
+            "check_charts": checked,
             "debris": self._debris(),
-            "health": self._health(status),
+            "checks": self._checks(status),
             "picture": setup_section.picture(self),
             "setup": setup_section.facts(self),
             "materials": {} if self.case is None else self.case.bodies,
@@ -152,7 +152,7 @@ class RunReport(RunFiles):
             rows.append({"name": name, "particles": fragment.count, "share": share, "speed": speed, "angle": angle})
         return rows
 
-    def _health(self, status: str) -> list[tuple[bool, str]]:
+    def _checks(self, status: str) -> list[tuple[bool, str]]:
         """Return remarks on the reliability of the run, each with whether it is favourable."""
         remarks: list[tuple[bool, str]] = [(status == "done", f"status: {status}")]
         conservation = self.summary.get("conservation") or {}
@@ -212,10 +212,10 @@ def template(name: str) -> Any:
 
 
 SECTIONS = [
-    ("verdict", "Verdict"),
+    ("verdict", "Result"),
     ("player", "Player"),
     ("measures-0", "Measures"),
-    ("health-0", "Health"),
+    ("checks-0", "Checks of the run"),
     ("setup-0", "Set-up"),
 ]
 
