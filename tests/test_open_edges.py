@@ -139,6 +139,18 @@ def test_energy_is_counted_about_an_axis(tmp_path):
     assert summary["energies"]["edge_energy"] > 0.0
 
 
+def test_particles_before_an_edge_have_no_normal_of_the_layer(tmp_path):
+    """Of a rock that breaks packed rows stand in sorted ones, which an evaluation overwrites."""
+    outcome = run(load_case({
+        "kinematics": "axisymmetric", "resolution": 8e-4, "edges": [{"axis": "x", "at": 8e-3, "keep": "below"}],
+        "bodies": {
+            "shot": {"material": "aluminium-tillotson", "shape": {"type": "sphere", "diameter": 3.2e-3},
+                     "velocity": [5e3, 0.0]},
+            "rock": {"material": "granite", "shape": {"type": "cylinder", "diameter": 16e-3, "length": 14.4e-3}},
+        }, "time": {"end": 2e-7}, "output": {"every": 2e-7}}), tmp_path)  # fmt: skip
+    assert abs(outcome.summary["conservation"]["energy_drift"]) < 1e-12
+
+
 def test_the_same_bits_after_a_resume(tmp_path):
     case = block(time={"end": 5e-7}, output={"every": 2e-7})
     run(case, tmp_path / "whole")

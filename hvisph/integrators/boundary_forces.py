@@ -229,7 +229,9 @@ class Boundaries:
             moved[0, one.plane.axis] -= one.plane.ahead
         position[rows] = self.layer.follow(gather(self.layer.sources, position), moved[0])[some]
         stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead), moved[1])[some]
-        stepper.rows[rows, at["AMBIENT"] : at["AMBIENT"] + dim] = self.layer.normals[some]
+        normals = stepper.rows[:, at["AMBIENT"] : at["AMBIENT"] + dim]
+        normals[:] = 0.0  # no other packs them, and sorted rows may have stood in their place
+        normals[rows] = self.layer.normals[some]
         for name, value in (("LATTICE_ORDER", 0.0), ("TENSION_LIMIT", UNLIMITED), ("SHEAR_LIMIT", UNLIMITED)):
             if name in at:
                 stepper.rows[rows, at[name]] = value
