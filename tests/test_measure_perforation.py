@@ -10,7 +10,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import OutputError
 from hvisph.core.measure_catalogue import SECTIONS
 from hvisph.measures.impact_geometry import roles_of
-from hvisph.measures.measure import add_swing, measure_scene, measure_snapshot, recent_moments
+from hvisph.measures.measure import add_variation, measure_scene, measure_snapshot, recent_moments
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result, entries, undefined_result
 from hvisph.measures.target_damage import _front_surface
@@ -469,15 +469,15 @@ def test_what_still_moves_is_not_settled():
         "gone": Result(1.0, ""),
     }
     before = {"velocity": Result(490.0, "m/s", 4.0), "depth": Result(5.05e-3, "m"), "gone": undefined_result("", "why")}
-    found = add_swing(end, 1e-5, [(0.95e-5, before)])
-    assert found["velocity"].uncertainty_by == pytest.approx({"swing": 95.0, "scatter": 4.0})
+    found = add_variation(end, 1e-5, [(0.95e-5, before)])
+    assert found["velocity"].uncertainty_by == pytest.approx({"variation": 95.0, "scatter": 4.0})
     assert not found["velocity"].settled
     assert found["velocity"].as_dict()["settled"] is False
     assert found["depth"].settled
-    assert found["depth"].uncertainty_by == pytest.approx({"swing": 2.5e-5, "spacing": 1e-4})
+    assert found["depth"].uncertainty_by == pytest.approx({"variation": 2.5e-5, "spacing": 1e-4})
     assert found["gone"] == end["gone"]
     # a moment further back than a tenth of the run tells a drift
-    assert add_swing(end, 1e-5, [(0.8e-5, before)])["velocity"].swing == pytest.approx(47.5)
+    assert add_variation(end, 1e-5, [(0.8e-5, before)])["velocity"].variation == pytest.approx(47.5)
     assert Result.from_dict(found["velocity"].as_dict()) == found["velocity"]
 
 

@@ -44,7 +44,7 @@ class RunError(HvisphError):
 
 @contextmanager
 def computable() -> Iterator[None]:
-    """Turn arithmetic that breaks down while a case is set up, for its numbers are extreme, into a `CaseError`."""
+    """Raise `CaseError` where arithmetic fails in this block: the numbers of the case are too extreme."""
     try:
         yield
     except ArithmeticError as error:

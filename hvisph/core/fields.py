@@ -122,8 +122,7 @@ def transform_arrays(
 ) -> Mapping[str, np.ndarray]:
     """Return the arrays of some names, or all, as `change(name, array)` makes them.
 
-    They are made now, and where `arrays` are `Derived` whenever they are asked for. Raises `KeyError` for a name that
-    is not there.
+    They are made at once, or on access where `arrays` are `Derived`. Raises `KeyError` for an unknown name.
     """
     chosen = list(arrays if names is None else names)
     for name in chosen:

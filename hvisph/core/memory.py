@@ -122,7 +122,7 @@ LARGE = 1 << 20  # [bytes]
 def give_back_large() -> None:
     """Have arrays of more than `LARGE` bytes come from the system one by one, where glibc allocates.
 
-    Left to itself glibc raises its limit to the largest array that was freed, up to 32 MiB; smaller ones lie
+    By default glibc raises its limit to the largest array that was freed, up to 32 MiB; smaller ones lie
     side by side, and a hole goes back to the system only when all behind it is free, too.
     """
     if not sys.platform.startswith("linux"):

@@ -27,8 +27,8 @@ SLIP_COLUMN = "slip_work"
 WORK_COLUMNS = ("plastic_work", "shock_heating")
 GRAVITY_COLUMN = "gravity_energy"  # potential energy in the field of gravity [J], zero at the start
 EXTERNAL_COLUMN = "external_work"  # work of what moves the clamps, up to the record [J]
-# Energy that the integration of rigid bodies has made: the swing of their free rotation, and what the kick differs from
-# the velocities of the stage [J].
+# Energy that the integration of rigid bodies has made: the oscillation of their free rotation, and the difference of
+# the kick from the velocities of the stage [J].
 ROTATION_COLUMN = "rigid_rotation"
 # Momentum that clamps, walls and planes of symmetry have taken up to the record [kg m/s].
 SUPPORT_COLUMNS = ("support_momentum_x", "support_momentum_y", "support_momentum_z")
@@ -98,7 +98,7 @@ class Budget:
         self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
         middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
         lever = particles["position"] - np.array(middle)
-        self._swing = share.exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
+        self._angular_scale = share.exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
         free = np.ones(3)
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
         self._free = free
@@ -202,9 +202,9 @@ class Budget:
 
     def angular_drift(self) -> float | None:
         """Return the change of angular momentum over the first sum of m |r| |v|; None where it is not conserved."""
-        if not len(self.angular_momentum) or self.retired[0] or not self._swing > 0.0:
+        if not len(self.angular_momentum) or self.retired[0] or not self._angular_scale > 0.0:
             return None
-        return float(np.linalg.norm(angular_momentum(self._setup) - self.angular_momentum)) / self._swing
+        return float(np.linalg.norm(angular_momentum(self._setup) - self.angular_momentum)) / self._angular_scale
 
     def as_dict(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the plain form for the summary, without numbers that are not finite."""

@@ -5,7 +5,7 @@ at r = dx/2, 3 dx/2, ... from the axis, and their volumes add up to that of the 
 
 A plane of symmetry through a body must be one of its particles, too. Particles on the far side are left out; a row in
 the plane itself is split: half its mass stays, a quarter of a spacing from the plane, and the other half is in its
-image. So a half, a quarter and an eighth weigh what they are called.
+image. So a half, a quarter and an eighth have exactly this share of the mass.
 
 A body that reaches an open edge is cut there. Its outermost rows, mirrored at the plane, continue it by a layer.
 """

@@ -4,12 +4,12 @@
     step   free flow over dt/2;  forces and torques there;  M U += dt F,  L += dt T;  free flow over dt/2
 
 The free flow keeps L in space and turns the body about its principal axes one after another, 1 (h/2), 2 (h/2), 3 (h),
-2 (h/2), 1 (h/2), by the angle h L_k/I_k: of second order and reversible; its energy swings by O(dt^2). A body that may
-turn about one axis only, as in a plane, has one angle, which is exact.
+2 (h/2), 1 (h/2), by the angle h L_k/I_k: of second order and reversible; its energy oscillates by O(dt^2). A body that
+may turn about one axis only, as in a plane, has one angle, which is exact.
 
 The reaction of a deformable particle a acts at x_a, where the body has the velocity U + w x (x_a - X): forces and
 torques of both sides cancel, whatever the direction of the force. The pairs do their work at the velocities of the
-stage, the kick at the mean of those before and after it. That difference and the swing of the flow are `rotation`.
+stage, the kick at the mean of those before and after it. `rotation` is that difference and the oscillation of the flow.
 
 Source: Dullweber, Leimkuhler & McLachlan 1997.
 """

@@ -28,7 +28,7 @@ from .targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
 History = Mapping[str, np.ndarray]
 Read = Callable[[Path], Snapshot]
 Results = Mapping[str, Result]
-LATELY = 0.1  # share of the run over which a swing counts
+LATELY = 0.1  # share of the run over which a variation counts
 MOST = 3  # earlier moments that are measured for it
 LARGE = 300_000  # particles from which on one is enough
 ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component is zero
@@ -203,7 +203,7 @@ def undefined_measures(now: Snapshot, reason: str) -> Measures:
 
 
 def recent_moments(times: Sequence[float], end: float) -> list[int]:
-    """Return the numbers of the moments before `end` [s] for the swing: one to three of the last tenth."""
+    """Return the numbers of the moments before `end` [s] for the variation: one to three of the last tenth."""
     recent = [number for number, time in enumerate(times) if time >= end * (1.0 - LATELY) * (1.0 - 1e-9)]
     if not recent:
         return [len(times) - 1] if len(times) else []
@@ -211,26 +211,26 @@ def recent_moments(times: Sequence[float], end: float) -> list[int]:
     return recent[::step]
 
 
-def add_swing(results: Results, end: float, earlier: Sequence[tuple[float, Results]]) -> dict[str, Result]:
-    """Return the results at time `end` [s] with their swing: half of their range over the last tenth of the run.
+def add_variation(results: Results, end: float, earlier: Sequence[tuple[float, Results]]) -> dict[str, Result]:
+    """Return the results at time `end` [s] with their variation: half of their range over the last tenth of the run.
 
     A single earlier moment that lies further back gives a drift, of which the share of a tenth of the run counts.
     """
-    swung = dict(results)
+    varied = dict(results)
     for name, result in results.items():
         known = [(time, one[name]) for time, one in earlier if name in one]
         if result.variants:
             parts = [(time, one.variants) for time, one in known]
-            result = replace(result, variants=add_swing(result.variants, end, parts))
-            swung[name] = result
+            result = replace(result, variants=add_variation(result.variants, end, parts))
+            varied[name] = result
         values = [one.value for _, one in known if one.value is not None]
         if result.value is None or result.time is not None or name in ("perforated", "perforation_time") or not values:
             continue
         span = end - min(time for time, _ in known)
         share = min(1.0, LATELY * end / span) if span > 0.0 else 1.0
-        swing = 0.5 * share * (max(*values, result.value) - min(*values, result.value))
-        swung[name] = replace(result, swing=swing)
-    return swung
+        variation = 0.5 * share * (max(*values, result.value) - min(*values, result.value))
+        varied[name] = replace(result, variation=variation)
+    return varied
 
 
 def measure(
@@ -314,7 +314,7 @@ def measure_in_time(
         if before.time < (1.0 - LATELY) * now.time:
             break
         recent.append(before)
-    return _add_swing(measured, [measure_snapshot(one, initial) for one in reversed(recent)])
+    return _add_variation(measured, [measure_snapshot(one, initial) for one in reversed(recent)])
 
 
 def _loader(files: Sequence[Path], initial: InitialReference | None, read: Read) -> Callable[[int], Scene]:
@@ -337,20 +337,20 @@ def _measure_series(
         for body in scene.layers:
             moment.state(body)
         moment.scene = partial(load, number)  # the scene is not held
-        series.append(_add_swing(measured, series))
+        series.append(_add_variation(measured, series))
     return replace(series[-1], series=tuple(series))
 
 
-def _add_swing(now: Measures, earlier: Sequence[Measures]) -> Measures:
+def _add_variation(now: Measures, earlier: Sequence[Measures]) -> Measures:
     """Return measures with their range over the last tenth of the run."""
     earlier = [earlier[number] for number in recent_moments([one.time for one in earlier], now.time)]
     if not earlier:
         return now
     before = [(one.time, one.sections) for one in earlier]
-    swung = {
-        name: add_swing(results, now.time, [(time, sections.get(name, {})) for time, sections in before])
+    varied = {
+        name: add_variation(results, now.time, [(time, sections.get(name, {})) for time, sections in before])
         for name, results in now.sections.items()
     }
-    layers = tuple(replace(layer, results=swung[f"layer.{layer.body}"]) for layer in now.layers)
-    cloud = replace(now.cloud, results=swung["cloud"])
-    return replace(now, results=swung["run"], layers=layers, projectile=swung["projectile"], cloud=cloud)
+    layers = tuple(replace(layer, results=varied[f"layer.{layer.body}"]) for layer in now.layers)
+    cloud = replace(now.cloud, results=varied["cloud"])
+    return replace(now, results=varied["run"], layers=layers, projectile=varied["projectile"], cloud=cloud)

@@ -39,7 +39,7 @@ class Result:
     `scatter`: half-width by the sample that the number was taken from; None where that is not known.
     `spacing`, `support`: resolution of a length: dx [m], by which two edges together are uncertain, and the kernel's
         reach [m].
-    `swing`: half of the range of the number over the last tenth of the run; None where that is not known.
+    `variation`: half of the range of the number over the last tenth of the run; None where that is not known.
     `variants`: the same quantity by further definitions, the first being this one.
     """
 
@@ -51,15 +51,15 @@ class Result:
     spacing: float | None = None
     support: float | None = None
     discretization: float | None = None  # estimated error of the particle spacing of other numbers
-    swing: float | None = None
+    variation: float | None = None
     note: str = ""  # what qualifies the number
     final: bool = True  # whether the state that it describes has come to rest
     variants: Mapping[str, Result] = field(default_factory=dict)
 
     @property
     def uncertainty_by(self) -> dict[str, float]:
-        """The uncertainty by kind, in `unit`: ``spacing``, ``discretization``, ``scatter`` and ``swing``."""
-        kinds = {kind: getattr(self, kind) for kind in ("spacing", "discretization", "scatter", "swing")}
+        """The uncertainty by kind, in `unit`: ``spacing``, ``discretization``, ``scatter`` and ``variation``."""
+        kinds = {kind: getattr(self, kind) for kind in ("spacing", "discretization", "scatter", "variation")}
         if self.unit != "m":
             del kinds["spacing"]
         return {kind: size for kind, size in kinds.items() if size is not None and self.value is not None}
@@ -73,11 +73,11 @@ class Result:
     @property
     def settled(self) -> bool:
         """Whether the number is stationary: its change is below spacing and scatter, or below 2 % of itself."""
-        if self.value is None or self.swing is None:
+        if self.value is None or self.variation is None:
             return self.final
         kinds = self.uncertainty_by
         rest = float(np.hypot(kinds.get("spacing", 0.0), kinds.get("scatter", 0.0)))
-        return self.final and self.swing <= max(rest, SETTLED * abs(self.value))
+        return self.final and self.variation <= max(rest, SETTLED * abs(self.value))
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON; optional entries appear only where they have a value."""
@@ -99,7 +99,7 @@ class Result:
         at, kinds = plain.get("resolution", {}), plain.get("uncertainty_by", {})
         scatter = kinds.get("scatter", None if kinds else plain.get("uncertainty"))
         known = {key: plain[key] for key in ("value", "unit", "time", "reason", "note") if key in plain} | at
-        known |= {key: kinds[key] for key in ("discretization", "swing") if key in kinds}
+        known |= {key: kinds[key] for key in ("discretization", "variation") if key in kinds}
         variants = {name: cls.from_dict(variant) for name, variant in plain.get("variants", {}).items()}
         result = cls(**known, scatter=scatter, variants=variants)
         return replace(result, final=plain.get("settled", True) or not result.settled)

@@ -6,7 +6,7 @@ part that was computed, and `Whole.join_groups` extends its result: a group and 
 plane between them.
 
 Only planes that cut the projectile are planes of the whole. One across the shot line is a rigid wall, one beside
-the projectile the edge of a plate; the images behind those are no matter.
+the projectile the edge of a plate; the images behind those are not material.
 """
 
 from __future__ import annotations

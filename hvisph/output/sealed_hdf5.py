@@ -168,7 +168,7 @@ class _Sink(io.RawIOBase):
     """The file as HDF5 sees it: after the first failure it takes writes without keeping them.
 
     HDF5 cannot close a file whose writes fail (disk full) and would complain at the end of the program;
-    so it is left in the belief that all is well, and the writer raises `error` afterwards.
+    so the writes of the library succeed, and the writer raises `error` afterwards.
     """
 
     def __init__(self, file: BinaryIO):

@@ -87,9 +87,9 @@ class ExactSolution:
 def exact_solution(case: Case) -> ExactSolution:
     """Solve a case exactly.
 
-    Gauges see what the particle sees that they ride with. Those fixed in space are left out. Raises `CaseError` where
+    Gauges move with their particles; those fixed in space are left out. Raises `CaseError` where
     there is no exact solution: more dimensions than one, planes of symmetry, clamps, damage, a strength whose shocks
-    depend on the history; `RunError` where the waves lead out of the materials' laws.
+    depend on the history; `RunError` where states leave the range of the material models.
     """
     _refuse_unsolvable(case)
     placed = placed_bodies(case)

@@ -1,7 +1,7 @@
 """Estimated cost of a case: particles, steps, time, memory and disk. Compiles nothing.
 
 Steps follow from the time-step criterion at the start of the impact, time from speeds measured on
-a laptop core: both are there to tell a minute from a day.
+a laptop core: both are rough.
 """
 
 import math

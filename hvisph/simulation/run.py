@@ -47,7 +47,7 @@ def run(
     `force`: whether what an earlier run wrote there is replaced.
     `threads`: number of threads, at most as many as a step finds work for; by default as many as its work is worth, at
     most one per core. The results are the same bits for any number.
-    `listener`: hears of the run while it goes on.
+    `listener`: receives the progress of the run.
     Raises `CaseError` when the case cannot be run or the folder is in use: nothing is written then; `OutputError` when
     a file cannot be written; what was written before is intact.
     """
@@ -139,7 +139,7 @@ def resume(
     `end`: a new end: a number [s] or text with a unit, as ``"10 us"``.
     `max_steps`: a new number of steps at which to stop early; 0 for none.
     `threads`: number of threads; by default as many as a step's work is worth, at most one per core.
-    `listener`: hears of the run while it goes on.
+    `listener`: receives the progress of the run.
     Raises `CaseError` when the folder is not a run's, its case has changed, another version wrote the checkpoint, or
     the new end is behind it: nothing is changed then; `OutputError` when no checkpoint is whole, or a file cannot be
     written.

@@ -201,7 +201,7 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
         }
         if len(values) == len(vary.values):
             finest = min(known, key=lambda one: one[1])[0]
-            time = (finest.get("uncertainty_by") or {}).get("swing", 0.0)
+            time = (finest.get("uncertainty_by") or {}).get("variation", 0.0)
             others = [None if row is None else row["measures"].get(name, {}).get("value") for row in perturbed]
             related = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
             combined = statistics.combine_uncertainties([h for _, h in known], values, time, others, related)

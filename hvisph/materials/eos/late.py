@@ -43,6 +43,6 @@ def late_state(rho, reference, row):
 
 @inline
 def state(rho, e, row):
-    """Pressure [Pa] and its slopes p_rho and p_e about the density at rest, for what knows no other."""
+    """Pressure [Pa] and its slopes dp/drho and dp/de, taken about the density at rest in place of `reference`."""
     slope = row[BULK_MODULUS] * row[INVERSE_RHO0]
     return slope * (rho - row[RHO0]), slope, 0.0

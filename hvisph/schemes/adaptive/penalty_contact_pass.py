@@ -219,7 +219,7 @@ class BodyContact:
             packed[:, to["START"]] = self.starts[chosen]
         if self.law.self_contact:
             packed[:, to["D"] : to["D"] + dim] = self._get_displacements(chosen, rows, slots)
-            # only who was found near a far part of its body: who else is among the chosen hangs on the cells
+            # only particles near a distant part of their body: which others are chosen depends on the cells
             packed[:, to["TIED"]] = own[:, slots["KIND"]] * (self.folded[chosen] & ~loose[chosen])
         return packed
 

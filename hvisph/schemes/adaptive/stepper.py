@@ -297,7 +297,7 @@ class CompositeStepper(CompositeState):
             return held
         if len(self.contact.passed):
             return [(0.0, "passed_through", self._first(self.contact.passed))]
-        return held + self._swinging("contact", self.contact.omega)
+        return held + self._oscillation_limits("contact", self.contact.omega)
 
     def permute(self) -> np.ndarray:
         """Keep the order, which reference lists depend on."""

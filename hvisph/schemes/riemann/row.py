@@ -103,7 +103,7 @@ MADE_BY_PASSES = (
 
 
 def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
-    """Return the row of data that a particle offers its neighbours; `holds(name)` tells an option of the scheme.
+    """Return the layout of the particle data that pairs read; `holds(name)` returns whether an option is on.
 
     X, U, H, V, T, M        position, velocity, smoothing length, volume, stress, mass
     ZN, ZT, Z_SQUARED       normal and shear impedance; squares of the normal impedance by direction

@@ -101,7 +101,7 @@ LEVEL = 1e-3  # a component of x_ab below this share of the distance is not test
 
 
 def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:
-    """Return the row of data that a particle offers its neighbours; T is sigma/rho^2, R the artificial stress."""
+    """Return the layout of the particle data that pairs read; T is sigma/rho^2, R the artificial stress."""
     return RowLayout(dim, select_fields(("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho",
     "scalar"),
                                 ("c", "scalar"), ("t", "symmetric"), artificial_stress and ("r", "symmetric"),

@@ -8,7 +8,7 @@ from hvisph.integrators.particle_steps import BALSARA, MORRIS_MONAGHAN, WHOLE
 
 @dataclass(frozen=True)
 class MonaghanViscosity:
-    """Monaghan's viscosity, of which every particle takes all; SAV1 is 1 and 2."""
+    """Monaghan's viscosity with full coefficients in every particle; SAV1 has alpha 1 and beta 2."""
 
     # linear and quadratic coefficients
     alpha: float = 1.0
@@ -20,12 +20,12 @@ class MonaghanViscosity:
 
     @property
     def relaxation(self) -> tuple[float, float]:
-        """s_min and C1, for shares that relax; of no meaning for others."""
+        """s_min and C1 of factors that relax; unused by others."""
         return 0.1, 0.2
 
     @property
     def has_switch(self) -> bool:
-        """Whether particles take shares of it."""
+        """Whether particles have a factor of it."""
         return self.switch != WHOLE
 
 
@@ -39,14 +39,14 @@ class NoViscosity(MonaghanViscosity):
 
 @dataclass(frozen=True)
 class BalsaraViscosity(MonaghanViscosity):
-    """BAL: a particle takes the share |div u|/(|div u| + |curl u|) (Balsara 1995)."""
+    """BAL: the factor of a particle is |div u|/(|div u| + |curl u|) (Balsara 1995)."""
 
     switch: ClassVar[int] = BALSARA
 
 
 @dataclass(frozen=True)
 class MorrisMonaghanViscosity(MonaghanViscosity):
-    """MON: every particle its own share, raised by compression and relaxing (Morris & Monaghan 1997)."""
+    """MON: the factor of a particle is raised by compression and relaxes (Morris & Monaghan 1997)."""
 
     # s_min, which the share relaxes to, and C1: it does so in the time h/(C1 c)
     share_minimum: float = 0.1
@@ -70,7 +70,7 @@ class GrayArtificialStress:
 
     @property
     def acts(self) -> bool:
-        """Whether there is any."""
+        """Whether it acts."""
         return self.eps != 0.0
 
 
@@ -89,7 +89,7 @@ class DensityDissipation:
 
     @property
     def acts(self) -> bool:
-        """Whether there is any."""
+        """Whether it acts."""
         return self.alpha != 0.0
 
 
@@ -114,7 +114,7 @@ class KernelCorrection:
 
     @property
     def acts(self) -> bool:
-        """Whether there is any."""
+        """Whether it acts."""
         return self.shepard or self.gradient
 
 

@@ -80,9 +80,10 @@ def move(i, rows, motions):
 
 
 def collect(motions, i, lists, sums, k):
-    """Write what the list of particle `i` sums to into row `k` of `sums`, for `load_deformation`: a template.
+    """Write the sums over the neighbour list of particle `i` into row `k` of `sums` (template).
 
-    Displacement and velocity of a neighbour are lanes of a vector, which a component of its slope multiplies.
+    `load_deformation` reads them. Displacement and velocity of a neighbour are lanes of a vector, which a component of
+    its slope multiplies.
     """
     starts, near, codes, kernels = lists
     own = load_row_lanes(motions, np.uint64(i), MOTIONS)

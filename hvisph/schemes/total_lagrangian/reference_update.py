@@ -97,9 +97,11 @@ class ReferenceChanges:
         self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *ways)
         # neighbours that move against each other under hourglass control, in the mean over directions; cuts soften it
         of_material = [2.0 * formulation.hourglass * one.young_modulus / (dim * one.density) for one in self.materials]
-        self._held = self._swinging("hourglass", np.array(of_material)[particles.material] * self.reference.holding)
+        self._held = self._oscillation_limits(
+            "hourglass", np.array(of_material)[particles.material] * self.reference.holding
+        )
 
-    def _swinging(self, name: str, omega: np.ndarray) -> list[tuple[float, str, int]]:
+    def _oscillation_limits(self, name: str, omega: np.ndarray) -> list[tuple[float, str, int]]:
         """Return 2/omega [s] of the highest frequency, from squares of frequencies (n,) [1/s^2], as a limit."""
         fastest = float(omega.max(initial=0.0))
         if fastest == 0.0:

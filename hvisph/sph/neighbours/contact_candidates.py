@@ -111,9 +111,9 @@ class Selection:
         self._wider = np.zeros(size, np.uint8)
 
     def choose(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return which particles are near another body, and which near an Eulerian one or such (n,), bool.
+        """Return which particles are near another body, and which near an Eulerian particle (n,), bool.
 
-        That hangs on nothing but the cells of the plane or of space: none is chosen because cells wrap round.
+        The selection does not depend on the periodicity of the cell grid.
 
         `rows`: packed rows (n or more, width), position first
         `eulerian`: (n,) uint8, 1 for Eulerian particles

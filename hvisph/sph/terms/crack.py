@@ -1,4 +1,4 @@
-"""Cracks between particles: pairs of intact particles across softened ones.
+"""Cracks between particles: traction of intact particles across softened ones.
 
     c_a = sum_b d_b g_ab (sum_b d_b^2 |g_ab|)/(sum_b d_b |g_ab|)^2,   g_ab = V_b |dW/dr| e
     t   <- t (1 - max(min(c_a . e, -c_b . e), 0))                     tension and shear of the pair a, b
