@@ -140,14 +140,14 @@ class Case(StrictModel):
     )
     settle: PositiveTime | None = key(
         "Time before the start in which bodies come to rest under `gravity`, with damped velocities [s]; "
-        "moving bodies wait where they are, and no load, plane or clock moves",
+        "bodies and planes with a velocity do not move meanwhile, and time does not advance",
         None,
     )
     formulation: Formulation = key("Scheme that computes the run", RiemannFormulation())
     time: Time = key("Duration and time stepping")
     late: LateStages = key(
         "Stages at a low sound speed, one or a list, with falling bulk moduli: the step grows by the root "
-        "of their ratio while pressure and deviator go on",
+        "of their ratio, and pressure and deviator are continuous",
         (),
         max_length=10,
     )

@@ -259,7 +259,7 @@ class Time(StrictModel):
 
     end: units.PositiveTime = key("Time at which the run ends [s]; contact is at 0 unless there is a gap")
     cfl: units.PositiveShare = key(
-        "Courant number of the adaptive step [-]; unless given 0.6 with `eulerian`, "
+        "Courant number of the adaptive step [-]: 0.6 with `eulerian`, "
         "0.5 with `total_lagrangian` and `adaptive`, 0.42 with `riemann` (0.35 with variant `original` and without "
         "reconstruction), 0.3 with others, in axisymmetric cases, and where alpha of the viscosity is below 1",
         COURANT,
@@ -281,10 +281,10 @@ class LateStage(StrictModel):
         "neighbours close faster than a tenth of the new sound speed"
     )
     bulk_modulus: units.PositivePressure | None = key(
-        "K_new [Pa], at least ten times the largest pressure then; unless given the largest of 30 times "
-        "it, 100 rho u^2 with the speed u below which particles under stress have 99 % of their kinetic energy, 100 "
-        "times the largest von Mises stress, but not above that of a material or of the stage before; of `auto` a "
-        "tenth of the latter",
+        "K_new [Pa], at least ten times the largest pressure p at that time; unless given the largest of 30 p, "
+        "100 rho u^2 and 100 q, with the largest von Mises stress q and the speed u below which particles under stress "
+        "have 99 % of their kinetic energy, but at most the modulus of any material and of the previous stage; with "
+        "`at: auto` a tenth of the previous modulus",
         None,
     )
     nu: Annotated[float, units.Quantity(units.NUMBER, minimum=0, below=0.5)] = key(

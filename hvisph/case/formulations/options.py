@@ -76,8 +76,8 @@ class PairOptions(KernelOptions):
     """Options of the formulations whose pair laws also exist in single precision."""
 
     precision: Literal["double", "single"] = key(
-        "Arithmetic of the pairs; the state and its integration are double. `single` takes 0.73 of the "
-        "pairs' time with `riemann` and 0.85 with `eulerian`, and keeps energy and momentum to 1e-8 of their size",
+        "Arithmetic of the pairs; the state and its integration are double. `single` takes 0.73 of their "
+        "time in 3D with `riemann` and 0.86 with `eulerian`, and keeps energy and momentum to 1e-8 of their size",
         "double",
     )
 

@@ -50,7 +50,9 @@ class TotalLagrangianFormulation(options.KernelOptions):
         "positions, which dissipates in every pair, or that of Young 2021 eq. 9 in the reference configuration",
         "current",
     )
-    correction: Literal["none", "gradient", "mixed"] = key("Of reference kernels (Young 2021 eqs. 3-5)", "mixed")
+    correction: Literal["none", "gradient", "mixed"] = key(
+        "Correction of reference kernels (Young 2021 eqs. 3-5)", "mixed"
+    )
     spatial_correction: options.Correction = key(
         "Correction of kernels in the current configuration", options.NoCorrection()
     )
@@ -61,7 +63,7 @@ class TotalLagrangianFormulation(options.KernelOptions):
     )
     hourglass: NonNegativeNumber = key("Coefficient of hourglass control (Ganzenmueller 2015) [-]; 0 is off", 10.0)
     hourglass_stiffness: Literal["secant", "elastic"] = key(
-        "Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, "
+        "Stiffness of the hourglass control: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, "
         "which hardens a body that flows (coefficients below 1 then)",
         "secant",
     )
