@@ -24,7 +24,7 @@ from hvisph.cli.formatting import duration, quantity, round_two_figures, size, t
 from hvisph.cli.main import app
 from hvisph.cli.options import run_folder
 from hvisph.cli.results_table import results_table
-from hvisph.cli.run_report import Live, status_text, time_left
+from hvisph.cli.run_report import BarListener, status_text, time_left
 from hvisph.precheck.estimate import estimate
 from hvisph.simulation.listener import Progress
 
@@ -240,7 +240,9 @@ def test_measure_does_not_need_a_case_that_can_be_read(ran, tmp_path):
 
 def test_the_live_display_shows_what_it_must():
     screen = io.StringIO()
-    live = Live(SimpleNamespace(title="An impact", units="si"), Console(file=screen, width=80, color_system=None))
+    live = BarListener(
+        SimpleNamespace(title="An impact", units="si"), Console(file=screen, width=80, color_system=None)
+    )
     live.opening()
     live.compiling("sweep_0123")
     live.start(Path("runs/x"), 1234, 8e-6)

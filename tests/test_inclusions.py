@@ -6,7 +6,7 @@ from small_runs import assert_same_results, final
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.geometry.placement import ball_volume, deal_spheres, draw_diameters, owner_of
+from hvisph.geometry.placement import ball_volume, draw_diameters, owner_of, place_spheres
 from hvisph.geometry.shapes import Sphere
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.build import build
@@ -45,13 +45,13 @@ def test_masses_are_exact_per_material(dim):
 def test_spheres_are_where_they_are_at_any_spacing():
     """The same centres and diameters; the seed and the body's name make others."""
     shape = Sphere(10.0)
-    centres, diameters = deal_spheres(shape, (1.0, 3.0), -3.0, 0.3, 1, "a")
+    centres, diameters = place_spheres(shape, (1.0, 3.0), -3.0, 0.3, 1, "a")
     assert (np.diff(diameters) <= 0.0).all()
     assert (shape.distance(centres) <= -0.5 * diameters).all()
     apart = np.sqrt(((centres[:, None] - centres[None]) ** 2).sum(axis=2)) + 1e9 * np.eye(len(centres))
     assert (apart >= 0.5 * (diameters[:, None] + diameters[None])).all()
     for seed, name in ((2, "a"), (1, "b")):
-        assert not np.array_equal(deal_spheres(shape, (1.0, 3.0), -3.0, 0.3, seed, name)[1], diameters)
+        assert not np.array_equal(place_spheres(shape, (1.0, 3.0), -3.0, 0.3, seed, name)[1], diameters)
     coarse, fine = (placed_bodies(case_of(dx=dx))[0] for dx in (0.3, 0.15))
     shares = [body.volumes[-body.included :].sum() / body.volumes.sum() for body in (coarse, fine)]
     assert shares[0] == pytest.approx(shares[1], rel=1e-12)
@@ -65,7 +65,7 @@ def test_spheres_turn_with_the_body():
     c, s = np.cos(np.radians(37.0)), np.sin(np.radians(37.0))
     back = turned.positions @ np.array([[c, -s], [s, c]])
     shape = turned.surface.shape
-    centres, diameters = deal_spheres(shape, (1.0, 3.0), -3.0, 0.25, 4, "rubble")
+    centres, diameters = place_spheres(shape, (1.0, 3.0), -3.0, 0.25, 4, "rubble")
     inside = owner_of(back, centres, diameters) >= 0
     assert np.array_equal(np.flatnonzero(inside), np.arange(len(back) - turned.included, len(back)))
 

@@ -42,7 +42,7 @@ SetOption = Annotated[
     list[str] | None, option("--set PATH=VALUE", "Set any field of the case: time.end=2us. Repeatable.")
 ]
 ThreadsOption = Annotated[
-    int | None, option("--threads N", "Number of threads; unless given, by the work of a step.", min=1)
+    int | None, option("--threads N", "Number of threads; chosen by the work of a step unless given.", min=1)
 ]
 PictureOption = Annotated[str | None, option("--picture FILE", "Draw the set-up into this file: setup.png.")]
 JsonOption = Annotated[bool, option("--json", "Print JSON only, in SI units.")]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 from rich.console import Console, Group
-from rich.live import Live as Display
+from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
 from rich.table import Table
@@ -33,7 +33,7 @@ EVERY_SHARE = 0.2  # of the simulated time
 EVERY_SECONDS = 60.0
 
 
-class Silence(Listener):
+class SilentListener(Listener):
     """Listener without output that re-raises interrupts."""
 
     def opening(self) -> None:
@@ -51,7 +51,7 @@ class Silence(Listener):
         """Restore the terminal."""
 
 
-class Lines(Silence):
+class LineListener(SilentListener):
     """A line per event, per fifth of the simulated time, and at least every minute."""
 
     def __init__(self, case: Case):
@@ -121,13 +121,13 @@ class _Terminal(Console):
             del self._buffer[:]
 
 
-class Live(Lines):
+class BarListener(LineListener):
     """Progress bar with simulated and wall time, step and its limit, pace, energy drift and time left."""
 
     def __init__(self, case: Case, console: Console | None = None):
         super().__init__(case)
         self._console = console or _Terminal(highlight=False)
-        self._display = Display(console=self._console, refresh_per_second=10, transient=True, redirect_stderr=False)
+        self._display = Live(console=self._console, refresh_per_second=10, transient=True, redirect_stderr=False)
         self._end = 1.0
 
     def opening(self) -> None:
@@ -182,8 +182,8 @@ class Live(Lines):
 @contextmanager
 def shown_progress(case: Case, silent: bool) -> Iterator[Listener]:
     """Give the listener of a run, a progress bar on a terminal, lines elsewhere; interrupts are noted meanwhile."""
-    kind = Live if sys.stdout.isatty() else Lines
-    listener = Silence() if silent or not is_first() else kind(case)
+    kind = BarListener if sys.stdout.isatty() else LineListener
+    listener = SilentListener() if silent or not is_first() else kind(case)
     listener.opening()
     try:
         with noted_interrupts():

@@ -119,7 +119,7 @@ _MMAP_THRESHOLD = -3  # M_MMAP_THRESHOLD of glibc's malloc.h
 LARGE = 1 << 20  # [bytes]
 
 
-def give_back_large() -> None:
+def release_large_arrays() -> None:
     """Have arrays of more than `LARGE` bytes come from the system one by one, where glibc allocates.
 
     By default glibc raises its limit to the largest array that was freed, up to 32 MiB; smaller ones lie

@@ -108,7 +108,7 @@ def with_reflections(plates: Plates, end: float, strain_step: float = 0.004) -> 
 
     Crossing elastic waves multiply without end, so the weakest are left out: momentum balances
     to about 1e-3, and plateaus are good to as much. Late, when very many are alive, more are left
-    out (see `fronts.track`), and momentum balances to a few 1e-3.
+    out (see `wave_fronts.track`), and momentum balances to a few 1e-3.
 
     `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
     Returns free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.

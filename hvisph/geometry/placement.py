@@ -254,7 +254,7 @@ def ball_volume(diameter: float, dim: int) -> float:
     return float(np.pi * diameter**dim / (6.0 if dim == 3 else 4.0))
 
 
-def deal_spheres(
+def place_spheres(
     shape: Shape, limits: tuple[float, float], exponent: float, share: float, seed: int, name: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (k, dim) and diameters (k,) [m] of spheres in a shape; `CaseError` where they do not fit."""

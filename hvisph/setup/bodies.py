@@ -17,7 +17,7 @@ from hvisph.geometry.filling import fill, refuse_sparse
 from hvisph.geometry.lattices import Filling, Grading, fill_graded
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles
-from hvisph.geometry.placement import ball_volume, deal_spheres, needed_turn, owner_of, rotate, rotation_matrix, row
+from hvisph.geometry.placement import ball_volume, needed_turn, owner_of, place_spheres, rotate, rotation_matrix, row
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 
 from .materials import material_of, start_of
@@ -172,7 +172,7 @@ def _with_inclusions(body: PlacedBody) -> PlacedBody:
     assert own is not None
     assert surface is not None
     with locate(f"bodies.{body.name}.inclusions"):
-        centres, diameters = deal_spheres(surface.shape, own.diameters, own.exponent, own.volume, own.seed, body.name)
+        centres, diameters = place_spheres(surface.shape, own.diameters, own.exponent, own.volume, own.seed, body.name)
     turned = centres if surface.matrix is None else centres @ surface.matrix.T
     inside = owner_of(body.positions, turned + surface.position, diameters) >= 0
     volumes, dim = body.volumes.copy(), body.positions.shape[1]

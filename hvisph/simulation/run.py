@@ -15,7 +15,7 @@ from hvisph.casefile.paths import run_name
 from hvisph.compiler.jit import report_compilation
 from hvisph.compiler.parallel_for import refuse_fork
 from hvisph.core.errors import CaseError, OutputError, RunError, computable
-from hvisph.core.memory import give_back_large
+from hvisph.core.memory import release_large_arrays
 from hvisph.diagnostics.budgets import observed_particles
 from hvisph.output import file_names
 from hvisph.output.checkpoint_file import Checkpoint, newest_checkpoint
@@ -113,7 +113,7 @@ def with_threads(case: Case, start: InitialState, threads: int | None, world: Si
 def set_threads(threads: int | None, worthwhile: int | None = None, beside: int = 1) -> None:
     """Use so many threads, or `worthwhile`, or the share of `beside` processes; `CaseError` for too many."""
     refuse_fork()
-    give_back_large()
+    release_large_arrays()
     most = numba.config.NUMBA_NUM_THREADS
     if threads is not None and not 1 <= threads <= most:
         raise CaseError(

@@ -25,7 +25,7 @@ from hvisph.visualization.sweeps import sweep_picture
 
 
 @dataclass(frozen=True)
-class Running:
+class WorkerOptions:
     """Workers and output of a command; each field is an option of it."""
 
     workers: Annotated[int | None, option("--workers N", "Worker processes; one per core unless given.", min=1)] = None
@@ -64,7 +64,7 @@ class Running:
 
 
 @dataclass(frozen=True)
-class How(Running):
+class SweepOptions(WorkerOptions):
     """Options of running, writing and showing a sweep; each field is an option of the command."""
 
     out: Annotated[Path | None, option("--out DIR", "Folder of the sweep; sweeps/NAME unless given.")] = None
@@ -76,12 +76,14 @@ class How(Running):
             options.refuse_format(self.plot, "--plot")
 
 
-FitOption = Annotated[str | None, option("--fit DIR", "Folder of the material's fit: its share of the uncertainty.")]
+FitOption = Annotated[
+    str | None, option("--fit DIR", "Folder of the fit of a material, whose uncertainty is included.")
+]
 
 
 @shared
 def sweep(
-    how: How,
+    how: SweepOptions,
     source: str = argument("SWEEP", "File of a sweep, or the folder of one to continue."),
     only: str | None = option("--only WHAT", "failed, interrupted, or numbers: 3..7.", None),
     dry: bool = option("--dry-run", "List the cases and run nothing.", False),
@@ -109,7 +111,7 @@ def sweep(
 
 
 @shared
-def fit(how: How, source: str = argument("FIT", "File of a fit, or the folder of one to continue.")) -> None:
+def fit(how: SweepOptions, source: str = argument("FIT", "File of a fit, or the folder of one to continue.")) -> None:
     """Fit parameters of a material to measured shots and write the material; the command continues an interrupted fit.
 
     Exit codes: 0 fitted, 1 a parameter is not determined or the fit not converged, 2 bad input, 3 a shot failed,
@@ -125,7 +127,7 @@ def fit(how: How, source: str = argument("FIT", "File of a fit, or the folder of
 
 @shared
 def converge(
-    how: How,
+    how: SweepOptions,
     case: options.CaseArgument,
     resolutions: str = option("--resolutions LIST", "Two or more spacings, better three: 0.4mm,0.2mm,0.1mm."),
     fit: FitOption = None,
@@ -141,7 +143,7 @@ def converge(
 
 @shared
 def ballistic_limit(
-    how: How,
+    how: SweepOptions,
     case: options.CaseArgument,
     vary: str = option("--vary PATH", "The setting, such as bodies.projectile.velocity.0."),
     bracket: str = option("--bracket A,B", "Values without and with the event: 200,900m/s."),
@@ -174,7 +176,7 @@ def ballistic_limit(
     _study(how, "ballistic-limit", case, fixed, varied)
 
 
-def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
+def _study(how: SweepOptions, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
     """Run a sweep that a command describes, and print its results."""
     how.refuse()
     fixed = {}
@@ -222,7 +224,7 @@ def _list(source: str, as_json: bool) -> None:
     say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
 
 
-def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -> None:
+def go(folder: SweepFolder, how: WorkerOptions, chosen: Selection, only: str | None) -> None:
     """Compute the remaining cases, report the end of each, and leave the command on an interrupt."""
     under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
     log = SweepLog(under_way, how.silent)
@@ -235,7 +237,7 @@ def go(folder: SweepFolder, how: Running, chosen: Selection, only: str | None) -
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _show(folder: SweepFolder, how: How) -> None:
+def _show(folder: SweepFolder, how: SweepOptions) -> None:
     """Print state and results of a sweep, and exit with its code."""
     stands = driver(folder, None, None, Selection(), None)
     results = stands.conclude()

@@ -17,7 +17,7 @@ from hvisph.sweeps.folder import Selection
 from hvisph.verification.problem import ALL, Options, Problem
 from hvisph.verification.runner import FOLDER, PROBLEMS, Verdict, default_formulation, draw, require_module, verdicts
 
-from .sweep import Running, go
+from .sweep import WorkerOptions, go
 
 if TYPE_CHECKING:
     from hvisph_validation.experiments import Experiments, Form
@@ -133,7 +133,7 @@ def _text(verdict: Verdict) -> str:
 
 @shared
 def validate(
-    how: Running,
+    how: WorkerOptions,
     names: list[str] | None = argument("[NAME]...", "Sets to compute; they are listed unless given.", None),
     every: bool = option("--all", "Compute all sets.", False),
     second: bool = option("--second-resolution", "Second, coarser resolution, for the discretization error.", False),
@@ -202,7 +202,7 @@ def _compute_set(
     only: str | None,
     table: bool,
     out: Path | None,
-    how: Running,
+    how: WorkerOptions,
 ) -> SetResult:
     from hvisph_validation.evaluation import folders, result
 
