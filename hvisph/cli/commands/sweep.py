@@ -77,7 +77,7 @@ class SweepOptions(WorkerOptions):
 
 
 FitOption = Annotated[
-    str | None, option("--fit DIR", "Folder of the fit of a material, whose uncertainty is included.")
+    str | None, option("--fit DIR", "Folder of a material's fit, whose uncertainty is included.")
 ]
 
 
