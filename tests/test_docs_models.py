@@ -59,7 +59,7 @@ def cases(tmp_path, remembering):
         case = load_case(path, settings, "0.2 mm")
         material = next(iter(case.bodies.values())).material
         burns = getattr(material.eos, "detonation", None) is not None
-        if (burns or material_of(material, 1e5).remembers) == remembering:
+        if (burns or material_of(material, 1e5).has_history) == remembering:
             yield name, case
 
 

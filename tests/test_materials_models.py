@@ -525,7 +525,7 @@ def test_a_smoothed_rate_forgets_a_tenth_a_step():
     rate, memory, stress = 1e3, stress_update.NOTHING, []
     s = (0.0,) * 6
     smoothed = Material("steel", 7850.0, EOS, strength, rate_smoothing=10)
-    assert smoothed.remembers
+    assert smoothed.has_history
     for k in range(40):
         s, _, _, _, _, memory = recalled(smoothed, 7850.0, memory=memory, dt=1e-5, s=s, l=tuple(l))
         assert memory[4] == pytest.approx(rate * (1.0 - 0.9 ** (k + 1)), rel=1e-12)

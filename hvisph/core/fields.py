@@ -81,14 +81,14 @@ def field_of(column: str) -> Field:
     return CATALOGUE[column if column in CATALOGUE else column.rpartition("_")[0]]
 
 
-# History variables of particles: of a material with a memory, in the order of `materials.stress_update.NOTHING`; of a
+# History variables of particles: of the material models, in the order of `materials.stress_update.NOTHING`; of a
 # crack, in bodies with a fracture energy; of a material with axes.
-MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
+HISTORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
 CRACK = ("onset_damage", "onset_flow_stress", "onset_tension", "band_width")
 AXES = ("material_axes", "failure_modes")
 # Fields of snapshots: of the state, derived from it, and of its history.
 OF_STATE = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
-            "plastic_strain", "damage", "kernel_type", "thickness", *MEMORY, *CRACK, *AXES, "density_correction",
+            "plastic_strain", "damage", "kernel_type", "thickness", *HISTORY, *CRACK, *AXES, "density_correction",
             "torque_residual", "viscosity_factor")  # fmt: skip
 WRITTEN = (*OF_STATE, "pressure", "sound_speed", "von_mises_stress", "temperature", "displacement", "peak_pressure",
            "entropy", "failed")  # fmt: skip

@@ -6,9 +6,9 @@ In material axes T = R_q^T (sigma + p I) R_q does not turn:
 
     T += (C - K0 I I) : (D_before + D_after)/2 dt,    D_before, D_after  in the axes before and after the step
 
-Then modes open where sigma = T - p I reaches its strength, and T turns back into space. T has six components and a
-trace; it takes the place of the deviator. Where pressure is cut off, or a particle has failed, T goes, too. Where a
-mode is open, pressure below zero is not borne: sigma = T then, and K0 is not subtracted.
+Failure modes open where sigma = T - p I reaches its strength; then T is rotated back into space. T has six components
+and a trace; it takes the place of the deviator. Where the pressure is cut off, or a particle has failed, T is zero.
+Where a mode is open, negative pressure is zero: sigma = T then, and K0 is not subtracted.
 """
 
 from math import sqrt

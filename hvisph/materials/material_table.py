@@ -121,8 +121,8 @@ class Material:
         return sqrt(self.bulk_sound_speed**2 + 4.0 * self.shear_modulus / (3.0 * self.density))
 
     @property
-    def remembers(self) -> bool:
-        """Whether its particles carry more than density, energy, stress, plastic strain and damage."""
+    def has_history(self) -> bool:
+        """Whether its models have history variables beside plastic strain and damage."""
         burns = isinstance(self.eos, JonesWilkinsLee) and self.eos.burn_rate > 0.0
         remembering = (GradyKipp, GradySpall, JohnsonHolmquistDamage)
         smooths = self.rate_smoothing > 0

@@ -65,9 +65,9 @@ from .thermodynamics import circumstances, damaged_pressure, felt_damage, solid_
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
 _SMALL_ANGLE_SQUARED = 2.5e-3  # largest half-angle for which the series of the tangent is exact to rounding
-# What a particle remembers beside plastic strain and damage: of porous material the distension, of an explosive the
-# time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit; the smoothed strain
-# rate [1/s]; and four numbers of a crack, see `damage.fracture_energy`. This is none of it.
+# History variables of a particle (`memory`), beside plastic strain and damage, where there are none. The first is the
+# distension of porous material, the time since ignition of an explosive [s] or the bulking pressure of JH-2 [Pa]; then
+# three of flaws, or Grady's limit; the smoothed strain rate [1/s]; and four of a crack (`damage.fracture_energy`).
 NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _PROBE = 1e-3  # plastic strain over which the slope of the flow stress is found
 # The strain rates that a smoothed one is held between [1/s].
@@ -96,7 +96,7 @@ def rotate_by_half_angle(s, a):
 
 @inline
 def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
-    """Advance the stress of a particle that remembers nothing else: see `update_stress`, whose memory is left out."""
+    """Advance the stress of a particle without history variables, otherwise as `update_stress`."""
     s, plastic_strain, damage, p, c, _ = update_stress(
         table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l
     )
@@ -112,10 +112,10 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     `rho`, `e`: density [kg/m^3] and specific internal energy [J/kg] at the end of the step.
     `s`: deviator [Pa] at its start: xx, yy, zz, xy, xz, yz.
     `plastic_strain`, `damage`: equivalent plastic strain and damage at its start.
-    `memory`: nine more numbers, see `NOTHING`.
+    `memory`: nine history variables, see `NOTHING`.
     `l`: velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
 
-    Returns the deviator [Pa], plastic strain, damage, pressure [Pa], bulk sound speed [m/s] and memory.
+    Returns the deviator [Pa], plastic strain, damage, pressure [Pa], bulk sound speed [m/s] and history variables.
     """
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
@@ -306,7 +306,7 @@ def _localised_share(strength, damage_tag, state, damage, reached, width, row):
 
 @noinline
 def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
-    """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress.
+    """Return deviator, damage, pressure and first history variable with the damage of a step, of the models by stress.
 
     `flowed` is the step's plastic strain, yield stress [Pa] and strain rate [1/s].
     """

@@ -37,13 +37,13 @@ _HALVINGS, _WIDENINGS = 40, 20
 
 @inline
 def felt_damage(damage, row):
-    """Damage as far as the stress feels it: none where a failed particle keeps its stress."""
+    """Return the effective damage, which reduces the stress: 0 where a failed particle keeps its stress."""
     return 0.0 if row[FAILED_FRICTION] == KEEPS_STRESS else damage
 
 
 @inline
 def damaged_pressure(damage_tag, p, felt, row):
-    """Return the pressure [Pa] limited by the tensile strength, reduced by damage."""
+    """Return the pressure [Pa] limited by the tensile strength, reduced by the effective damage `felt`."""
     p = limited_pressure(p, row)
     if p < 0.0:
         if felt >= 1.0:
@@ -63,7 +63,7 @@ def least_pressure(damage_tag, damage, row):
 
 @inline
 def solid_pressure(tag, rho, e, memory, row):
-    """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
+    """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first history variable."""
     if FURTHER and row[DISTENSION] > 1.0:
         return load_pores(tag, rho, e, memory, row)
     if FURTHER and tag == tags.LATE:
@@ -77,7 +77,7 @@ def solid_pressure(tag, rho, e, memory, row):
 
 @inline
 def remembered_state(table, models, m, rho, e, damage, memory):
-    """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
+    """Pressure [Pa] and bulk sound speed [m/s] of a particle with its first history variable, `memory`."""
     row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
     p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
     if FURTHER and damage_tag == tags.CRUSHING:
@@ -124,7 +124,7 @@ def between_voids(tag, rho, e, p, row):
 def temperature_of(table, models, m, rho, e, p, memory):
     """Temperature [K] of a particle that bears the pressure `p` [Pa]; not a number without a heat capacity.
 
-    `memory` is the first number of its memory. Failed material, or material at its cut-off, holds no cold tension at
+    `memory` is its first history variable. Failed material, or material at its cut-off, holds no cold tension at
     any density: its temperature is that of the matter between the voids.
     """
     row = parameters(table, m)
@@ -158,7 +158,7 @@ def shear_modulus(table, models, m, rho, e, p):
 
 @inline
 def circumstances(strength, rho, e, p, rate, felt, row):
-    """Homologous temperature, logarithm of the rate, then factor, offset and share of the modulus of `conditions`."""
+    """Homologous temperature, logarithm of the strain rate, then what `strength.conditions` returns for them."""
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
     homologous = homologous_temperature(e, t, melt, row)
     logged = log(max(rate, _LEAST_RATE))

@@ -21,7 +21,7 @@ from hvisph.setup.material_point import flow_at
 from .regime import SHOCK, material_of_body
 
 # Impact pressure up to which strength matters [Pa], and materials of the library that are liquids.
-FELT = 20e9
+STRENGTH_MATTERS = 20e9
 LIQUIDS = ("water",)
 LATTICE_NOISE = 1e-6  # pressure of the disorder of a lattice at rest, over the bulk modulus
 LEAST_POISSON, USUAL_POISSON = 0.1, 0.25  # of isotropic solids; and of most rock
@@ -72,7 +72,7 @@ def _brittle(facts: Facts) -> Iterator[Values]:
 
 def _liquid(facts: Facts) -> Iterator[Values]:
     """Solids of the library without a strength, where an impact is weak enough for strength to matter."""
-    if facts.kind.velocity <= 0.0 or facts.kind.pressure > FELT or facts.case.units != "si":
+    if facts.kind.velocity <= 0.0 or facts.kind.pressure > STRENGTH_MATTERS or facts.case.units != "si":
         return
     library = library_of()
     for name, body in facts.bodies.items():

@@ -10,7 +10,7 @@ from hvisph.case.case import Case
 from hvisph.case.output import BoxRegion, Region
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
-from hvisph.core.fields import CRACK, MEMORY
+from hvisph.core.fields import CRACK, HISTORY
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.core.text import Plain
 from hvisph.integrators.boundary_forces import Boundaries
@@ -242,9 +242,9 @@ def _state(
     """Return the particles of `placed` bodies, and the distinct materials."""
     dim, dx, kinematics = case.dim, case.resolution, KINEMATICS[case.kinematics]
     extra = (*fields, *SCHEMES[case.time.integrator].extra_fields(kinematics.axisymmetric))
-    if any(material.remembers for material in made):
+    if any(material.has_history for material in made):
         _refuse_memory(case, made)
-        extra = (*extra, *MEMORY)
+        extra = (*extra, *HISTORY)
         if any(material.fracture is not None for material in made):
             extra = (*extra, *CRACK)
     if any(material.has_axes for material in made):
@@ -264,9 +264,9 @@ def _state(
         particles["mass"][part] = density * body.volumes
         particles["density"][part] = density
         particles["internal_energy"][part] = energy
-        if material.remembers and not body.carried:
+        if material.has_history and not body.carried:
             history = initial_history(body, material, dim, case.drawing_dimensions, dx, case.begins)
-            for name, values in zip((*MEMORY, *CRACK), history.T, strict=True):
+            for name, values in zip((*HISTORY, *CRACK), history.T, strict=True):
                 if name in particles.offsets:
                     particles[name][part] = values
         if material.has_axes and not body.carried:
@@ -309,7 +309,7 @@ def _refuse_memory(case: Case, made: list[Material]) -> None:
     if case.formulation.type != "projection" and case.kinematics != "plane_stress":
         return
     names = [name for name, body in case.bodies.items() for _ in range(1 if body.inclusions is None else 2)]
-    name, _ = next((n, m) for n, m in zip(names, made, strict=True) if m.remembers)
+    name, _ = next((n, m) for n, m in zip(names, made, strict=True) if m.has_history)
     raise CaseError(
         "pores, programmed burn, rate_smoothing, a fracture energy, grady_kipp, grady_spall and johnson_holmquist "
         "damage need another formulation than projection, and other kinematics than plane_stress",

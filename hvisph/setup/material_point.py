@@ -57,7 +57,7 @@ class _Point:
         if material.porosity is not None:
             self.memory = (material.porosity.distension, *self.memory[1:])
             self.rho /= material.porosity.distension
-        elif material.remembers:
+        elif material.has_history:
             self.memory = (0.0, *self.memory[1:])
         if isinstance(material.damage, GradyKipp):
             least, exponent, number = material.damage.flaws("point", 1, VOLUME)[0].tolist()

@@ -25,7 +25,7 @@ from hvisph.case.output import SymmetryPlane
 from hvisph.casefile.document import parse
 from hvisph.casefile.loader import case_hash, load_case
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.fields import AXES, CATALOGUE, CRACK, MEMORY, OF_STATE
+from hvisph.core.fields import AXES, CATALOGUE, CRACK, HISTORY, OF_STATE
 from hvisph.core.particles import BASE_FIELDS
 from hvisph.core.text import Plain
 from hvisph.materials.material_table import Material
@@ -160,7 +160,7 @@ def _refuse_other_bodies(case: Case, origin: Origin) -> None:
             if field not in fields or field not in _history_of(old, origin.case):
                 fault = f"needs the history variable '{field}', which the run does not have for this body"
                 raise CaseError(fault, where=f"{where}.material")
-        if type(old.damage) is not type(new.damage) and new.remembers:
+        if type(old.damage) is not type(new.damage) and new.has_history:
             raise CaseError("its damage model has a history, and is not that of the run", f"{where}.material.damage")
 
 
@@ -179,7 +179,7 @@ def _refuse_other_rigidity(now: Body, before: Body, where: str) -> None:
 
 def _history_of(material: Material, case: Case) -> tuple[str, ...]:
     """Return the fields that the particles of a material carry beside those of all."""
-    found = MEMORY if material.remembers else ()
+    found = HISTORY if material.has_history else ()
     found = (*found, *CRACK) if material.fracture is not None else found
     found = (*found, *AXES) if material.has_axes else found
     return (*found, "thickness") if case.kinematics == "plane_stress" else found

@@ -1,1 +1,1 @@
-"""Smoothed particle hydrodynamics: kernels, neighbours, pair traversal and pair laws."""
+"""Smoothed particle hydrodynamics: kernels, neighbours, pair traversal, physical terms and contact."""

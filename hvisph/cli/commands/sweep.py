@@ -76,9 +76,7 @@ class SweepOptions(WorkerOptions):
             options.refuse_format(self.plot, "--plot")
 
 
-FitOption = Annotated[
-    str | None, option("--fit DIR", "Folder of a material's fit, whose uncertainty is included.")
-]
+FitOption = Annotated[str | None, option("--fit DIR", "Folder of a material's fit, whose uncertainty is included.")]
 
 
 @shared

@@ -145,7 +145,7 @@ def crack_limits(rows, i, b, e, own_crack, traction, own, stress, other):
 
 
 def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedances, friction, other, gate):
-    """Return contact velocity and traction of bodies in contact, and the heats of the gate and of slip.
+    """Return contact velocity and traction of bodies in contact, and the heats of the gap and of slip.
 
     Heats are per interaction area (`sph.contact.riemann_contact`); pairs of one body keep their state.
     """

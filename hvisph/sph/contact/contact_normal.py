@@ -1,4 +1,4 @@
-"""Contact normal between two bodies, and the gate that opens when they touch.
+"""Contact normal between two bodies, and the gap factor of their contact force (`gate`).
 
     N_a = sum over other bodies V_b |dW/dr| e          points towards the other body
     O_a = - sum over the own body V_b |dW/dr| e        points outwards; zero inside a body
@@ -13,10 +13,10 @@ at the face of an irregular lattice the direction of N has errors of 0.1, which 
 the square of the error along the face. The mean removes them. Its weight cos^2 excludes faces of another direction,
 those behind a corner or on the far side of a foil.
 
-Across a gap no traction acts: the gate opens linearly as phi rises from 0.93 to 0.94, a change of distance of 0.1
-spacings. Touching faces of different lattices have phi from 0.92 to 1.05. A gate that is partly open dissipates, so
-that the range is small. Where the line of centres is nearly parallel to the interface (mixed bodies), it replaces the
-normal.
+Across a gap no traction acts: the gap factor rises linearly from 0 to 1 as phi rises from 0.93 to 0.94, a change of
+distance of 0.1 spacings. Touching faces of different lattices have phi from 0.92 to 1.05. A factor between 0 and 1
+dissipates, so that the range is small. Where the line of centres is nearly parallel to the interface (mixed bodies), it
+replaces the normal.
 
 Self-contact (SELF_CONTACT) recognises faces of one body by the normals of the previous evaluation, m = O over its value
 in the outermost layer of a flat face: a and b face each other where m_a . e, -m_b . e or their sum exceeds 0.5. Such
@@ -46,7 +46,7 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.vector.api import LANES, neighbours
 from hvisph.sph.terms.limiters import TINY
 
-# Closure phi at which the gate begins to open, and at which it is open.
+# Closure phi below which the gap is open (factor 0), and above which it is closed (factor 1).
 OPEN, CLOSED = 0.93, 0.94
 # Least cosine between line of centres and normal; below it the line of centres is the normal.
 NORMAL_COSINE_MIN = 0.1
@@ -95,13 +95,13 @@ def smooth_normals(near, n, rows, i, constants, out):
 
 @inline
 def contact_gate(fills, ends):
-    """Return the gate from the sum `fills` over other bodies and the free part `ends` of the kernel sum."""
+    """Return the gap factor from the sum `fills` over other bodies and the free part `ends` of the kernel sum."""
     return min(max((fills / (max(ends, 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN)), 0.0), 1.0)
 
 
 @inline
 def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
-    """Return normal, cosine of the kernel slope and gate, from the centre line `e` and F and O of both sides."""
+    """Return normal, cosine of the kernel slope and gap factor, from the centre line `e` and F and O of both sides."""
     fills = subtract(fills_a, fills_b)
     size = np.sqrt(dot(fills, fills)) + TINY
     n = multiply(1.0 / size, fills)

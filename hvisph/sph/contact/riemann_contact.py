@@ -1,10 +1,10 @@
 """Riemann contact of bodies: compression along the normal, Coulomb friction along the interface.
 
-With the normal n and the gate of `sph.contact.contact_normal`, without reconstruction,
+With the normal n and the gap factor `gate` of `sph.contact.contact_normal`, without reconstruction,
 
     t*_n = gate min(t*_n, 0),     |t*_t| <= friction |t*_n|
     u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b   one a side, equal where t* is not limited
-    D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, on each side
+    D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gap, on each side
 
 Verification: `friction`, `separation`, `bars`.
 """
@@ -29,7 +29,7 @@ VARIABLE_RESOLUTION = 0
 
 
 def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface):
-    """Return normal, kernel slope, weight in the velocity gradient, and gate of a vector of pairs in contact.
+    """Return normal, kernel slope, weight in the velocity gradient, and gap factor of a vector of pairs in contact.
 
     A template: bound are DIM, WHOLE, the slots of the row, `scale` and `slope`. `other` is 1 for a pair of
     different bodies, else 0: nothing changes for it then.
@@ -62,7 +62,7 @@ def compressive_contact(t, us, d, t_a, step, za, zb, other, gate):
     `t`, `us`: traction [Pa], and contact velocity relative to the own one [m/s], of a bonded pair
     `d`, `t_a`, `step`: jump of velocity [m/s]; own traction and jump of traction [Pa]
     `za`, `zb`: impedances
-    `other`, `gate`: 1 for a pair of different bodies, else 0; gate of the contact
+    `other`, `gate`: 1 for a pair of different bodies, else 0; gap factor of the contact
     """
     t += other * (gate * min(t, 0.0) - t)
     own, its = (t - t_a) / za, d - (t - t_a - step) / (zb + TINY)

@@ -1,1 +1,1 @@
-"""Pair laws."""
+"""Physical terms of the pair laws, one a file: formula, source, constants."""

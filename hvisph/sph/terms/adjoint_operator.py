@@ -6,9 +6,9 @@
     m_a de_a/dt = sum_b 2 V_a V_b |dW/dr| [t* . u_ab + (t_a - t_b) . u_ab/2]
 
 L and the force are adjoint: the power of a particle is sigma_a : L_a and half of the pair's dissipation. K B = 1 makes
-L of a rigid rotation antisymmetric, so that no pair force creates angular momentum. B has the part of bodies in contact
-along the normal n, gate n (n . B n) n, without which the first rows would be stiffer than those behind them. o_a is the
-order of the lattice, 0 where B is not correctable.
+L of a rigid rotation antisymmetric, so that no pair force creates angular momentum. B includes the part of bodies in
+contact along the normal n, (n . B n) n (x) n times the gap factor, without which the first rows would be stiffer than
+those behind them. o_a is the order of the lattice, 0 where B is not correctable.
 
 The stress of the stage is extrapolated over theta dt with the rates of the evaluation before. For an oscillation this
 is the second-order Adams-Bashforth method, which amplifies by 1 + (w dt)^4/4 a step. With C the elastic moduli,

@@ -69,7 +69,7 @@ def axisymmetric_pair(force, dissipating, du, own, its, weight, real):
 
     `force`, `dissipating`, `du`: force of the plane, the part of it that dissipates, and difference of velocities
     `own`, `its`: radial velocities
-    `weight`, `real`: see `ring_weight`
+    `weight`, `real`: see `mirror_weight`
     """
     apart = multiply(weight, axisymmetric_jump(du, own, its, real))
     mirrored = (1.0 - real) * (1.0 - weight)
