@@ -1,4 +1,4 @@
-"""The page that shows all sets: verdicts first, then each set with its tables and pictures."""
+"""The page of validation: a table of all sets, then each set with its results and pictures."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ TEXT = """\
 # Validation
 
 Published experiments, computed with formulation, materials and resolution chosen before any comparison and equal within
-a set; nothing is fitted to a row. Where a choice was changed after a first look, the set says so. "Off" is computed
-minus measured, over measured; bias is its mean, scatter its standard deviation. Values recalled from memory are not
-judged.
+a set; nothing is fitted to a row. Where a choice was changed after a first look, the set says so. An error is computed
+minus measured, over measured: mean of its size, worst, mean with sign (bias), standard deviation (scatter). Values
+recalled from memory are not judged.
 
 {verdicts}
 

@@ -9,7 +9,7 @@ from hvisph_validation.experiment_set import Asked
 
 from .comparison import Compared, Verdict
 
-CELLS = ("quantity", "", "shots", "mean off", "worst", "bias", "scatter", "asked")
+CELLS = ("quantity", "", "shots", "mean error", "worst", "bias", "scatter", "tolerance")
 
 
 @dataclass(frozen=True)
