@@ -213,7 +213,7 @@ def template(name: str) -> Any:
 
 SECTIONS = [
     ("verdict", "Result"),
-    ("player", "Player"),
+    ("player", "Animation"),
     ("measures-0", "Measures"),
     ("checks-0", "Checks of the run"),
     ("setup-0", "Set-up"),
