@@ -118,10 +118,10 @@ def keep_list(near, n, rows, i, constants, out):
         out[i, k + np.uint64(1)] = near[k]
 
 
-def lists(pairs, grid, owned, way=traversal.FORGETS, space=traversal.NO_LISTS):
+def lists(pairs, grid, owned, way=traversal.FORGETS, space=traversal.NO_LISTS, **options):
     """Return the lists of `pairs` in sorted numbers, a row a particle: of those that are not owned, nothing."""
     n, dim = pairs.present, pairs.layout.dim
-    sweep, found = traversal.loop(dim, specialise(keep_list), lists=way), np.zeros((n, 2000), np.uint32)
+    sweep, found = traversal.loop(dim, specialise(keep_list), lists=way, **options), np.zeros((n, 2000), np.uint32)
     traversal.complete_sweep(sweep, pairs.sorted, pairs.columns, pairs.order, (n, owned), grid,
                              pairs.kernel.reach, np.zeros(1), 1500, lambda capacity: found, space)  # fmt: skip
     return [row[1 : 1 + row[0]] for row in found]
@@ -197,6 +197,24 @@ def test_lists_are_those_of_the_plain_twin(kind, dim):
                     assert np.array_equal(own, plain)
             starts = space.reshape(-1)[:: traversal.CHUNK * width]
             assert starts.all() if width == 500 else width == 30 or not starts.any()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_particles_within_rigid_bodies_have_no_lists(dim):
+    """Rows below zero, all of whose neighbours are so, are left out; others have all of their neighbours."""
+    x, h = plate(dim, {2: 40, 3: 16}[dim], 1e-3)
+    pairs, n = made(x, h), len(x)
+    rigid = pairs.rows[:, dim + 1] = np.where(x[:, 0] > x[:, 0].mean(), -1.0, 1.0)
+    pairs.evaluate(h.max())
+    order, space, left_out = pairs.order[:n], np.full((n, 500), 7, np.uint32), 0
+    wanted = plain_lists(x[order], h[order], pairs.grid, pairs.kernel.reach, set(range(n)))
+    for way in (traversal.FORGETS, traversal.KEEPS, traversal.TAKES):
+        found = lists(pairs, pairs.grid, n, way, space, first_result=0, rigid=dim + 1)
+        for k, (own, plain) in enumerate(zip(found, wanted, strict=True)):
+            alone = (rigid[order[[*plain[plain < n].astype(int), k]]] < 0.0).all()
+            assert np.array_equal(own, [] if alone else plain)
+            left_out += alone
+    assert 0.3 * n < left_out / 3 < 0.5 * n
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -305,31 +323,6 @@ def test_undisturbed_cells(dim):
     assert 0 < len(found) < len(plain_cells(x, grid))
 
 
-@pytest.mark.parametrize("dim", [1, 2, 3])
-def test_cells_within_rigid_bodies_are_undisturbed(dim):
-    """Those that have rows below zero alone in and around them, whatever their stresses."""
-    rng = np.random.default_rng(dim)
-    n = {1: 60, 2: 900, 3: 2500}[dim]
-    x = rng.random((n, dim)) * {1: 60.0, 2: 30.0, 3: 14.0}[dim]
-    rows = np.zeros((n, dim + 3))
-    rows[:, :dim], rows[:, dim], rows[:, dim + 1] = x, 0.4, rng.random(n)
-    rows[:, dim + 2] = np.where(x[:, 0] > x[:, 0].max() / 2, -1.0, 1.0)
-    grid = Grid.from_positions(x, 1.0)
-    order, place, columns = np.zeros(n, np.uint32), np.zeros(n, np.uint32), np.zeros((dim + 1, n + 8))
-    out = np.zeros((n + 1, dim + 3))
-    sort(grid, rows, np.arange(n, dtype=np.uint64), dim, np.zeros(n, np.uint32), order, place, out, columns, dim)
-    slots = np.array([dim + 1], np.uint64)
-    find_undisturbed(grid, order, n, out, slots, slots, dim, dim + 2)
-    cell, shape = np.floor(x).astype(np.int64), np.array(grid.shape)[:dim]
-    apart = abs(cell[:, None] - cell[None]) % shape
-    beside = (np.minimum(apart, shape - apart) <= 1).all(-1)
-    alone = (rows[None, :, dim + 2] < 0.0) | ~beside
-    number = np.searchsorted(grid.starts, place, side="right") - 1
-    found = grid.undisturbed[number] == 1
-    assert np.array_equal(found, alone.all(1))
-    assert 0 < found.sum() < n
-
-
 def plain_cells(x, grid):
     """The cells that hold particles."""
     return set(map(tuple, np.floor(x / grid.edge).astype(np.int64) % np.array(grid.shape)[: x.shape[1]]))
@@ -345,10 +338,17 @@ def test_leaving_out_undisturbed_cells_changes_no_number(formulation, kinematics
     assert_nothing_hangs_on_cells_left_out(case, tmp_path, monkeypatch)
 
 
-def test_leaving_out_cells_within_rigid_bodies_changes_no_number(tmp_path, monkeypatch):
-    case = row_of([METAL, METAL], 2, speed=800.0, time={"end": 1e-6, "max_steps": 12}).model_dump(mode="json")
-    next(iter(case["bodies"].values()))["rigid"] = {"move": "free"}
-    assert_nothing_hangs_on_cells_left_out(load_case(case), tmp_path, monkeypatch)
+@pytest.mark.parametrize("kinematics", ["uniaxial_strain", "plane_strain", "axisymmetric", "three_d"])
+def test_leaving_out_particles_within_rigid_bodies_changes_no_number(kinematics, tmp_path, monkeypatch):
+    """Those that no deformable particle is near: one by one, or all of a cell with all candidates."""
+    dim = {"uniaxial_strain": 1, "three_d": 3}.get(kinematics, 2)
+    case = row_of([METAL, METAL], dim, 0.25e-3, kinematics=kinematics, speed=800.0,
+                  time={"end": 1e-6, "max_steps": 12}).model_dump(mode="json")  # fmt: skip
+    next(iter(case["bodies"].values()))["rigid"] = {"move": "x" if dim == 1 or kinematics == "axisymmetric" else "free"}
+    run(load_case(case), tmp_path / "with")
+    monkeypatch.setattr(traversal, "loop", lambda *given, made=traversal.loop: made(*given[:-1]))
+    run(load_case(case), tmp_path / "without")
+    assert_same_results(tmp_path / "with", tmp_path / "without")
 
 
 def assert_nothing_hangs_on_cells_left_out(case, tmp_path, monkeypatch):

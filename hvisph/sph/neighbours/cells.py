@@ -197,30 +197,9 @@ def find_surrounded(c, starts, rows, equal, nx, ny, nz, uniform, surrounded):
                     return
 
 
-def find_negative(c, starts, rows, slot, negative):
-    """Set `negative[c]` to 1 if all rows of cell `c` are below zero in `slot`."""
-    negative[c] = 1
-    for j in range(np.uint64(starts[c]), np.uint64(starts[c + np.uint64(1)])):
-        if not rows[j, slot] < 0.0:
-            negative[c] = 0
-            return
-
-
-def add_enclosed(c, starts, nx, ny, nz, negative, undisturbed):
-    """Set `undisturbed[c]` to 1 if the cells at and around `c` are all `negative`."""
-    if negative[c] == 0 or starts[c] == starts[c + np.uint64(1)]:
-        return
-    place = place_of(c, nx, nz)
-    for shift in range(np.uint64(3**DIM)):
-        if negative[adjacent_cell(place, shift, nx, ny, nz)] == 0:
-            return
-    undisturbed[c] = 1
-
-
 def find_undisturbed(
-    grid: Grid, order: np.ndarray, known: int, rows: np.ndarray, zero: np.ndarray, equal: np.ndarray, dim: int,
-    rigid: int = 0,
-) -> None:  # fmt: skip
+    grid: Grid, order: np.ndarray, known: int, rows: np.ndarray, zero: np.ndarray, equal: np.ndarray, dim: int
+) -> None:
     """Mark the cells whose particles have no rates: those that no wave and no other body has come near.
 
     Within two cells around, all rows are zero in some slots (stresses) and agree in others (velocity, body). Every pair
@@ -231,18 +210,13 @@ def find_undisturbed(
       further neighbours are not here
     `rows`: sorted rows (n, width)
     `zero`, `equal`: slots (k,) uint64 of the rows
-    `rigid`: slot that is below zero in rows of rigid bodies, which have no rates among themselves; 0 where there are
-      none
     """
-    uniform, surrounded, negative, enclosed = _rest_loops(dim)
+    uniform, surrounded = _rest_loops(dim)
     count = len(grid.uniform)
     uniform(count, grid.starts, order, np.uint64(known), rows, zero, equal, grid.uniform)
     surrounded(count, grid.starts, rows, equal, *grid.sizes, grid.uniform, grid.undisturbed)
     grid.uniform[:] = grid.undisturbed
     surrounded(count, grid.starts, rows, equal, *grid.sizes, grid.uniform, grid.undisturbed)
-    if rigid:
-        negative(count, grid.starts, rows, np.uint64(rigid), grid.uniform)
-        enclosed(count, grid.starts, *grid.sizes, grid.uniform, grid.undisturbed)
 
 
 def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
@@ -285,6 +259,4 @@ def _rest_loops(dim: int) -> tuple[Any, ...]:
     return (
         particle_loop(specialise(find_uniform), short=True),
         particle_loop(specialise(find_surrounded, DIM=dim), short=True),
-        particle_loop(specialise(find_negative)),
-        particle_loop(specialise(add_enclosed, DIM=dim)),
     )

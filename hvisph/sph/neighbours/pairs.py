@@ -106,7 +106,8 @@ class Pairs:
         self.count = len(positions)
         self.slots = layout.slots()
         made = layout.used_width - layout.packed_width
-        read_later = {"N_PREVIOUS", "FALLBACKS"} & self.slots.keys() or any(one.options.get("RIGID") for one in passes)
+        rigid = self.slots["BODY"] if any(one.options.get("RIGID") for one in passes) else 0
+        read_later = {"N_PREVIOUS", "FALLBACKS"} & self.slots.keys() or rigid
         shares = not single and 2 * made >= layout.packed_width and not read_later
         self._behind = max(layout.packed_width - made, 0) if shares else 0
         self._shared: np.ndarray | None = None
@@ -129,7 +130,6 @@ class Pairs:
         }
         self._sweeps = []
         self._skips = all(one.skips_undisturbed for one in passes)
-        self._rigid = self.slots["BODY"] if any(one.options.get("RIGID") for one in passes) else 0
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
         if single:
             rests = np.arange(self.slots["U_REST"], self.slots["U_REST"] + dim, dtype=np.uint64)
@@ -153,7 +153,7 @@ class Pairs:
             if common and not only:
                 lists = traversal.KEEPS if one is plain[0] else traversal.TAKES
             units = len(coefficients) if single and not one.into_rows else 0
-            sweep = traversal.loop(dim, law, only, one.own_reach, first, lists, single, units)
+            sweep = traversal.loop(dim, law, only, one.own_reach, first, lists, single, units, rigid)
             self._sweeps.append((sweep, one.into_rows))
         self._vectors = self.slots["U"] if single else 0, self.slots.get("X_REST", 0), self.slots.get("U_REST", 0)
 
@@ -230,8 +230,7 @@ class Pairs:
         self._pause = max(self._pause - 1, 0)
         if self._skips and not self._pause:
             known = n if self.halo is None else own
-            cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim,
-                                   self._rigid)  # fmt: skip
+            cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim)
             self._pause = 0 if self.grid.undisturbed.any() else PAUSE
         failure = None
         for sweep, into_rows in self._sweeps:

@@ -112,17 +112,26 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     return m, needed
 
 
+def all_rigid(rows, numbers, n):
+    """Return whether all `n` rows of these `numbers` belong to rigid bodies."""
+    for k in range(n):
+        if not rows[np.uint64(numbers[k]), RIGID] < 0.0:
+            return False
+    return True
+
+
 def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, lists, out, overflow):
     """Run the pair law over the particles of a chunk: the template, see the module's text.
 
     Bound names: DIM, law, ONLY (slot of a vector: rows where it is zero are left out; 0 for none), LANES (neighbours in
     a vector), UNITS (where the units of results begin in `constants`, 0 for none), SKIPS (whether the results of
-    undisturbed cells are set to zero, from column FIRST on, without calling the law), LISTS (FORGETS, KEEPS or TAKES)
-    and the templates above.
+    undisturbed cells are set to zero, from column FIRST on, without calling the law), RIGID (with SKIPS, slot that is
+    below zero in rows of rigid bodies, which have no results among themselves either; 0 for none), LISTS (FORGETS,
+    KEEPS or TAKES) and the templates above.
 
     Lists are kept for a later pass as long as a chunk has space for them: how many numbers there are, 0 for none; for
     each group its end and the number of its candidates, their numbers, and for each particle a bit a candidate. A
-    group has no candidates if it is undisturbed, or if no particle is the caller's own.
+    group has no candidates if it is left out, or if no particle is the caller's own.
 
     `chunk`, `n_rows`: see `compiler.parallel_for.chunk_loop`
     `rows`, `columns`: sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
@@ -187,23 +196,25 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
                     at += one + one
         if np.uint64(order[i]) >= owned:
             continue
-        if SKIPS and i < resting:
-            for f in range(np.uint64(FIRST), np.uint64(out.shape[1])):
-                out[i, f] = 0.0
-            continue
         if wanted:
             wanted = False
             m, lacking = gather(
                 columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity, (rough, exact, numbers)
             )
             needed = max(needed, lacking)
-            if keeping:
+            if RIGID and all_rigid(rows, numbers, m):
+                resting = group
+            elif keeping:
                 keeping = at + m <= space
                 if keeping:
                     words[head + one] = np.uint32(m)
                     for k in range(m):
                         words[base + at + k] = numbers[k]
                     at += m
+        if SKIPS and i < resting:
+            for f in range(np.uint64(FIRST), np.uint64(out.shape[1])):
+                out[i, f] = 0.0
+            continue
         n, mark, own = zero, zero, (*extend_vector(x), h)
         marks = (m + np.uint64(2 * SIXTEEN - 1)) // np.uint64(2 * SIXTEEN)
         keeping = keeping and at + marks <= space
@@ -226,6 +237,10 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         if not NUMBERED:
             for k in range(n):
                 near[k] = numbers[np.uint64(near[k])]
+        if RIGID and rows[i, RIGID] < 0.0 and all_rigid(rows, near, n):
+            for f in range(np.uint64(FIRST), np.uint64(out.shape[1])):
+                out[i, f] = 0.0
+            continue
         for k in range(np.uint64(LANES)):
             near[n + k] = n_rows
         padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
@@ -248,16 +263,18 @@ def loop(
     lists: int = FORGETS,
     single: bool = False,
     units: int = 0,
+    rigid: int = 0,
 ) -> CompiledFunction:
     """Return the traversal compiled for a bound law, with the slot of `Pass.only` in rows.
 
     `own_reach` says that lists hold all that a particle's own kernel reaches; `first_result`, that undisturbed cells
     are left out, and the first column that the law writes; `lists`, whether it keeps lists or takes those of a pass
-    before; `single`, whether rows are of float32; `units`, where the units of its results begin in the constants.
+    before; `single`, whether rows are of float32; `units`, where the units of its results begin in the constants;
+    `rigid`, the slot of RIGID.
     """
     skips_undisturbed: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
-    bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach)}
-    parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
+    bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach), "RIGID": rigid if skips_undisturbed["SKIPS"] else 0}
+    parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather, all_rigid)}
     bound |= skips_undisturbed | {"LISTS": lists, "ONLY": only, "LANES": SINGLES if single else LANES, "UNITS": units}
     return chunk_loop(specialise(sweep, **bound, law=law, **parts), CHUNK)
 
