@@ -1,17 +1,17 @@
 """Rigid bodies: mass properties, free rotation, a bar on a free mass, walls, balances, resumed runs, bad input."""
 
-import math
-
 import numpy as np
 import pytest
 from small_runs import LIQUID, METAL, SPRING, assert_same_results, final, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.integrators.rigid_body import flow, mass_properties, quaternion, rotation
+from hvisph.integrators.rigid_body import _loops
+from hvisph.integrators.rotation import flow, quaternion, rotation
 from hvisph.output.reader import read_history
 from hvisph.precheck.advice import advice
 from hvisph.setup.initial_state import begin
+from hvisph.setup.rigid_bodies import mass_properties
 from hvisph.simulation.run import resume, run
 
 LENGTH, SPEED = 10e-3, 1.0
@@ -177,15 +177,62 @@ def test_mass_properties_of_a_box_and_a_sphere():
     """Boxes on a lattice are exact; a sphere of 10 spacings across has 2/5 m r^2 within 1 % (m: of its particles)."""
     counts, s = np.array([10, 20, 6]), 0.1
     x = np.stack(np.meshgrid(*((np.arange(k) + 0.5) * s for k in counts), indexing="ij"), -1).reshape(-1, 3)
-    found = mass_properties(np.full(len(x), 0.3), x, np.full(len(x), s), math.fsum)
+    found = mass_properties(np.full(len(x), 0.3), x, np.full(len(x), s))
     squares = (counts * s) ** 2
     assert np.allclose(found.centre, counts * s / 2, rtol=1e-13)
     assert np.allclose(found.inertia, np.diag(found.mass / 12.0 * (squares.sum() - squares)), rtol=1e-12, atol=1e-12)
     y = (np.indices((20, 20, 20)).reshape(3, -1).T - 9.5) * s
     y = y[(y * y).sum(axis=1) <= 1.0]
     radius = (3.0 * len(y) * s**3 / (4.0 * np.pi)) ** (1.0 / 3.0)
-    ball = mass_properties(np.full(len(y), 1.0), y, np.full(len(y), s), math.fsum)
+    ball = mass_properties(np.full(len(y), 1.0), y, np.full(len(y), s))
     assert np.allclose(np.diag(ball.inertia), 0.4 * ball.mass * radius**2, rtol=0.01)
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_the_loops_over_particles_of_a_body(dim):
+    """Against plain formulas: forces, torques, powers, compliances of contacts; positions and velocities."""
+    rng, count, n, axial = np.random.default_rng(dim), 40, 25, {1: 0, 2: 1, 3: 3}[dim]
+    group, place = rng.permutation(count)[:n], rng.permutation(count).astype(np.uint32)
+    state, rates = rng.random((count, 2 + 2 * dim)) + 0.5, rng.random((count, dim + 4))
+    packed, rows = rng.random((count, 2 * dim + 4)), rng.random((count, 2 * dim + 1))
+    rates[place[group[:9]]] = rows[place[group[:9]], dim:] = 0.0  # near nothing
+    columns = 0, 1, 2, 2 + dim
+    turn_rate, torque = (2 * dim, dim + 1) if axial else (0, 0)
+    compliances, forces, placed = _loops(dim, columns, dim, turn_rate, torque, dim)
+
+    def space(values):
+        return np.pad(values, ((0, 0), (0, 3 - dim)))
+
+    centre, m, at = rng.random(3) * (np.arange(3) < dim), state[group, :1], place[group]
+    terms, loads = np.zeros((n, 7)), space(m * rates[at, :dim])
+    torques = np.cross(space(packed[group, :dim]) - centre, loads)
+    torques[:, 3 - axial :] += m * rates[at, torque : torque + axial]
+    expected = np.hstack([loads, torques, m * rates[at, dim : dim + 1]])[9:]
+    assert forces(group, place, rates, state, packed, centre, terms) == n - 9
+    assert np.allclose(terms[: n - 9], expected, rtol=1e-13, atol=1e-15)  # sums of at most three products
+
+    moves, turns, found = *(one + one.T for one in rng.random((2, 3, 3))), np.zeros(n)
+    normal, r = space(rows[at, dim : 2 * dim])[9:], space(rows[at, :dim])[9:] - centre
+    arm, size = np.cross(r, normal), np.sqrt((normal**2).sum(1))
+    whole = np.einsum("ni,ij,nj->n", normal, moves, normal) + np.einsum("ni,ij,nj->n", arm, turns, arm)
+    assert compliances(group, place, rows, state, centre, moves, turns, found) == n - 9
+    assert np.allclose(found[: n - 9], 2.0 * (state[group, 0] / state[group, 1])[9:] * whole / size, rtol=1e-12)
+
+    before, now, ahead = frames = rng.random((3, 9)) * (np.arange(9) % 3 < dim)
+    frames[:, 6:] *= np.arange(3) >= 3 - axial
+    turns = np.stack([np.eye(3)] * 2)
+    if axial:
+        turns = np.stack([rotation(np.array([0.8, 0.0, 0.0, sign * 0.6])) for sign in (1.0, -1.0)])
+    r = (space(state[group, 2 : 2 + dim]) - before[:3]) @ turns[0].T
+    here = state[:, 2 : 2 + dim].copy()
+    here[group] = (now[:3] + r)[:, :dim]
+    stage = r @ turns[1].T
+    placed(group, state, packed, frames, turns, True)
+    assert np.allclose(state[:, 2 : 2 + dim], here, rtol=1e-13)
+    assert np.allclose(state[group, 2 + dim :], (now[3:6] + np.cross(now[6:], r))[:, :dim], rtol=1e-12)
+    assert np.allclose(packed[group, :dim], (ahead[:3] + stage)[:, :dim], rtol=1e-12)
+    assert np.allclose(packed[group, dim : 2 * dim], (ahead[3:6] + np.cross(ahead[6:], stage))[:, :dim], rtol=1e-12)
+    assert (packed[group, 2 * dim : 2 * dim + axial] == ahead[9 - axial :]).all()
 
 
 @pytest.mark.parametrize(("steps", "within"), [(200, 2e-4), (800, 1.25e-5)])

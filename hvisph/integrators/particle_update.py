@@ -16,7 +16,7 @@ from math import pi
 
 import numpy as np
 
-from hvisph.compiler.exact_sum import add_lane_vectors, add_lanes, sum_lanes
+from hvisph.compiler.exact_sum import add_lane_vectors, add_lanes, add_term, sum_lanes
 from hvisph.compiler.tensors import (
     add,
     divergence,
@@ -36,6 +36,7 @@ from hvisph.compiler.vector.rows import NONE, fetch_row, list_equal_keys
 from hvisph.sph.terms.viscosity import shear_share
 
 from .particle_steps import MORRIS_MONAGHAN, Limits, Packed, State, hoop_signal, ring_radius
+from .prescribed_motion import GROUP_SHIFT, LAYER_GROUP, RIGID_GROUP
 from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
 from .time_step import VISCOUS_SIGNAL
 
@@ -213,6 +214,8 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     most = (broadcast_strict(0.0), broadcast_strict(0.0), broadcast_strict(0.0))
     for s in range(first, end):  # material, and whether it is held
         keys[s - first] = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
+        if times_ahead[2] and RIGID_GROUP <= tags[s, 3] >> np.uint32(GROUP_SHIFT) < LAYER_GROUP:
+            keys[s - first] = np.uint64(NONE)  # state and row stay as they are: others write its motion
     key = np.uint64(0)
     while key != np.uint64(NONE):
         n, above = list_equal_keys(keys, end - first, first, key, near)
@@ -237,4 +240,9 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     for k in range(np.uint64(LANES)):
         fastest, longest = max(fastest, extract_lane(most[0], k)), max(longest, extract_lane(most[1], k))
         size += extract_lane(most[2], k)
+    for s in range(first, end):
+        if keys[s - first] == np.uint64(NONE):
+            energy = state[s, S_MASS] * state[s, S_INTERNAL_ENERGY]
+            add_term(wholes, chunk, INTERNAL, energy, rounders[0])
+            longest, size = max(longest, lengths[s]), size + abs(energy)
     extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = fastest, longest, size

@@ -23,7 +23,7 @@ import numpy as np
 from hvisph.core.particles import FLAGS, Particles
 from hvisph.sph.contact.contact_normal import RIGID
 
-from .rigid_body import CENTRE, TURN, RigidMotion
+from .rigid_body import RigidMotion
 from .sums import KINETIC, MOMENTUM
 
 # Bits of the column FLAGS from this one on are the group of a driven particle, 0 for none.
@@ -90,16 +90,11 @@ class PrescribedMotion:
         """Rigid bodies."""
         return [motion for motion in self._motions if isinstance(motion, RigidMotion)]
 
-    def look_ahead(self, stepper: Any) -> None:
-        """Find what limits the first step of rigid bodies, from the first evaluation."""
-        for motion in self.rigid:
-            motion.find_relaxation(stepper, motion.state[CENTRE], motion.state[TURN])
-
     def note_contacts(self, stepper: Any) -> None:
-        """Note what rigid bodies are near to, after an evaluation."""
+        """Find what limits the step of rigid bodies, after an evaluation."""
         self._found.clear()
         for motion in self.rigid:
-            motion.note_contact(stepper, self._rows(stepper.particles, motion))
+            motion.find_relaxation(stepper, self._rows(stepper.particles, motion), self.time)
 
     def begin(self, stepper: Any, dt: float) -> None:
         """Give all groups their mean velocity of the step `dt` [s], and find work and momentum by the last forces."""
@@ -128,19 +123,23 @@ class PrescribedMotion:
         self.time = end
 
     def hide_rigid(self, stepper: Any) -> None:
-        """Let rigid particles rest without rates while the others are carried, so that no sum counts them."""
+        """Let rigid particles rest without rates while all are shown to the neighbours, so that no sum counts them."""
         for motion in self.rigid:
             rows = self._rows(stepper.particles, motion)
             stepper.rates[stepper.place[rows]] = 0.0
             stepper.particles["velocity"][rows] = 0.0
 
-    def finish(self, stepper: Any, stage: float) -> None:
-        """Give all groups their velocity, that of the time `stage` [s] ahead in the packed rows."""
+    def finish(self, stepper: Any, stage: float, shown: bool) -> None:
+        """Give all groups their velocity, that of the time `stage` [s] ahead in the packed rows, that are `shown` anew.
+
+        The update packs no rows of rigid particles when it completes a step: they stay as they were.
+        """
         particles, first = stepper.particles, stepper.row_slots["U"]
         for motion in self._motions:
             rows = self._rows(particles, motion)
             if isinstance(motion, RigidMotion):
-                self._show_rigid(stepper, rows)
+                if shown:
+                    self._show_rigid(stepper, rows)
                 self._excess += motion.place(stepper, rows, self.time, stage)
                 continue
             particles["velocity"][rows] = motion.velocity(self.time)

@@ -3,34 +3,31 @@
     M = sum m_a,   X = sum m_a x_a / M,   J = sum m_a [(r^2 + s^2/6) 1 - r (x) r]      s: spacing, of a cube
     step   free flow over dt/2;  forces and torques there;  M U += dt F,  L += dt T;  free flow over dt/2
 
-The free flow keeps L in space and turns the body about its principal axes one after another, 1 (h/2), 2 (h/2), 3 (h),
-2 (h/2), 1 (h/2), by the angle h L_k/I_k: of second order and reversible; its energy oscillates by O(dt^2). A body that
-may turn about one axis only, as in a plane, has one angle, which is exact.
-
 The reaction of a deformable particle a acts at x_a, where the body has the velocity U + w x (x_a - X): forces and
 torques of both sides cancel, whatever the direction of the force. The pairs do their work at the velocities of the
 stage, the kick at the mean of those before and after it. `rotation` is that difference and the oscillation of the flow.
 
-Source: Dullweber, Leimkuhler & McLachlan 1997.
+Source: Dullweber, Leimkuhler & McLachlan 1997; the free rotation is in `integrators.rotation`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 
+from hvisph.compiler.jit import Options, specialise
 from hvisph.sph.neighbours.particle_layout import slots
 
 from .gravity import UNIFORM
+from .rotation import flow, quaternion, rotation, turn_about
 
 # Parts of the state: centre, velocity, quaternion, angular momentum in space, the last acceleration and torque, how far
 # the stage is ahead [s], and the rate at which the velocity of the contact relaxes [1/s].
 CENTRE, VELOCITY, TURN, SPIN = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)
 FORCE, TORQUE, AHEAD, RELAXATION, STATE = slice(13, 16), slice(16, 19), 19, 20, 21
-# Axes of the turns of a free flow, and their shares of it.
-SPLITTING = ((0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5))
 # Largest step times the rate at which the velocity of a contact relaxes: velocities of the stage are predicted.
 RELAXED = 0.5
 # Largest way of a particle by rotation in a step, over the spacing.
@@ -47,75 +44,11 @@ class MassProperties:
     of_points: np.ndarray
 
 
-def mass_properties(mass: np.ndarray, position: np.ndarray, spacing: np.ndarray, exact: Any) -> MassProperties:
-    """Return the mass properties of particles; `exact` sums terms (n,) the same in any order."""
-    whole, x = exact(mass), in_space(position)
-    centre = np.array([exact(mass * component) for component in x.T]) / whole
-    r, of_points = x - centre, np.empty((3, 3))
-    square = (r * r).sum(axis=1)
-    for i in range(3):
-        for j in range(3):
-            of_points[i, j] = exact(mass * ((i == j) * square - r[:, i] * r[:, j]))
-    return MassProperties(whole, centre, of_points + np.eye(3) * exact(mass * spacing**2) / 6.0, of_points)
-
-
 def in_space(vectors: np.ndarray) -> np.ndarray:
     """Return vectors (n, dim) with three components, (n, 3)."""
     space = np.zeros((len(vectors), 3))
     space[:, : vectors.shape[1]] = vectors
     return space
-
-
-def rotation(q: np.ndarray) -> np.ndarray:
-    """Return the matrix (3, 3), body to space, of the unit quaternion `q` (4,)."""
-    w, x, y, z = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def quaternion(axes: np.ndarray) -> np.ndarray:
-    """Return the unit quaternion (4,) of a rotation matrix (3, 3), by the largest of its four numbers."""
-    diagonal = np.diag(axes)
-    squares = np.array([diagonal.sum(), *(2.0 * diagonal - diagonal.sum())]) + 1.0  # 4 q^2
-    odd = [axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1]]
-    k = int(np.argmax(squares))
-    q = np.array([0.0, *odd] if k == 0 else [odd[k - 1], *(axes[k - 1] + axes[:, k - 1])])
-    q[k] = squares[k]
-    return q / np.sqrt((q * q).sum())
-
-
-def turn_about(q: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
-    """Return the quaternion `q` (4,), turned before by `angle` about `axis` (3,) in the body, of length 1."""
-    w, v = np.cos(0.5 * angle), np.sin(0.5 * angle) * axis
-    after = np.array(
-        [
-            q[0] * w - q[1] * v[0] - q[2] * v[1] - q[3] * v[2],
-            q[0] * v[0] + q[1] * w + q[2] * v[2] - q[3] * v[1],
-            q[0] * v[1] - q[1] * v[2] + q[2] * w + q[3] * v[0],
-            q[0] * v[2] + q[1] * v[1] - q[2] * v[0] + q[3] * w,
-        ]
-    )
-    return after / np.sqrt((after * after).sum())
-
-
-def flow(q: np.ndarray, spin: np.ndarray, inertia: np.ndarray, time: float) -> np.ndarray:
-    """Return the quaternion after a free rotation over `time` [s].
-
-    `q`: unit quaternion (4,), principal axes to space
-    `spin`, `inertia`: angular momentum in space (3,) [kg m^2/s], and principal moments (3,) [kg m^2]
-    """
-    own = spin @ rotation(q)
-    for k, share in SPLITTING:
-        angle = share * time * own[k] / inertia[k]
-        q = turn_about(q, np.eye(3)[k], angle)
-        i, j, c, s = (k + 1) % 3, (k + 2) % 3, np.cos(angle), np.sin(angle)
-        own[i], own[j] = c * own[i] + s * own[j], c * own[j] - s * own[i]
-    return q
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -124,9 +57,93 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.stack([x, y, z], axis=1)
 
 
-def multiply_rows(matrix: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Return the products (n, 3) of a matrix with rows, with the same bits for any number of them."""
-    return np.stack([row[0] * r[:, 0] + row[1] * r[:, 1] + row[2] * r[:, 2] for row in matrix], axis=1)
+def find_compliances(group, place, rows, state, centre, moves, turns, terms):
+    """Write A (1/M + r_n^2/J) of the particles of a `group` (n,) beside others into `terms` (n,); return how many.
+
+    Bound names: DIM, NORMAL (slot of the sorted `rows`), S_MASS, S_DENSITY.
+
+    `moves`, `turns`: matrices (3, 3) whose quadratic forms of the normal and of its arm are 1/M and r_n^2/J
+    """
+    count, n, r, arm = 0, np.zeros(3), np.zeros(3), np.zeros(3)
+    for i in group:
+        for f in range(DIM):
+            n[f], r[f] = rows[place[i], NORMAL + f], rows[place[i], f] - centre[f]
+        size = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        if size > 0.0:
+            for f in range(3):
+                g, h = (f + 1) % 3, (f + 2) % 3
+                arm[f] = r[g] * n[h] - r[h] * n[g]
+            compliance = 0.0
+            for f in range(3):
+                for g in range(3):
+                    compliance += n[f] * moves[f, g] * n[g] + arm[f] * turns[f, g] * arm[g]
+            terms[count] = 2.0 * state[i, S_MASS] / state[i, S_DENSITY] * compliance / size
+            count += 1
+    return count
+
+
+def collect_forces(group, place, rates, state, packed, centre, terms):
+    """Write force, torque about `centre` and power of the particles of a `group` that have some into `terms` (n, 7).
+
+    Return how many. Bound names: DIM, S_MASS, TORQUE_RATE (slot of the torque in the rates, 0 for none).
+    """
+    count, r = 0, np.zeros(3)
+    for i in group:
+        row, acts, mass = place[i], False, state[i, S_MASS]
+        for f in range(DIM):
+            terms[count, f], r[f] = mass * rates[row, f], packed[i, f] - centre[f]
+        for f in range(DIM + 1):
+            acts = acts or rates[row, f] != 0.0
+        for f in range(3):
+            g, h = (f + 1) % 3, (f + 2) % 3
+            terms[count, 3 + f] = r[g] * terms[count, h] - r[h] * terms[count, g]
+        if TORQUE_RATE:
+            for f in range(2 * DIM - 3):
+                terms[count, 6 - (2 * DIM - 3) + f] += mass * rates[row, TORQUE_RATE + f]
+        terms[count, 6] = mass * rates[row, DIM]
+        count += acts
+    return count
+
+
+def place_particles(group, state, packed, frames, turns, moved):
+    """Write positions and velocities of the particles of a `group` (n,) into state and packed rows.
+
+    Bound names: DIM, S_POSITION, S_VELOCITY, U, TURN_RATE (slots of the row, 0 for none).
+
+    `frames`: centre, velocity and angular velocity (3, 9) of the body before a step, now and at the stage
+    `turns`: rotations (2, 3, 3) from each to the next
+    `moved`: whether a step was completed, which the positions of the state do not know of
+    """
+    before, now, ahead = frames[0], frames[1], frames[2]
+    r, turned = np.zeros(3), np.zeros(3)
+    for i in group:
+        if moved:
+            for f in range(DIM):
+                r[f] = state[i, S_POSITION + f] - before[f]
+            for f in range(DIM):
+                way = turns[0, f, 0] * r[0] + turns[0, f, 1] * r[1] + turns[0, f, 2] * r[2]
+                state[i, S_POSITION + f] = now[f] + way
+        for f in range(DIM):
+            r[f] = state[i, S_POSITION + f] - now[f]
+        for f in range(3):
+            turned[f] = turns[1, f, 0] * r[0] + turns[1, f, 1] * r[1] + turns[1, f, 2] * r[2]
+        for f in range(DIM):
+            g, h = (f + 1) % 3, (f + 2) % 3
+            state[i, S_VELOCITY + f] = now[3 + f] + now[6 + g] * r[h] - now[6 + h] * r[g]
+            packed[i, f] = ahead[f] + turned[f]
+            packed[i, U + f] = ahead[3 + f] + ahead[6 + g] * turned[h] - ahead[6 + h] * turned[g]
+        if TURN_RATE:
+            for f in range(2 * DIM - 3):
+                packed[i, TURN_RATE + f] = ahead[9 - (2 * DIM - 3) + f]
+
+
+@cache
+def _loops(dim: int, columns: tuple[int, ...], u: int, turn_rate: int, torque: int, normal: int) -> tuple[Any, ...]:
+    """Return the compiled loops for slots of the state (mass, density, position, velocity), the rows and the rates."""
+    named = zip(("S_MASS", "S_DENSITY", "S_POSITION", "S_VELOCITY"), columns, strict=True)
+    bound: Options = dict(named) | {"DIM": dim, "U": u, "TURN_RATE": turn_rate, "TORQUE_RATE": torque, "NORMAL": normal}
+    parts = (find_compliances, collect_forces, place_particles)
+    return tuple(specialise(one, parallel=False, **bound) for one in parts)
 
 
 class RigidMotion:
@@ -155,8 +172,8 @@ class RigidMotion:
         self.state = np.zeros(STATE)
         self.state[CENTRE], self.state[VELOCITY], self.state[TURN] = mass.centre, velocity, quaternion(axes)
         self.state[SPIN] = self._project(mass.inertia @ rate)
-        self._places: np.ndarray | None = None
-        self._near: tuple[np.ndarray, np.ndarray] | None = None
+        self._before: np.ndarray | None = None  # centre and axes before a step
+        self._predicted: dict[tuple[float, float, bytes], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = {}
 
     def is_free(self, dim: int) -> bool:
         """Return whether nothing supports the body, in `dim` dimensions."""
@@ -191,11 +208,12 @@ class RigidMotion:
         kept = self.moves, self.turns, self.table, self.state.copy()
         self.moves, self.turns, self.table = np.zeros((3, 3)), False, None
         self.state[VELOCITY], self.state[SPIN] = 0.0, 0.0
+        self._predicted = {}
         return kept
 
     def release(self, kept: tuple[Any, ...]) -> None:
         """Let the body go on with freedom, motion and state from before `hold`."""
-        self.moves, self.turns, self.table, self.state = kept
+        (self.moves, self.turns, self.table, self.state), self._predicted = kept, {}
 
     def slow(self, share: float) -> None:
         """Multiply velocity and angular momentum by a share."""
@@ -231,12 +249,16 @@ class RigidMotion:
 
     def _ahead(self, now: float, stage: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return centre, orientation, velocity and angular velocity predicted for `stage` [s] after `now`."""
-        state, q = self.state, self._flow(stage)
-        rate = self._rate(q, state[SPIN] + stage * state[TORQUE])
-        if self.table is not None:
-            moved = in_space(self.table.displacement(now, now + stage)[None])[0]
-            return state[CENTRE] + moved, q, in_space(self.table.velocity(now + stage)[None])[0], rate
-        return state[CENTRE] + stage * state[VELOCITY], q, state[VELOCITY] + stage * state[FORCE], rate
+        state, key = self.state, (now, stage, self.state[:AHEAD].tobytes())
+        if key not in self._predicted:  # shown at the end of a step, and seen by the kick of the next
+            q = self._flow(stage).copy()
+            rate, centre = self._rate(q, state[SPIN] + stage * state[TORQUE]), state[CENTRE] + stage * state[VELOCITY]
+            velocity = state[VELOCITY] + stage * state[FORCE]
+            if self.table is not None:
+                centre = state[CENTRE] + in_space(self.table.displacement(now, now + stage)[None])[0]
+                velocity = in_space(self.table.velocity(now + stage)[None])[0]
+            self._predicted = {key: (centre, q, velocity, rate)}
+        return self._predicted[key]
 
     def kick(self, stepper: Any, rows: np.ndarray, now: float, dt: float) -> tuple[np.ndarray, float, float]:
         """Advance the body from `now` by the step `dt` [s] with the forces on its particles `rows`, which it takes.
@@ -245,23 +267,16 @@ class RigidMotion:
         that its integration makes [J].
         """
         particles, exact, state = stepper.particles, stepper.totals.exact, self.state
-        dim, at, whole, stage = particles.dim, stepper.place[rows], self.mass.mass, float(state[AHEAD])
+        dim, whole, stage = particles.dim, self.mass.mass, float(state[AHEAD])
         centre, q, seen, seen_rate = self._ahead(now, stage)
-        self._keep_places(particles, rows)
-        touched = rows[(stepper.rates[at, : dim + 1] != 0.0).any(axis=1)]
-        mass, rates = particles["mass"][touched], stepper.rates[stepper.place[touched]]
-        forces, torque = mass[:, None] * rates[:, :dim], np.zeros(3)
-        force = np.array([*(exact(one) for one in forces.T), 0.0, 0.0][:3])
-        if self.turns:
-            moments = cross(in_space(stepper.rows[touched, :dim]) - centre, in_space(forces))
-            spin = slots(dim)["R_SPIN"]
-            if rates.shape[1] > spin and "TURN_RATE" in stepper.row_slots:
-                axial = rates[:, spin : spin + (3 if dim == 3 else 1)]
-                moments[:, 3 - axial.shape[1] :] += mass[:, None] * axial
-            torque = np.array([exact(one) for one in moments.T])
+        self._before = np.vstack([state[CENTRE], self._axes(state[TURN])])
+        terms = np.zeros((len(rows) + 1, 7))
+        count = self._loops(stepper)[1](rows, stepper.place, stepper.rates, particles.data, stepper.rows, centre, terms)
+        sums, meant = np.zeros(7), [*range(dim), *(range(3 if dim == 3 else 5, 6) if self.turns else ()), 6]
+        for k in meant:
+            sums[k] = exact(terms[:count, k])
+        force, torque, counted = sums[:3], sums[3:6], sums[6]
         weight, tilt = self._pull(stepper, rows, centre)
-        counted = exact(mass * rates[:, dim])
-        self.find_relaxation(stepper, centre, q)
         before, rate, swing = self.velocity, self._rate(q, state[SPIN]), self._energy(q) - self._energy(state[TURN])
         state[FORCE], state[TORQUE] = self.moves @ (force + weight) / whole, self._project(torque + tilt)
         state[VELOCITY] += dt * state[FORCE]
@@ -293,60 +308,49 @@ class RigidMotion:
         tilt = cross(in_space(x) - centre, pulls) if self.turns else np.zeros((1, 3))
         return np.array([exact(one) for one in pulls.T]), np.array([exact(one) for one in tilt.T])
 
-    def note_contact(self, stepper: Any, rows: np.ndarray) -> None:
-        """Note which particles are near others, and where those lie, before other uses of the sorted rows."""
-        pairs, dim = stepper.pairs, stepper.particles.dim
-        if "N_RAW" in pairs.slots:
-            first = pairs.slots["N_RAW"]
-            normal = pairs.sorted[stepper.place[rows], first : first + dim]
-            near = normal.any(axis=1)
-            self._near = rows[near], in_space(normal[near])
+    def _loops(self, stepper: Any) -> tuple[Any, ...]:
+        at, particles = stepper.row_slots, stepper.particles
+        columns = tuple(particles.offsets[name] for name in ("mass", "density", "position", "velocity"))
+        turn_rate, torque = at.get("TURN_RATE", 0), slots(particles.dim)["R_SPIN"]
+        torque = torque if turn_rate and stepper.rates.shape[1] > torque else 0
+        return _loops(particles.dim, columns, at["U"], turn_rate, torque, stepper.pairs.slots.get("N_RAW", 0))
 
-    def find_relaxation(self, stepper: Any, centre: np.ndarray, q: np.ndarray) -> None:
-        """Find the rate [1/s] at which contact changes its velocity: the sum of A Z (1/M + r_n^2/J)."""
-        if self._near is None:
+    def find_relaxation(self, stepper: Any, rows: np.ndarray, now: float) -> None:
+        """Find the rate [1/s] at which contact changes the velocity: the sum of A Z (1/M + r_n^2/J).
+
+        It is called after an evaluation, before other uses of the sorted rows.
+        """
+        pairs, turns, (centre, q, _, _) = stepper.pairs, np.zeros((3, 3)), self._ahead(now, float(self.state[AHEAD]))
+        if "N_RAW" not in pairs.slots:
             return
-        (rows, normal), dim = self._near, stepper.particles.dim
-        size = np.sqrt((normal * normal).sum(axis=1))
-        normal = normal / size[:, None]
-        weights = (multiply_rows(self.moves, normal) * normal).sum(axis=1) / self.mass.mass
-        if self.turns:
-            arms = cross(in_space(stepper.rows[rows, :dim]) - centre, normal)
-            arms = multiply_rows(rotation(q).T, arms) if self.axis is None else arms * self.axis
-            weights = weights + (arms * arms / self.inertia).sum(axis=1)
-        area = 2.0 * stepper.particles["mass"][rows] / stepper.particles["density"][rows] * size
-        self.state[RELAXATION] = self._impedance * float(stepper.totals.exact(area * weights))
+        if self.axis is not None:
+            turns = np.outer(self.axis, self.axis) / self.inertia[0]
+        elif self.turns:
+            axes = rotation(q)
+            turns = (axes / self.inertia) @ axes.T
+        terms, moves = np.empty(len(rows)), self.moves / self.mass.mass
+        count = self._loops(stepper)[0](
+            rows, stepper.place, pairs.sorted, stepper.particles.data, centre, moves, turns, terms
+        )
+        self.state[RELAXATION] = self._impedance * float(stepper.totals.exact(terms[:count]))
 
-    def _keep_places(self, particles: Particles, rows: np.ndarray) -> None:
-        """Note the places of the particles in the body, from their positions."""
-        self._places = self._from_centre(particles["position"][rows])
-        if self.turns:
-            self._places = multiply_rows(rotation(self.state[TURN]).T, self._places)
-
-    def _from_centre(self, x: np.ndarray) -> np.ndarray:
-        """Return positions (n, dim) [m] from the centre on, with three components where the body turns."""
-        return np.asarray(in_space(x) - self.state[CENTRE] if self.turns else x - self.state[CENTRE][: x.shape[1]])
+    def _axes(self, q: np.ndarray) -> np.ndarray:
+        return rotation(q) if self.turns else np.eye(3)
 
     def place(self, stepper: Any, rows: np.ndarray, now: float, stage: float) -> np.ndarray:
         """Write the motion of the body at `now` + `stage` [s]; return its energy [J] and momentum (dim,) [kg m/s]."""
         particles, state, dim = stepper.particles, self.state, stepper.particles.dim
-        turned = rotation(state[TURN]) if self.turns else None
-        here = slice(0, 3 if self.turns else dim)
-        if self._places is not None:  # a step was completed
-            r = self._places if turned is None else multiply_rows(turned, self._places)
-            particles["position"][rows] = (state[CENTRE][here] + r)[:, :dim]
-        r = self._from_centre(particles["position"][rows])
-        velocity, rate = state[VELOCITY], self.angular_velocity
-        particles["velocity"][rows] = (velocity + cross(rate[None], r) if self.turns else velocity)[..., :dim]
         centre, q, velocity, rate = self._ahead(now, stage)
-        if turned is not None:
-            r = multiply_rows(rotation(q), multiply_rows(turned.T, r))
-            velocity = velocity + cross(rate[None], r)
-        first, to = stepper.row_slots["U"], stepper.row_slots.get("TURN_RATE")
-        stepper.rows[rows, :dim] = (centre[here] + r)[:, :dim]
-        stepper.rows[rows, first : first + dim] = velocity[..., :dim]
-        if to is not None:
-            stepper.rows[rows, to : to + 2 * dim - 3] = rate if dim == 3 else rate[2]
-        state[AHEAD], self._places = stage, None
+        axes, frames, turns = self._axes(state[TURN]), np.zeros((3, 9)), np.stack([np.eye(3), np.eye(3)])
+        if self._before is not None:
+            frames[0, :3] = self._before[0]
+            if self.turns:
+                turns[0] = axes @ self._before[1:].T
+        frames[1, :3], frames[1, 3:6], frames[2, :3], frames[2, 3:6] = state[CENTRE], state[VELOCITY], centre, velocity
+        if self.turns:
+            turns[1] = rotation(q) @ axes.T
+            frames[1, 6:], frames[2, 6:] = self.angular_velocity, rate
+        self._loops(stepper)[2](rows, particles.data, stepper.rows, frames, turns, self._before is not None)
+        state[AHEAD], self._before = stage, None
         u, whole = state[VELOCITY], self.mass.mass
         return np.array([0.5 * whole * float(u @ u) + self._energy(state[TURN]), *(whole * u[:dim])])

@@ -196,8 +196,6 @@ class Stepper:
         self.rates[:] = 0.0
         self.predict(0.0)
         self.evaluate()
-        if self.motion is not None:
-            self.motion.look_ahead(self)
 
     def evaluate(self) -> None:
         try:
@@ -230,7 +228,7 @@ class Stepper:
 
     def _carry(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
-        if self.motion is not None:
+        if self.motion is not None and not complete:
             self.motion.hide_rigid(self)
         self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, self._pull, (dt, stage, complete),
@@ -238,7 +236,7 @@ class Stepper:
                      (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
         self._show_pieces()
         if self.motion is not None:
-            self.motion.finish(self, stage)
+            self.motion.finish(self, stage, not complete)
         if self.boundaries is not None:
             self.boundaries.finish(self, stage)
         self._sum_up()

@@ -9,7 +9,7 @@ from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators.prescribed_motion import GROUP_SHIFT, RIGID_GROUP, Motion
-from hvisph.integrators.rigid_body import MassProperties, RigidMotion, cross, in_space, mass_properties
+from hvisph.integrators.rigid_body import MassProperties, RigidMotion, cross, in_space
 from hvisph.materials.eos import Linear
 from hvisph.materials.material_table import Material
 from hvisph.sph.neighbours.ghost_rows import Plane
@@ -137,12 +137,24 @@ def _cut(body: PlacedBody, plane: Plane) -> bool:
 
 def _properties(body: PlacedBody, mass: np.ndarray) -> MassProperties:
     """Return the mass properties of particles of `mass` (n,) [kg], or those that the case gives."""
-    found, rigid, dim = mass_properties(mass, body.positions, body.breadth, exact_sum), body.model.rigid, 3
+    found, rigid, dim = mass_properties(mass, body.positions, body.breadth), body.model.rigid, 3
     if rigid is not None and rigid.inertia:
         share, dim = float(body.volumes.sum() / body.filling.volumes.sum()), body.positions.shape[1]
         given = np.diag([*([0.0, 0.0] if dim == 2 else []), *rigid.inertia]) * share
         found = MassProperties(found.mass, found.centre, given, found.of_points)
     return found
+
+
+def mass_properties(mass: np.ndarray, position: np.ndarray, spacing: np.ndarray) -> MassProperties:
+    """Return the mass properties of particles."""
+    exact, whole, x = exact_sum, exact_sum(mass), in_space(position)
+    centre = np.array([exact(mass * component) for component in x.T]) / whole
+    r, of_points = x - centre, np.empty((3, 3))
+    square = (r * r).sum(axis=1)
+    for i in range(3):
+        for j in range(3):
+            of_points[i, j] = exact(mass * ((i == j) * square - r[:, i] * r[:, j]))
+    return MassProperties(whole, centre, of_points + np.eye(3) * exact(mass * spacing**2) / 6.0, of_points)
 
 
 def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:

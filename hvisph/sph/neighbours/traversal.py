@@ -114,10 +114,10 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
 
 def all_rigid(rows, numbers, n):
     """Return whether all `n` rows of these `numbers` belong to rigid bodies."""
-    for k in range(n):
-        if not rows[np.uint64(numbers[k]), RIGID] < 0.0:
-            return False
-    return True
+    k = np.uint64(0)
+    while k < n and rows[np.uint64(numbers[k]), RIGID] < 0.0:
+        k += np.uint64(1)
+    return k == n
 
 
 def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, lists, out, overflow):
