@@ -1,5 +1,7 @@
 """Derived fields of snapshots: pressure, sound speed, von Mises stress and temperature."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from hvisph.compiler.jit import bind
@@ -34,9 +36,34 @@ def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, t
     von_mises[s] = np.sqrt(1.5 * squares)
 
 
-def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dict[str, np.ndarray]:
-    """Return pressure, sound speed, von Mises stress and, where known, temperature of the state, (n,) each in SI."""
-    fields = {name: np.zeros(particles.count) for name in NAMES}
+def diagnose(
+    particles: Particles, table: np.ndarray, models: np.ndarray, names: Sequence[str] = NAMES
+) -> dict[str, np.ndarray]:
+    """Return pressure, sound speed, von Mises stress and, where known, temperature of the state, (n,) each in SI.
+
+    `names`: those of them that are wanted.
+    """
+    fields = {name: np.zeros(particles.count) for name in names}
+    for some, found in _slabs(particles, table, models):
+        for name, values in fields.items():
+            values[some] = found[name]
+    if {"pressure"} <= fields.keys() & particles.offsets.keys():  # of a scheme where it is no function of the state
+        fields["pressure"] = particles["pressure"].copy()
+    if "temperature" in fields and np.isnan(fields["temperature"]).all():
+        del fields["temperature"]
+    return fields
+
+
+def known_names(particles: Particles, table: np.ndarray, models: np.ndarray) -> tuple[str, ...]:
+    """Return the names of what `diagnose` finds: the temperature where a particle has one."""
+    knows = any(not np.isnan(found["temperature"]).all() for _, found in _slabs(particles, table, models))
+    return NAMES if knows else NAMES[:-1]
+
+
+def _slabs(
+    particles: Particles, table: np.ndarray, models: np.ndarray
+) -> Iterator[tuple[slice, dict[str, np.ndarray]]]:
+    """Yield the rows of a slab of particles, and their fields."""
     options = {
         "remembered_state": bind_models(thermodynamics.remembered_state, table, models),
         "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
@@ -51,9 +78,6 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     for first in range(0, particles.count, SLAB):  # rows need not lie side by side
         some = slice(first, first + SLAB)
         state = np.ascontiguousarray(particles.data[some])
-        loop(len(state), state, particles.tags[some], table, models, *(values[some] for values in fields.values()))
-    if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
-        fields["pressure"] = particles["pressure"].copy()
-    if np.isnan(fields["temperature"]).all():
-        del fields["temperature"]
-    return fields
+        fields = {name: np.zeros(len(state)) for name in NAMES}
+        loop(len(state), state, particles.tags[some], table, models, *fields.values())
+        yield some, fields

@@ -119,7 +119,7 @@ class Stepper:
         self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
         self._update = self._specialised_update(layout, previous, drift)
         self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
-        self.pairs.numbers = particles.numbers()
+        self.pairs.numbers = particles.id
         self.body_contact = formulation.body_contact(h, particles, planes)
         if formulation.fragment_contact:
             self.pieces = particles.body.copy()
@@ -131,7 +131,7 @@ class Stepper:
         columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
         offered = {"SHARE": 0, "C": 0} | layout.slots() | particle_layout.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
-            "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
+            "DENSITY_RATE": int("previous_density_rate" in self.formulation.fields),
             "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.axisymmetric),
             "SWITCH": self.formulation.switch,
             "REDUCES_SHEAR_VISCOSITY": int(self.formulation.reduces_shear_viscosity),
@@ -284,7 +284,6 @@ class Stepper:
         more = () if self.pieces is None else (self.pieces,)
         for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
             reorder(values, order, workspace)
-        pairs.numbers = self.particles.numbers()
         self.body_contact.renumber(self._contact_bodies)
         return order
 
@@ -315,7 +314,7 @@ class Stepper:
             carried[name].copy() for name in ("lengths", "signals", "pressures")
         )
         self.totals.resize(count)
-        pairs.replace_rows(np.ascontiguousarray(carried["rows"]), particles.numbers())
+        pairs.replace_rows(np.ascontiguousarray(carried["rows"]), particles.id)
         pairs.rates[:count] = carried["rates"]
         self._restore_contact_bodies(carried)
 
@@ -340,7 +339,7 @@ class Stepper:
             own[...] = carried[name]
         self.rates[:count] = carried["rates"]
         pairs.place[:count] = np.arange(count, dtype=np.uint32)
-        pairs.numbers = self.particles.numbers()
+        pairs.numbers = self.particles.id
         self._restore_contact_bodies(carried)
         self.totals.restore(history)
         if self.motion is not None:

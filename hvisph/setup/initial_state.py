@@ -242,7 +242,9 @@ def _state(
 ) -> tuple[Particles, list[Material]]:
     """Return the particles of `placed` bodies, and the distinct materials."""
     dim, dx, kinematics = case.dim, case.resolution, KINEMATICS[case.kinematics]
-    extra = (*fields, *SCHEMES[case.time.integrator].extra_fields(kinematics.axisymmetric))
+    scheme = SCHEMES[case.time.integrator]
+    fields = tuple(name for name in fields if scheme.previous or not name.startswith("previous_"))
+    extra = (*fields, *scheme.extra_fields(kinematics.axisymmetric))
     if any(material.has_history for material in made):
         _refuse_memory(case, made)
         extra = (*extra, *HISTORY)

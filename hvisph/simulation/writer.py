@@ -27,7 +27,7 @@ from hvisph.output.snapshot import INDICES, Snapshot
 from hvisph.output.time_series import write_time_series
 from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.parallel.parallel_output import SLAB, Moment, Slabs, load_arrays
-from hvisph.schemes.derived_fields import diagnose
+from hvisph.schemes.derived_fields import diagnose, known_names
 from hvisph.setup.build import Setup
 from hvisph.setup.initial_fields import gravity_of
 from hvisph.setup.initial_state import in_box
@@ -102,7 +102,7 @@ class SnapshotWriter:
         own = [name for name in OF_STATE if name in particles.names]
 
         def derive(name: str) -> np.ndarray:
-            return diagnose(particles, stepper.table, stepper.models)[name]
+            return diagnose(particles, stepper.table, stepper.models, (name,))[name]
 
         def field(name: str) -> np.ndarray:
             match name:
@@ -116,7 +116,7 @@ class SnapshotWriter:
                     return (particles["damage"][order] >= 1.0).astype(np.uint8)
             return np.asarray((particles[name] if name in own else derive(name))[order])
 
-        shown = list(diagnose(particles, stepper.table, stepper.models))
+        shown = known_names(particles, stepper.table, stepper.models)
         more = ["entropy"] * ("entropies" in self.metadata)
         names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
         body, material, number = (

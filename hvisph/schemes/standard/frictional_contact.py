@@ -109,7 +109,7 @@ class SeparatingContact:
             self._bound = self._bind(standard.slots)
         pack, add, taken = self._bound
         pack(len(chosen), rows, chosen, taken, packed)
-        self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
+        self._pairs.rows, self._pairs.numbers = packed, numbers[chosen].astype(np.uint64)
         self._pairs.evaluate(h, len(meeting))
         add(len(meeting), self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
 

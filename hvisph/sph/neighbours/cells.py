@@ -227,7 +227,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
     Sums over neighbours in this order depend neither on the order of `rows` nor on the shape of the torus.
 
     `grid`: its `starts` receive the first sorted index of each cell
-    `rows`, `numbers`, `h_slot`: packed rows (n, width), position first, their permanent numbers (n,) uint64, each once,
+    `rows`, `numbers`, `h_slot`: packed rows (n, width), position first, their permanent numbers (n,), whole, each once,
       and the slot of the smoothing length
     `cells`, `order`, `place`: work arrays (n,) uint32; `order[k]` becomes the index in `rows` of sorted row k, `place`
       its inverse

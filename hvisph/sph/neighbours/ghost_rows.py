@@ -7,10 +7,12 @@ belong to the particle itself, or to the process that owns it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cache
+from typing import Any, Protocol
 
 import numpy as np
 
+from hvisph.compiler.jit import specialise
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_COMPONENTS
 from hvisph.core.particles import Particles
 
@@ -60,6 +62,45 @@ def is_beside(rows: np.ndarray, plane: Plane, reach: float) -> np.ndarray:
     """Return which rows have an image that can meet a particle."""
     depth = plane.distance_beyond(rows)
     return np.abs(depth) < reach + float(depth[depth < reach].max(initial=0.0))
+
+
+def find_beside(rows, axis, at, side, reach, found):
+    """Write the numbers of the rows of `is_beside` into `found` (n,); return how many."""
+    deepest, count = 0.0, 0
+    for i in range(len(rows)):
+        depth = side * (at - rows[i, axis])
+        if depth < reach:
+            deepest = max(deepest, depth)
+    for i in range(len(rows)):
+        if abs(side * (at - rows[i, axis])) < reach + deepest:
+            found[count] = i
+            count += 1
+    return count
+
+
+def find_passed(state, axis, mass, at, side, ahead, found):
+    """Write the numbers of the particles with `mass` beyond a plane into `found` (n,); return how many.
+
+    `axis`, `mass`: columns of the state
+    """
+    count = 0
+    for i in range(len(state)):
+        if side * (at - state[i, axis]) - side * ahead > 0.0 and state[i, mass] > 0.0:
+            found[count] = i
+            count += 1
+    return count
+
+
+def mirror_slots(rows, target, source, first, signs):
+    """Make the slots of the sorted rows `target` (n,) from `first` on those of `source`, times `signs`."""
+    for k in range(len(target)):
+        for f in range(len(signs)):
+            rows[target[k], first + f] = rows[source[k], first + f] * signs[f]
+
+
+@cache
+def _loops() -> tuple[Any, ...]:
+    return tuple(specialise(one, parallel=False) for one in (find_beside, find_passed, mirror_slots))
 
 
 def with_images(
@@ -121,10 +162,10 @@ def turn_back(
     `rates`, `place`: rows of rates, and the row of each particle
     `planes`: planes of symmetry
     """
-    dim = particles.dim
+    dim, found, at = particles.dim, np.empty(particles.count, np.int64), particles.offsets
     for plane in planes:
-        beyond = plane.distance_beyond(particles["position"]) - plane.side * plane.ahead
-        passed = np.flatnonzero((beyond > 0.0) & (particles["mass"] > 0.0))
+        columns = at["position"] + plane.axis, at["mass"]
+        passed = found[: _loops()[1](particles.data, *columns, plane.at, plane.side, plane.ahead, found)]
         if not len(passed):
             continue
         for name in particles.names:
@@ -183,14 +224,14 @@ class ImageCopies:
         self._made: list[Images] = []
         slots = layout.slots()
         first = slots["U"] + layout.dim if "U" in slots else layout.dim
-        self._columns = slice(layout.packed_width if "U_REST" in slots else first, layout.used_width)
+        self._first = layout.packed_width if "U_REST" in slots else first
+        self._signs = [layout.mirror_signs(axis)[self._first : layout.used_width] for axis in range(layout.dim)]
 
     def find(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the images of rows (n, width) within `reach` [m], and the numbers (n,) of rows with theirs behind."""
-        beside = np.zeros(len(rows), bool)
-        for plane in self._planes:
-            beside |= is_beside(rows, plane, reach)
-        near = np.flatnonzero(beside)
+        near = np.empty(len(rows), np.int64)
+        some = [near[: _loops()[0](rows, one.axis, one.at, one.side, reach, near)].copy() for one in self._planes]
+        near = some[0] if len(some) == 1 else np.unique(np.concatenate(some))
         found, made = with_images(rows[near], self._planes, self._layout, reach)
         places = np.concatenate([near, np.arange(len(rows), len(rows) + len(found) - len(near))])
         self._made = [Images(one.plane, places[one.source], one.first + len(rows) - len(near)) for one in made]
@@ -198,11 +239,9 @@ class ImageCopies:
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
         """Mirror what passes have written: any field but position and velocity; in single precision none packed."""
-        made = self._columns
         for images in self._made:
             target = place[images.first : images.first + len(images.source)]
-            signs = self._layout.mirror_signs(images.plane.axis)[made]
-            sorted_rows[target, made] = sorted_rows[place[images.source], made] * signs
+            _loops()[2](sorted_rows, target, place[images.source], self._first, self._signs[images.plane.axis])
 
 
 class FixedCopies:

@@ -81,7 +81,7 @@ class Pairs:
     `single`: whether laws are evaluated in single precision: sorted rows are of float32, with the smoothing length at
     the start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
     It holds:
-    `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once. Where
+    `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,), each once. Where
     passes make enough of a row, and none of it is read after an evaluation, packed rows stand in those slots of the
     sorted ones, in the order of the particles: an evaluation leaves position and velocity of them.
     `halo`, `images`: copies that are appended to them: rows of other processes, images at the planes.
