@@ -1,8 +1,9 @@
 """Snapshots of a run in VTKHDF and VTU files."""
 
 import time as wall
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,37 @@ from hvisph.setup.initial_fields import gravity_of
 from hvisph.setup.initial_state import in_box
 
 MOST_TIME = 0.02  # share of a run's wall time that its series may take while it goes on
+
+
+@dataclass(frozen=True)
+class OrderedRows:
+    """Rows `values[order]` of an array, taken where they are asked for."""
+
+    values: np.ndarray
+    order: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of all rows."""
+        return (len(self.order), *self.values.shape[1:])
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the numbers."""
+        return self.values.dtype
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
+        return np.asarray(self.values[self.order[rows]])
+
+    def __array__(self, dtype: np.dtype | None = None, copy: bool | None = None) -> np.ndarray:
+        return self[:].astype(dtype or self.dtype, copy=False)
+
+    def astype(self, dtype: type) -> np.ndarray:
+        """Return all rows converted to another type."""
+        return self[:].astype(dtype)
 
 
 class SnapshotWriter:
@@ -104,24 +136,23 @@ class SnapshotWriter:
         def derive(name: str) -> np.ndarray:
             return diagnose(particles, stepper.table, stepper.models, (name,))[name]
 
-        def field(name: str) -> np.ndarray:
+        def field(name: str) -> Any:
             match name:
                 case "displacement":
-                    return np.asarray(particles["position"][order] - begun[order])
+                    return OrderedRows(particles["position"] - begun, order)
                 case "peak_pressure":
                     return np.maximum(highest, derive("pressure"))[order]
                 case "entropy":
                     return self._entropy(particles, np.maximum(highest, derive("pressure")))[order]
                 case "failed":
                     return (particles["damage"][order] >= 1.0).astype(np.uint8)
-            return np.asarray((particles[name] if name in own else derive(name))[order])
+            return OrderedRows(particles[name] if name in own else derive(name), order)
 
         shown = known_names(particles, stepper.table, stepper.models)
         more = ["entropy"] * ("entropies" in self.metadata)
         names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
-        body, material, number = (
-            one[order].astype(np.int64) for one in (particles.body, particles.material, particles.id)
-        )
+        body, material = (one[order].astype(np.int32) for one in (particles.body, particles.material))
+        number = particles.id[order].astype(np.int64)
         metadata, fields = dict(self.metadata) | self._moved_planes(time), Derived(names_, field)
         bodies, materials = self.setup.bodies, self.setup.materials
         return Snapshot(time, step, particles.dim, fields, body, material, number, bodies, materials, metadata)
