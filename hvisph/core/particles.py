@@ -17,7 +17,7 @@ ID, BODY, MATERIAL, FLAGS = 0, 1, 2, 3
 # Bits of the column FLAGS.
 CLAMPED = 1
 RETIRED = 2
-SLAB = 65536  # rows that are copied at once
+SLAB = 8192  # rows that are copied at once
 
 
 class Particles:

@@ -191,7 +191,7 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
             _describe(put(data, name, snapshot.fields[name], name), name, units)
     for name in INDICES:
         if name not in left_out:
-            _describe(put(data, name, getattr(snapshot, name).astype(np.int64)), name, units)
+            _describe(put(data, name, getattr(snapshot, name)), name, units)
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))
     write_labels(root, snapshot.bodies, snapshot.materials)
     return sums

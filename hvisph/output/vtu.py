@@ -46,7 +46,7 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
             if name != "position":
                 _write_array(file, name, snapshot.fields[name], partial(to_vtk, name, dim=dim))
         for name in INDICES:
-            _write_array(file, name, getattr(snapshot, name).astype(np.int64))
+            _write_array(file, name, getattr(snapshot, name))
         file.write(b"</PointData>\n</Piece>\n<FieldData>\n")
         header = np.frombuffer(header_text(snapshot).encode("ascii"), dtype=np.uint8)
         for name, values in ((TIME, np.array([snapshot.time])), (HEADER, header)):

@@ -38,10 +38,11 @@ MOST_TIME = 0.02  # share of a run's wall time that its series may take while it
 
 @dataclass(frozen=True)
 class OrderedRows:
-    """Rows `values[order]` of an array, taken where they are asked for."""
+    """Rows `values[order]` of an array, as numbers of type `kind` if given, taken where they are asked for."""
 
     values: np.ndarray
     order: np.ndarray
+    kind: Any = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -51,13 +52,13 @@ class OrderedRows:
     @property
     def dtype(self) -> np.dtype:
         """Type of the numbers."""
-        return self.values.dtype
+        return np.dtype(self.kind or self.values.dtype)
 
     def __len__(self) -> int:
         return len(self.order)
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
-        return np.asarray(self.values[self.order[rows]])
+        return np.asarray(self.values[self.order[rows]], self.dtype)
 
     def __array__(self, dtype: np.dtype | None = None, copy: bool | None = None) -> np.ndarray:
         return self[:].astype(dtype or self.dtype, copy=False)
@@ -116,7 +117,8 @@ class SnapshotWriter:
         share = self.setup.subdomain
         retired = np.sort(share.gather_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
         arrays = Derived((*own.fields, *INDICES), lambda one: getattr(own, one) if one in INDICES else own.fields[one])
-        places = own.id - np.searchsorted(retired, own.id)
+        number = np.asarray(own.id)
+        places = number - np.searchsorted(retired, number)
         slabs = Slabs(share.world, arrays, places, share.count - len(retired))
         if not share.world.first:
             return Moment(None, slabs)
@@ -151,8 +153,8 @@ class SnapshotWriter:
         shown = known_names(particles, stepper.table, stepper.models)
         more = ["entropy"] * ("entropies" in self.metadata)
         names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
-        body, material = (one[order].astype(np.int32) for one in (particles.body, particles.material))
-        number = particles.id[order].astype(np.int64)
+        indices: Any = [OrderedRows(one, order, np.int64) for one in (particles.body, particles.material, particles.id)]
+        body, material, number = indices
         metadata, fields = dict(self.metadata) | self._moved_planes(time), Derived(names_, field)
         bodies, materials = self.setup.bodies, self.setup.materials
         return Snapshot(time, step, particles.dim, fields, body, material, number, bodies, materials, metadata)
