@@ -6,8 +6,6 @@ contain particles without such a neighbour, but it omits none that has one.
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from hvisph.compiler.jit import specialise
@@ -24,7 +22,8 @@ NO_BODY = 0xFFFFFFFF
 # Largest number of cells per particle: a thin plate fills few cells of its box.
 CELLS = 4
 # Cells of space that have a number of their own along each axis: beyond so many, numbers repeat.
-APART = 1 << 21
+BITS = 21
+APART = 1 << BITS
 
 
 def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cells, extents, lowest, highest, spatial):
@@ -55,6 +54,47 @@ def _tell(i, cells, lowest, highest, spatial, meets, near, of_meets, of_near):
     cell = np.uint64(cells[i])
     of_meets[i], of_near[i] = meets[cell], near[cell] != 0
     lowest[cell], highest[cell], spatial[cell] = np.uint32(NO_BODY), np.uint32(0), np.uint8(0)
+
+
+def _choose_apart(rows, eulerian, bodies, some, inverse_edge, rounds, meets, spatial):
+    """Write what `Selection.choose` returns for `some` of the particles, by cells that do not wrap round (template).
+
+    `rounds`: 2 where neighbours of those near an Eulerian particle are near, too, else 1
+    """
+    count, cells = len(some), 0
+    codes, cell = np.zeros(count, np.int64), np.empty(count, np.int64)
+    known, marks, wider = np.empty(count, np.int64), np.empty((count, 3), np.int64), np.empty((count, 3), np.int64)
+    for k in range(count):
+        for f in range(DIM):
+            codes[k] |= np.int64(np.floor(rows[some[k], f] * inverse_edge)) % APART << BITS * f
+    order = np.argsort(codes)
+    for k in range(count):
+        i = some[order[k]]
+        if k == 0 or codes[order[k]] != known[cells - 1]:
+            known[cells] = codes[order[k]]
+            marks[cells, 0], marks[cells, 1], marks[cells, 2] = NO_BODY, 0, 0
+            cells += 1
+        own = marks[cells - 1]
+        own[0], own[1], own[2] = min(own[0], bodies[i]), max(own[1], bodies[i]), max(own[2], eulerian[i])
+        cell[order[k]] = cells - 1
+    for turn in range(rounds):
+        for c in range(cells):
+            wider[c] = marks[c]
+            for shift in range(3**DIM):
+                there, rest = np.int64(0), shift
+                for f in range(DIM):
+                    there |= ((known[c] >> BITS * f) + rest % 3 - 1) % APART << BITS * f
+                    rest //= 3
+                at = np.searchsorted(known[:cells], there)
+                if at < cells and known[at] == there:
+                    if turn == 0:
+                        wider[c, 0] = min(wider[c, 0], marks[at, 0])
+                        wider[c, 1] = max(wider[c, 1], marks[at, 1])
+                    wider[c, 2] = max(wider[c, 2], marks[at, 2])
+        marks[:cells] = wider[:cells]
+    for k in range(count):
+        own = marks[cell[k]]
+        meets[some[k]], spatial[some[k]] = own[0] != own[1], own[2] != 0
 
 
 def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
@@ -100,6 +140,7 @@ class Selection:
         self._tell = particle_loop(specialise(_tell), short=True)
         self._spread = particle_loop(specialise(_spread, DIM=dim), short=True)
         self._widen = particle_loop(specialise(_widen, DIM=dim), short=True)
+        self._choose_apart = specialise(_choose_apart, parallel=False, DIM=dim)
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""
@@ -132,9 +173,7 @@ class Selection:
         self._tell(count, cells, *self._marks, self._meets, near, meets, spatial)
         if self._wraps():
             some = np.flatnonzero(meets | spatial)
-            meets[some], spatial[some] = _choose_without_wrapping(
-                rows[some, : self._dim], eulerian[some], bodies[some], edge, self._with_neighbours
-            )
+            self._choose_apart(rows, eulerian, bodies, some, 1.0 / edge, 1 + self._with_neighbours, meets, spatial)
         return meets, spatial
 
     def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, cells: np.ndarray) -> None:
@@ -166,28 +205,3 @@ class Selection:
         self._tell(count, cells, *self._marks, self._meets, self._wider, meets, beside)
         beside &= ~meets
         return np.flatnonzero(meets), np.flatnonzero(beside)
-
-
-def _choose_without_wrapping(
-    position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float, with_neighbours: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `Selection.choose` does, of particles at `position` (n, dim) [m], by cells that do not wrap round."""
-    dim = position.shape[1]
-    places = np.floor(position * (1.0 / edge)).astype(np.int64) % APART
-    weights = APART ** np.arange(dim)
-    codes, first, cell = np.unique(places @ weights, return_index=True, return_inverse=True)
-    lowest = np.full(len(codes), NO_BODY, np.uint32)
-    highest, spatial = np.zeros((2, len(codes)), np.uint32)
-    np.minimum.at(lowest, cell, bodies)
-    np.maximum.at(highest, cell, bodies)
-    np.maximum.at(spatial, cell, eulerian)
-    beside = np.empty((3**dim, len(codes)), np.int64)
-    for k, shift in enumerate(product((-1, 0, 1), repeat=dim)):
-        there = (places[first] + shift) % APART @ weights
-        at = np.minimum(np.searchsorted(codes, there), len(codes) - 1)
-        beside[k] = np.where(codes[at] == there, at, np.arange(len(codes)))  # itself where there is none
-    meets = lowest[beside].min(axis=0) != highest[beside].max(axis=0)
-    near = spatial[beside].max(axis=0)
-    if with_neighbours:
-        near = near[beside].max(axis=0)
-    return meets[cell], near[cell] != 0
