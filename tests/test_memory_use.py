@@ -8,10 +8,9 @@ from small_runs import METAL, row_of
 
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import Derived, transform_arrays
-from hvisph.core.particles import reorder
+from hvisph.core.particles import Ordered, reorder
 from hvisph.measures.measure import measure
 from hvisph.output import hdf5
-from hvisph.output.checkpoint_file import Ordered
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.schemes.stepper import Stepper
 from hvisph.simulation.clock import release_arrays

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import prod
+from typing import Any
 
 import numpy as np
 
@@ -128,3 +130,35 @@ def _in_buffer(shape: tuple[int, ...], dtype: np.dtype, buffer: np.ndarray | Non
         fits = columns.shape == (shape[0], prod(shape[1:]))
         return columns.reshape(shape, copy=False) if fits else np.empty(shape, dtype)
     return free[:size].reshape(shape) if free.size >= size else np.empty(shape, dtype)
+
+
+@dataclass(frozen=True)
+class Ordered:
+    """Rows `values[order]` of an array, as numbers of the type `kind` if given, taken where they are asked for."""
+
+    values: np.ndarray
+    order: np.ndarray
+    kind: Any = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the whole."""
+        return len(self.order), *self.values.shape[1:]
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of its numbers."""
+        return np.dtype(self.kind or self.values.dtype)
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
+        return np.asarray(self.values[self.order[rows]], self.dtype)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return self[:].astype(dtype or self.dtype, copy=False)
+
+    def astype(self, kind: Any) -> np.ndarray:
+        """Return all rows as numbers of another type."""
+        return self[:].astype(kind)

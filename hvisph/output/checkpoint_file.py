@@ -39,31 +39,6 @@ class Checkpoint:
     arrays: PlainMapping
 
 
-@dataclass(frozen=True)
-class Ordered:
-    """An array whose rows are reordered on access."""
-
-    # the rows, and which row of them each is
-    values: np.ndarray
-    order: np.ndarray
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the whole."""
-        return len(self.order), *self.values.shape[1:]
-
-    @property
-    def dtype(self) -> np.dtype:
-        """Kind of its numbers."""
-        return self.values.dtype
-
-    def __len__(self) -> int:
-        return len(self.order)
-
-    def __getitem__(self, rows: slice) -> np.ndarray:
-        return np.asarray(self.values[self.order[rows]])
-
-
 def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
     """Write a checkpoint whole, delete all but it and the last; `OutputError` leaves those before untouched."""
     path = Path(folder) / f"{checkpoint.step:012d}.h5"

@@ -13,11 +13,11 @@ import numpy as np
 
 from hvisph.case.case import Case
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
+from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Ordered, Particles
 from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Budget, Peaks
 from hvisph.diagnostics.sanity_checks import SanityChecks
-from hvisph.output.checkpoint_file import Checkpoint, Ordered
+from hvisph.output.checkpoint_file import Checkpoint
 from hvisph.parallel.parallel_output import Slabs
 from hvisph.setup.build import Setup
 from hvisph.simulation.clock import Clock, TimeStep

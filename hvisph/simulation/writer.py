@@ -1,7 +1,7 @@
 """Snapshots of a run in VTKHDF and VTU files."""
 
 import time as wall
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from hvisph.case.case import Case
 from hvisph.case.output import ALWAYS, Output, OutputRegion
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE, Derived, transform_arrays
-from hvisph.core.particles import FLAGS, RETIRED, Particles
+from hvisph.core.particles import FLAGS, RETIRED, Ordered, Particles
 from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import MigratingRows, Peaks
 from hvisph.exact.hugoniot import entropy
@@ -34,38 +34,6 @@ from hvisph.setup.initial_fields import gravity_of
 from hvisph.setup.initial_state import in_box
 
 MOST_TIME = 0.02  # share of a run's wall time that its series may take while it goes on
-
-
-@dataclass(frozen=True)
-class OrderedRows:
-    """Rows `values[order]` of an array, as numbers of type `kind` if given, taken where they are asked for."""
-
-    values: np.ndarray
-    order: np.ndarray
-    kind: Any = None
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of all rows."""
-        return (len(self.order), *self.values.shape[1:])
-
-    @property
-    def dtype(self) -> np.dtype:
-        """Type of the numbers."""
-        return np.dtype(self.kind or self.values.dtype)
-
-    def __len__(self) -> int:
-        return len(self.order)
-
-    def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
-        return np.asarray(self.values[self.order[rows]], self.dtype)
-
-    def __array__(self, dtype: np.dtype | None = None, copy: bool | None = None) -> np.ndarray:
-        return self[:].astype(dtype or self.dtype, copy=False)
-
-    def astype(self, dtype: type) -> np.ndarray:
-        """Return all rows converted to another type."""
-        return self[:].astype(dtype)
 
 
 class SnapshotWriter:
@@ -141,19 +109,19 @@ class SnapshotWriter:
         def field(name: str) -> Any:
             match name:
                 case "displacement":
-                    return OrderedRows(particles["position"] - begun, order)
+                    return Ordered(particles["position"] - begun, order)
                 case "peak_pressure":
                     return np.maximum(highest, derive("pressure"))[order]
                 case "entropy":
                     return self._entropy(particles, np.maximum(highest, derive("pressure")))[order]
                 case "failed":
                     return (particles["damage"][order] >= 1.0).astype(np.uint8)
-            return OrderedRows(particles[name] if name in own else derive(name), order)
+            return Ordered(particles[name] if name in own else derive(name), order)
 
         shown = known_names(particles, stepper.table, stepper.models)
         more = ["entropy"] * ("entropies" in self.metadata)
         names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
-        indices: Any = [OrderedRows(one, order, np.int64) for one in (particles.body, particles.material, particles.id)]
+        indices: Any = [Ordered(one, order, np.int64) for one in (particles.body, particles.material, particles.id)]
         body, material, number = indices
         metadata, fields = dict(self.metadata) | self._moved_planes(time), Derived(names_, field)
         bodies, materials = self.setup.bodies, self.setup.materials
