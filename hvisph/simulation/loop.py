@@ -116,13 +116,17 @@ class Run:
     def _prepare(self) -> None:
         """Evaluate the initial rates; restore the checkpoint when resuming."""
         separate_fragments(self.setup, 0)
+        early = type(self.setup.stepper) is Stepper and self.case.settle is None  # before rows and rates are filled
+        if early:
+            self.start = self.writer.start(self.case.begins)
         self.setup.stepper.start()
         self._settled = settle(self.case, self.setup)
         if self._settled:
             self.writer.begun.rows[...] = self.setup.particles["position"]
         self.budget = Budget(self.setup)
         self.checks = SanityChecks(self.setup, self.case.limits, self.budget.scale - self.budget.energy)
-        self.start = self.writer.start(self.case.begins)
+        if not early:
+            self.start = self.writer.start(self.case.begins)
         state, series, peaks = self.files.state, self.writer.series, self.writer.peaks
         parts = self.case, self.setup, self.clock, self.budget, self.checks, state, series, peaks
         self.checkpoint_content = CheckpointContent(*parts)
