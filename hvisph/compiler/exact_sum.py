@@ -8,6 +8,7 @@ Adding 1.5 2^52 units to a number below 2^51 of them leaves the whole number in 
 rounding needs no conversion.
 """
 
+from itertools import chain
 from math import ceil, fsum, log2
 
 import numpy as np
@@ -18,6 +19,7 @@ from .jit import inline
 
 # Bits of the finer part, which allow 2^29 terms, and bits of the unit below the total.
 FINER, BELOW = 34, 40
+AT_ONCE = 8192  # terms that are made Python's numbers at once
 _FINE = 2.0**-FINER
 LARGEST = 2.0**51  # terms must be smaller than this number of units; sums of their magnitudes are correct up to it
 
@@ -104,7 +106,7 @@ def sum_in_units(terms: np.ndarray, unit: float) -> np.ndarray:
 
 def exact_sum(terms: np.ndarray) -> float:
     """Return the sum of `terms` (n,) rounded once: slow, for sums that are taken once per run."""
-    return fsum(terms.tolist())
+    return fsum(chain.from_iterable(terms[k : k + AT_ONCE].tolist() for k in range(0, len(terms), AT_ONCE)))
 
 
 def exact_parts(terms: np.ndarray) -> list[float]:
