@@ -97,8 +97,10 @@ class Budget:
         kept = not setup.planes and not held and self.boundaries is None
         self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
         middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
-        lever = particles["position"] - np.array(middle)
-        self._angular_scale = share.exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
+        square = np.zeros(particles.count)  # of the lever
+        for along, centre in zip(particles["position"].T, middle, strict=True):
+            square += (along - centre) ** 2
+        self._angular_scale = share.exact_sum(particles["mass"] * speed * np.sqrt(square))
         free = np.ones(3)
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
         self._free = free
