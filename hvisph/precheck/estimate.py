@@ -30,7 +30,7 @@ MOST_FILLED = 2_000_000
 # neighbours take [bytes a neighbour], and the constant rest: interpreter, compiled loops, measures.
 MEMORY = {
     "eulerian": {1: 570, 2: 600, 3: 970},
-    "riemann": {1: 540, 2: 840, 3: 1220},
+    "riemann": {1: 540, 2: 720, 3: 1080},
     "total_lagrangian": {1: 700, 2: 1070, 3: 1600},
     "adaptive": {1: 700, 2: 1080, 3: 1600},
     "projection": {1: 600, 2: 640, 3: 640},
