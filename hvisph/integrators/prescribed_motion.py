@@ -90,11 +90,16 @@ class PrescribedMotion:
         """Rigid bodies."""
         return [motion for motion in self._motions if isinstance(motion, RigidMotion)]
 
+    def look_ahead(self, stepper: Any) -> None:
+        """Find what limits the first step of rigid bodies, from the first evaluation."""
+        for motion in self.rigid:
+            motion.find_relaxation(stepper)
+
     def note_contacts(self, stepper: Any) -> None:
-        """Find what limits the step of rigid bodies, after an evaluation."""
+        """Note what rigid bodies are near to, after an evaluation."""
         self._found.clear()
         for motion in self.rigid:
-            motion.find_relaxation(stepper, self._rows(stepper.particles, motion), self.time)
+            motion.note_contact(stepper, self._rows(stepper.particles, motion), self.time)
 
     def begin(self, stepper: Any, dt: float) -> None:
         """Give all groups their mean velocity of the step `dt` [s], and find work and momentum by the last forces."""

@@ -173,6 +173,7 @@ class RigidMotion:
         self.state[CENTRE], self.state[VELOCITY], self.state[TURN] = mass.centre, velocity, quaternion(axes)
         self.state[SPIN] = self._project(mass.inertia @ rate)
         self._before: np.ndarray | None = None  # centre and axes before a step
+        self._compliances: np.ndarray | None = None  # of the particles beside others
         self._predicted: dict[tuple[float, float, bytes], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = {}
 
     def is_free(self, dim: int) -> bool:
@@ -277,6 +278,7 @@ class RigidMotion:
             sums[k] = exact(terms[:count, k])
         force, torque, counted = sums[:3], sums[3:6], sums[6]
         weight, tilt = self._pull(stepper, rows, centre)
+        self.find_relaxation(stepper)
         before, rate, swing = self.velocity, self._rate(q, state[SPIN]), self._energy(q) - self._energy(state[TURN])
         state[FORCE], state[TORQUE] = self.moves @ (force + weight) / whole, self._project(torque + tilt)
         state[VELOCITY] += dt * state[FORCE]
@@ -315,11 +317,8 @@ class RigidMotion:
         torque = torque if turn_rate and stepper.rates.shape[1] > torque else 0
         return _loops(particles.dim, columns, at["U"], turn_rate, torque, stepper.pairs.slots.get("N_RAW", 0))
 
-    def find_relaxation(self, stepper: Any, rows: np.ndarray, now: float) -> None:
-        """Find the rate [1/s] at which contact changes the velocity: the sum of A Z (1/M + r_n^2/J).
-
-        It is called after an evaluation, before other uses of the sorted rows.
-        """
+    def note_contact(self, stepper: Any, rows: np.ndarray, now: float) -> None:
+        """Note A (1/M + r_n^2/J) of particles beside others, after an evaluation, before other uses of sorted rows."""
         pairs, turns, (centre, q, _, _) = stepper.pairs, np.zeros((3, 3)), self._ahead(now, float(self.state[AHEAD]))
         if "N_RAW" not in pairs.slots:
             return
@@ -332,7 +331,12 @@ class RigidMotion:
         count = self._loops(stepper)[0](
             rows, stepper.place, pairs.sorted, stepper.particles.data, centre, moves, turns, terms
         )
-        self.state[RELAXATION] = self._impedance * float(stepper.totals.exact(terms[:count]))
+        self._compliances = terms[:count]
+
+    def find_relaxation(self, stepper: Any) -> None:
+        """Find the rate [1/s] at which contact changes the velocity, Z times the sum of what was noted."""
+        if self._compliances is not None:
+            self.state[RELAXATION] = self._impedance * float(stepper.totals.exact(self._compliances))
 
     def _axes(self, q: np.ndarray) -> np.ndarray:
         return rotation(q) if self.turns else np.eye(3)

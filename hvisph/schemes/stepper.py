@@ -196,6 +196,8 @@ class Stepper:
         self.rates[:] = 0.0
         self.predict(0.0)
         self.evaluate()
+        if self.motion is not None:
+            self.motion.look_ahead(self)
 
     def evaluate(self) -> None:
         try:
