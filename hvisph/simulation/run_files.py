@@ -184,4 +184,4 @@ def _start(case: Case, text: str, writer: SnapshotWriter) -> Snapshot:
     settle(case, setup)
     start = SnapshotWriter(writer.folder, setup, case, text).start(case.begins).snapshot
     assert start is not None
-    return start
+    return load_arrays(start)
