@@ -59,6 +59,49 @@ def test_depth_diameter_and_volume_of_a_bowl(dim, lip):
     assert depth["face"].settled
 
 
+def graded(dim):
+    """Places and spacings of a plate whose rows, down and along the face, grow by a tenth from 4 mm on, first 0.5 mm."""
+    sizes, edge = [], 0.0
+    while edge < 24 * MM:
+        sizes.append(max(0.1 * (edge + 1 * MM), DX))
+        edge += sizes[-1]
+    size = np.array(sizes)
+    middle = np.cumsum(size) - 0.5 * size
+    both, wide, deep = np.concatenate([-middle[::-1], middle]), np.concatenate([size[::-1], size]), middle < 18 * MM
+    x = np.stack([one.ravel() for one in np.meshgrid(middle[deep], *[both] * (dim - 1), indexing="ij")], axis=1)
+    edges = [one.ravel() for one in np.meshgrid(size[deep], *[wide] * (dim - 1), indexing="ij")]
+    return x, np.max(edges, axis=0)
+
+
+@pytest.mark.parametrize(("dim", "slope", "seed"), [(2, None, 0), (2, None, 1), (2, 0.6, 0), (2, 0.6, 1), (3, 0.6, 1)])
+def test_bowls_and_slumped_cones_in_graded_layers(dim, slope, seed):
+    """Half a sphere of 12 mm, or sides at 31 degrees down to the axis; particles are 0.5 to 1.3 mm wide there.
+
+    With a `seed` they are off their places by up to 0.3 of their spacings, as in matter that has slid: columns as wide
+    as the finest particles hold few, of which the foremost may lie deep.
+    """
+    place, own = graded(dim)
+    shot, r = ball([-5 * MM - 3 * DX, *[0.0] * (dim - 1)], 6 * MM, DX), 12 * MM
+    start = snapshot(shot, place, dx=DX, h_over_dx=1.4)
+    target = start.body == 1
+    start.fields["smoothing_length"][target] = 1.4 * own
+    start.fields["mass"][target] *= (own / DX) ** dim
+    x = place + (seed > 0) * 0.3 * own[:, None] * np.random.default_rng(seed).uniform(-1.0, 1.0, place.shape)
+    x[:, 0] = np.maximum(x[:, 0], 0.2 * own)
+    off, kept = np.sqrt((x[:, 1:] ** 2).sum(axis=1)), np.ones(start.count, dtype=bool)
+    kept[target] = off + x[:, 0] / slope > r if slope else (x**2).sum(axis=1) > r**2
+    fields = start.fields | {"position": np.concatenate([shot - np.eye(dim)[0] * 40 * MM, x]),
+                             "velocity": np.zeros((start.count, dim))}  # fmt: skip
+    found = layer(start, replace(start, time=1e-4, fields=fields).part(kept))
+    depth = slope * r if slope else r
+    exact = np.pi * r**2 * depth / 3.0 if dim == 3 else depth * r * (1.0 if slope else 0.5 * np.pi)
+    # cells are two spacings of 0.8 mm wide at the tip of a cone; half a finest spacing over the surface is a tenth
+    assert found["crater_depth"].value == pytest.approx(depth, abs=1.6 * MM if slope else 0.8 * MM)
+    assert found["crater_outer_diameter"].value == pytest.approx(2 * r, abs=2.6 * MM)
+    assert found["crater_volume"].value == pytest.approx(exact, rel=0.1)
+    assert found["bulge_height"].value < 0.9 * MM  # 0.3 of 2.5 mm, by the seed
+
+
 def test_a_layer_of_revolution_has_the_volume_of_the_solid():
     """The section of an axisymmetric run, one side of which is computed."""
     start, now = moments(2)

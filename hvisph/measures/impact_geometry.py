@@ -191,8 +191,9 @@ def _plates(framed: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing:
         own = np.flatnonzero(framed.body == body)
         if len(own):
             place = places(own)
-            plate = plate_of(body, place, axis, spacing)
-            plate = with_openings(plate, place, projectile, own_spacings(framed, own, spacing), spacing)
+            sizes = own_spacings(framed, own, spacing)
+            plate = plate_of(body, place, axis, spacing, sizes)
+            plate = with_openings(plate, place, projectile, sizes, spacing)
             plates.append((float(place[:, 0].mean()), plate))
     return tuple(plate for _, plate in sorted(plates, key=lambda pair: pair[0]))
 

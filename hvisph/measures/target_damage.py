@@ -13,7 +13,7 @@ from .fragments import FEWEST, NEAR, connected_groups
 from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
 from .result import Outcome, Outcomes, Result, measures, refuse_if
-from .target_geometry import RIM, Plate
+from .target_geometry import RIM, Plate, place_of
 
 RECENTRED = 8  # goes at the centroid
 FEWEST_SECTORS, MOST_SECTORS = 8, 128
@@ -202,17 +202,21 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     """
     _require(scene, plate, perforated=False)
     rows, depth, across = _attached_particles(scene, plate)
-    spacing = scene.spacing
-    bulge = float(depth[~plate.is_beyond(across, RIM)].max(initial=0.0)) + 0.5 * spacing - plate.thickness
+    spacing, own = scene.spacing, np.broadcast_to(scene.spacings(rows), len(rows))
+    half = 0.5 * own
+    if scene.start is not None and isinstance(scene.spacings(rows), np.ndarray):  # the longest edges, also along a face
+        place = scene.start.fields["position"][scene.rows_at_start(rows)]
+        half = np.minimum(half, np.maximum(plate.depth(place), 0.5 * spacing))
+    bulge = float((depth + 0.5 * own)[~plate.is_beyond(across, RIM)].max(initial=0.0)) - plate.thickness
     velocity = scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
     flies = (depth < -2.0 * spacing) & (velocity * scene.now.time < depth)
     if emptied:
         flies |= _is_loose(scene, plate, rows, velocity)
-    rows, depth, across, velocity = (one[~flies] for one in (rows, depth, across, velocity))
-    inner = ~plate.is_beyond(across, RIM)
-    refuse_if(not inner.any(), "nothing of the layer is left within its rim")
-    surface, mean, middle = _front_surface(depth, across, inner, WIDE * spacing)
-    surface, mean = surface - 0.5 * spacing, mean - 0.5 * spacing
+    rows, depth, across, velocity, own, half = (one[~flies] for one in (rows, depth, across, velocity, own, half))
+    refuse_if(plate.is_beyond(across, RIM).all(), "nothing of the layer is left within its rim")
+    surface, mean, middle = _front_surface(depth - half, across, own / spacing, WIDE * spacing)
+    inner = ~plate.is_beyond(middle, RIM)
+    surface, mean, middle = surface[inner], mean[inner], middle[inner]
     radius = np.sqrt((middle**2).sum(axis=1))
     deepest = max(float(surface.max()), 0.0)
     if scene.now.dimensions == 2 and scene.space == 3:  # both sides of the section of a solid of revolution
@@ -220,8 +224,10 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     else:
         area = np.full(len(radius), (WIDE * spacing) ** (scene.now.dimensions - 1))
     hollow = area * np.maximum(mean, 0.0)
-    level = (depth >= 0.0) & (depth < spacing)
-    wide = opening(across[level], np.zeros(across.shape[1]), spacing)
+    first = (depth > -own) & (depth < own)
+    place = place_of(plate, scene.position[rows[first]], scene.spacings(rows[first]), spacing)
+    place = place[(place[:, 0] >= 0.0) & (place[:, 0] < spacing), 1:]
+    wide = opening(place, np.zeros(place.shape[1]), spacing)
     whole = deepest < spacing or wide is None
     diameter: Outcome = "the struck face is whole" if whole or wide is None else float(wide.diameters.mean())
     rim_diameter: Outcome = "the struck face is whole" if whole else "no rim stands out of the struck face"
@@ -235,7 +241,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
         if crest > 0.5 * spacing:
             rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * WIDE * spacing
     reach = float(radius[surface >= FLOOR * deepest].max(initial=0.0))  # none where the face is whole
-    floor = (depth >= FLOOR * deepest) & (depth < deepest + WIDE * spacing) & ((across**2).sum(axis=1) <= reach**2)
+    floor = (depth >= FLOOR * deepest) & (depth < deepest + WIDE * own) & ((across**2).sum(axis=1) <= reach**2)
     edge = scene.rim(plate.body)[rows]
     rest = float(velocity[edge].mean()) if edge.any() else 0.0
     speed = float(velocity[floor].mean()) - rest if floor.any() else 0.0
@@ -295,32 +301,50 @@ def crater(scene: Scene, plate: Plate) -> Outcomes:
 
 
 def _front_surface(
-    depth: np.ndarray, across: np.ndarray, inner: np.ndarray, cell: float
+    front: np.ndarray, across: np.ndarray, size: np.ndarray, cell: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the surface in each cell of the plane that holds `inner` particles.
+    """Return the surface in each cell of the plane that holds particles of `size` (n,) [dx].
 
-    Returns least depth of all its particles [m]; the mean of that of its columns, half as wide, of which a gap counts
-    as deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
+    Returns the least depth `front` of the faces of all its particles [m]; the mean of that of its columns, half as
+    wide, of which a gap counts as deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
     """
-    place = np.floor(across / cell + 1e-9).astype(np.int64)
-    first, group, least = _least_by_place(place, depth)
-    columns = np.floor(2.0 * across / cell + 1e-9).astype(np.int64)
-    one, _, top = _least_by_place(columns, depth)
-    owner = group[one]
-    top = np.minimum(top, least[owner] + cell)
-    mean = np.bincount(owner, top, len(least)) / np.bincount(owner, minlength=len(least))
-    chosen = np.unique(group[inner])
-    return least[chosen], mean[chosen], (place[first[chosen]] + 0.5) * cell
+    level = np.maximum(np.ceil(np.log2(size) - 0.3), 0.0).astype(np.int64)
+    foremost, place = _cover(front, across, level, cell)
+    one, columns = _cover(front, across, level, 0.5 * cell)
+    low, extent = place.min(axis=0), np.ptp(place, axis=0) + 1
+    cells, halves = (np.ravel_multi_index(tuple((at - low).T), tuple(extent)) for at in (place, columns // 2))
+    owner = np.searchsorted(cells, halves)
+    least = front[foremost]
+    top = np.minimum(front[one], (least + cell * 2.0 ** level[foremost])[owner])
+    count = np.bincount(owner, minlength=len(least))  # none where a column of wider particles is empty
+    mean = np.where(count > 0, np.bincount(owner, top, len(least)) / np.maximum(count, 1), least)
+    return least, mean, (place + 0.5) * cell
 
 
-def _least_by_place(place: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a particle of each place, the number of every particle's place (n,), and the least depth there [m]."""
+def _cover(front: np.ndarray, across: np.ndarray, level: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the foremost particle of each cell and the cells' places, in order, shape (cells, dim - 1).
+
+    Particles of spacing 2^`level` dx (n,) fill cells as many times wider, however irregular they lie.
+    """
+    rows, places = [], []
+    for one in np.unique(level):
+        own, width = np.flatnonzero(level == one), 1 << int(one)
+        place = np.floor(across[own] / (cell * width) + 1e-9).astype(np.int64)
+        first = _first_by_place(place, front[own])
+        steps = np.indices((width,) * across.shape[1]).reshape(across.shape[1], -1).T
+        places.append((place[first, None] * width + steps).reshape(-1, across.shape[1]))
+        rows.append(np.repeat(own[first], len(steps)))
+    row, place = np.concatenate(rows), np.concatenate(places)
+    first = _first_by_place(place, front[row])
+    return row[first], place[first]
+
+
+def _first_by_place(place: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Return the row of the least `depth` (n,) of each place (n, dim - 1), in the order of places."""
     low = place.min(axis=0)
     key = np.ravel_multi_index(tuple((place - low).T), tuple(place.max(axis=0) - low + 1))
-    _, first, group = np.unique(key, return_index=True, return_inverse=True)
-    least = np.full(len(first), np.inf)
-    np.minimum.at(least, group, depth)
-    return first, group, least
+    order = np.lexsort((depth, key))
+    return np.asarray(order[np.unique(key[order], return_index=True)[1]])
 
 
 @measures("layer", "spall_mass", "spall_thickness", "spall_velocity")

@@ -100,23 +100,30 @@ def to_tuples(value: object) -> Any:
     return value
 
 
-def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) -> Plate:
-    """Return a layer's geometry by its initial positions (n, dim) and the shot line's place `axis` [m]."""
+def plate_of(
+    body: int, position: np.ndarray, axis: np.ndarray, spacing: float, own: float | np.ndarray | None = None
+) -> Plate:
+    """Return a layer's geometry by its initial positions (n, dim) and the shot line's place `axis` [m].
+
+    `own` is the spacing of its particles, or of each its own (n,), `spacing` is dx [m], which all have unless given.
+    """
     basis = _basis(_normal(position, spacing))
     normal = basis[0]
     depth, flat = position @ normal, position @ basis[1:].T
     middle = 0.5 * (depth.min() + depth.max())
     off = np.sqrt(((flat - _crossing(basis, axis, middle)) ** 2).sum(axis=1))
     # as thick as it is along the shot line; one that the line misses, as a whole
-    near = depth[off <= off.min() + 1.5 * spacing]
-    front = float(near.min() - 0.5 * spacing)
+    near = off <= off.min() + 1.5 * spacing
+    size = np.broadcast_to(spacing if own is None else own, len(depth))[near]
+    near = depth[near]
+    front = float((near - 0.5 * size).min())
     entry = _crossing(basis, axis, front)
     flat -= entry
     return Plate(
         body,
         tuple(map(tuple, basis.tolist())),
         front,
-        float(np.ptp(near) + spacing),
+        float(np.ptp(near) + 0.5 * (size[near.argmin()] + size[near.argmax()])),
         tuple(entry.tolist()),
         tuple(flat.min(axis=0).tolist()),
         tuple(flat.max(axis=0).tolist()),
