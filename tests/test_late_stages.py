@@ -11,6 +11,7 @@ from hvisph.materials import slots, thermodynamics
 from hvisph.materials.eos.late import late_state
 from hvisph.materials.material_table import Material, late_material, pack
 from hvisph.setup.build import build
+from hvisph.simulation.clock import interpolate_state
 from hvisph.simulation.late_stages import LateStages
 from hvisph.simulation.run import resume, run
 from hvisph.sph.neighbours.particle_layout import slots as rate_slots
@@ -68,6 +69,8 @@ def test_what_is_thin_flies_on_without_pressure():
     setup.particles["density"][:5] = 0.4 * 2000.0
     LateStages(case, setup).switch(0.1, 7)
     assert np.isinf(setup.particles["history_variable"][:5]).all()
+    between = interpolate_state(setup.particles.data.copy(), setup.particles, 0.4, 1e-6)
+    assert np.isinf(between["history_variable"][:5]).all()
     row = slots.values(late_material(setup.substances[0], 1e6, 0.25).whole_row)
     p, c = python_twin(late_state)(3000.0, np.inf, row)
     assert p == -1e6  # the limit to tension makes it zero

@@ -118,7 +118,10 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
     for first in range(0, len(before), SLAB):  # no copy of the whole
         some = slice(first, first + SLAB)
         gained = particles["velocity"][some] - at["velocity"][some]
-        before[some] += share * (particles.data[some] - before[some])
+        now, slab = particles.data[some], before[some]
+        endless = np.isinf(now)  # density without pressure of what flies on in a late stage: nothing lies between
+        slab += share * np.subtract(now, slab, out=np.zeros_like(now), where=~endless)
+        slab[endless] = now[endless]
         at["position"][some] -= bulge * dt * gained
         at["internal_energy"][some] += bulge * (gained**2).sum(axis=1)
     if "kernel_type" in at.offsets:  # there is nothing between the two
