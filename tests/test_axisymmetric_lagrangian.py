@@ -20,7 +20,8 @@ def whole(values, signs=1.0):
 def written_out(stepper, hourglass):
     """Return J, accelerations, powers and rates of the circumference of the rings of a body at its stage."""
     particles, kernel, h = stepper.particles, stepper.formulation.kernel, stepper.h
-    alpha, beta, rho0 = stepper.formulation.alpha, stepper.formulation.beta, stepper.materials[0].density
+    viscosity, rho0 = stepper.formulation.viscosity, stepper.materials[0].density
+    alpha, beta = viscosity.alpha, viscosity.beta
     count, slots = particles.count, stepper.slots
     rows = stepper.rows_[:count]
     x, u = (whole(rows[:, k : k + 2], MIRROR) for k in (0, slots["U"]))

@@ -12,7 +12,7 @@ from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import read_history
 from hvisph.schemes.standard.law import LEVEL
-from hvisph.schemes.standard.options import GrayArtificialStress, KernelCorrection, NoCorrection
+from hvisph.schemes.standard.options import PLAIN_GRADIENT, GrayArtificialStress, KernelCorrection
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.setup.formulations import formulation_of
 from hvisph.simulation.run import run
@@ -273,7 +273,7 @@ def test_the_factor_follows_from_artificial_stress_and_is_written_out(stress, fa
 
 def test_no_correction_is_the_standard_formulation():
     case = load_case(_plain() | {"formulation": {"type": "eulerian", "correction": {"type": "none"}}})
-    assert formulation_of(case).correction == NoCorrection()
+    assert formulation_of(case).correction == PLAIN_GRADIENT
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.strength import ElasticStrength, VonMises
 from hvisph.schemes.riemann.scheme import Riemann
-from hvisph.schemes.standard.options import GrayArtificialStress, NoViscosity
+from hvisph.schemes.standard.options import NO_VISCOSITY, GrayArtificialStress
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.schemes.stepper import Stepper
 from hvisph.sph.neighbours.cells import Grid
@@ -65,7 +65,7 @@ def test_a_smooth_wave_converges_to_second_order_in_time(scheme):
     u = 20.0 * np.exp(-(((x - 0.03) / 6e-3) ** 2))
     states = []
     for steps in (40, 80, 160):
-        made = stepper(x, u, Eulerian(viscosity=NoViscosity()), ELASTIC, scheme)
+        made = stepper(x, u, Eulerian(viscosity=NO_VISCOSITY), ELASTIC, scheme)
         advance(made, steps, 2e-6 / steps)
         p = made.particles
         states.append([p["position"][:, 0], p["velocity"][:, 0], p["density"], p["deviator"][:, 0],

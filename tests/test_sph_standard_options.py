@@ -10,7 +10,7 @@ from hvisph.core.particles import Particles
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
-from hvisph.schemes.standard.options import DensityDissipation, GrayArtificialStress, NoViscosity
+from hvisph.schemes.standard.options import NO_VISCOSITY, DensityDissipation, GrayArtificialStress
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.schemes.stepper import Stepper
 from hvisph.simulation.run import run
@@ -174,7 +174,7 @@ def test_exponent_of_artificial_stress(n):
     # two particles in tension at half the spacing's distance: the term beside the plain stress is R f^n
     found = {}
     for eps in (0.0, 0.3):
-        formulation = Eulerian(viscosity=NoViscosity(), artificial_stress=GrayArtificialStress(eps, n))
+        formulation = Eulerian(viscosity=NO_VISCOSITY, artificial_stress=GrayArtificialStress(eps, n))
         particles = Particles(1, 2)
         particles["position"][:, 0] = 0.0, 0.8 * DX
         particles["mass"] = LIGHT.density * DX

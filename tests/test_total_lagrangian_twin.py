@@ -47,7 +47,7 @@ def share_of_viscosity(l):
 def written_out(stepper, young_modulus, correction="mixed", hourglass=0.0, printed=False, yield_stress=np.inf):
     """Return J, velocity gradients, accelerations and powers of a Total Lagrangian body at its stage."""
     particles, kernel, h = stepper.particles, stepper.formulation.kernel, stepper.h
-    alpha, beta = stepper.formulation.alpha, stepper.formulation.beta
+    alpha, beta = stepper.formulation.viscosity.alpha, stepper.formulation.viscosity.beta
     count, dim = particles["position"].shape
     rows, slots = stepper.rows_[:count], stepper.slots
     x, u = rows[:, :dim], rows[:, slots["U"] : slots["U"] + dim]

@@ -48,12 +48,10 @@ class _Round(ShapeOptions):
     axes: ClassVar[int] = 3
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         width = self._width()
         return tuple(self._length() if axis == getattr(self, "axis", "") else width for axis in "xyz"[: self.axes])
 
     def thickness(self) -> float:
-        """Return the least of the sizes and of the thickness of the wall [m]."""
         shape: Any = self
         wall = [(shape.outer_diameter - shape.inner_diameter) / 2] if hasattr(self, "inner_diameter") else []
         return min(*self.extent(), *wall)
@@ -72,7 +70,6 @@ class IntervalShape(ShapeOptions):
     length: PositiveLength = key("Length [m]")
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return (self.length,)
 
 
@@ -124,7 +121,6 @@ class BoxShape(ShapeOptions):
     size: Sizes = key("Full sizes along x, y and, in 3D, z [m]")
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return self.size
 
 
@@ -255,7 +251,6 @@ class PrismShape(ShapeOptions):
     axis: AxisField = "x"
 
     def thickness(self) -> float:
-        """Return the lesser of the section's thickness and the length [m]."""
         return min(self.section.thickness(), self.length)
 
 
@@ -268,7 +263,6 @@ class RingShape(ShapeOptions):
     axis: Axis = key("Axis that it goes round", "x")
 
     def thickness(self) -> float:
-        """Return the section's thickness [m]."""
         return self.section.thickness()
 
 
@@ -286,7 +280,6 @@ class HoneycombShape(ShapeOptions):
     size: tuple[PositiveLength, PositiveLength, PositiveLength] = key("Depth along x, and sizes along y and z [m]")
 
     def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
         return self.size
 
     def thickness(self) -> float:
@@ -335,7 +328,6 @@ class RepeatShape(ShapeOptions):
     )
 
     def thickness(self) -> float:
-        """Return the thickness of one copy [m]."""
         return self.shape.thickness()
 
 

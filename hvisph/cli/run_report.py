@@ -61,22 +61,18 @@ class LineListener(SilentListener):
         self._compiling = False
 
     def opening(self) -> None:
-        """Print the title of the case."""
         say(self._title or "untitled case")
 
     def compiling(self, name: str) -> None:
-        """Print once that loops are being compiled."""
         raise_noted()
         if not self._compiling:
             self._compiling = True
             say("compiling kernels (once; later runs use the cache)")
 
     def start(self, folder: Path, particles: int, end: float) -> None:
-        """Print the number of particles and the end time."""
         say(f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}")
 
     def progress(self, progress: Progress) -> None:
-        """Print the progress at intervals."""
         raise_noted()
         share, now = progress.time / progress.end, wall.monotonic()
         if share < self._share and now - self._said < EVERY_SECONDS:
@@ -86,7 +82,6 @@ class LineListener(SilentListener):
         say(f"{share:4.0%}  {status_text(progress, self._unit)}")
 
     def message(self, text: str) -> None:
-        """Print the text."""
         say(text)
 
 
@@ -131,25 +126,21 @@ class BarListener(LineListener):
         self._end = 1.0
 
     def opening(self) -> None:
-        """Print the title, and a spinner while modules are loaded."""
         self._console.print(Text(sanitize(self._title or "untitled case"), style="bold"))
         self._display.start()
         self._display.update(Spinner("dots", "preparing"))
 
     def compiling(self, name: str) -> None:
-        """Show which loop is being compiled."""
         raise_noted()
         loop = name.rsplit("_", 1)[0]
         self._display.update(Spinner("dots", f"compiling kernels ({loop}); later runs use the cache"), refresh=True)
 
     def start(self, folder: Path, particles: int, end: float) -> None:
-        """Print the number of particles and the end time."""
         self._end = end
         words = f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}"
         self._console.print(Text(sanitize(words)))
 
     def progress(self, progress: Progress) -> None:
-        """Draw the progress."""
         raise_noted()
         self._display.update(self.drawing(progress))
 
@@ -171,11 +162,9 @@ class BarListener(LineListener):
         return Group(bar, Text(line, style="dim", no_wrap=True, overflow="ellipsis"))
 
     def message(self, text: str) -> None:
-        """Print it above the bar."""
         self._console.print(Text(sanitize(text)))
 
     def close(self) -> None:
-        """Remove the progress bar."""
         self._display.stop()
 
 

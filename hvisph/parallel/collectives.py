@@ -70,11 +70,11 @@ class Collectives:
     def gather_numbers(self, chosen: np.ndarray) -> np.ndarray:
         """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes."""
         own = self._stepper.particles.id[chosen].astype(np.int64)
-        return np.concatenate(self.world.gather_objects(own)) if self._is_parallel else own
+        return np.concatenate(self.world.gather_objects(own))
 
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of integers over all processes."""
-        return self.world.total(counts) if self._is_parallel else counts
+        return self.world.total(counts)
 
     def exact_sum(self, terms: np.ndarray) -> float:
         """Return the sum of `terms` (n,) over all processes, rounded once."""
@@ -84,7 +84,7 @@ class Collectives:
 
     def get_maxima(self, *values: float) -> np.ndarray:
         """Return the maximum of each value over all processes."""
-        return self.world.get_maxima(np.array(values)) if self._is_parallel else np.array(values)
+        return self.world.get_maxima(np.array(values))
 
     def gather_values(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return `values` (n, ...) of particles by their permanent numbers, bit by bit."""
@@ -100,8 +100,7 @@ class Collectives:
 
     def first_of(self, one: T | None) -> T:
         """Return the value of the first process that has one."""
-        all_ = self.world.gather_objects(one) if self._is_parallel else [one]
-        return next(some for some in all_ if some is not None)
+        return next(some for some in self.world.gather_objects(one) if some is not None)
 
     def find_rows(self, numbers: np.ndarray) -> np.ndarray:
         """Return the rows of particles by their permanent numbers, -1 for those of other processes."""
@@ -132,15 +131,13 @@ class Collectives:
             rows = np.flatnonzero(score == score.max())
             row = int(rows[particles.id[rows].argmin()])
             own = (-float(score[row]), int(particles.id[row]), self._report(row))
-        all_ = [one for one in (self.world.gather_objects(own) if self._is_parallel else [own]) if one is not None]
+        all_ = [one for one in self.world.gather_objects(own) if one is not None]
         return min(all_, key=lambda one: one[:2])[2] if all_ else None
 
     def look_up(self, number: int) -> ParticleReport:
         """Return a particle by its permanent number."""
         row = int(self.find_rows(np.array([number]))[0])
-        own = self._report(row) if row >= 0 else None
-        all_ = self.world.gather_objects(own) if self._is_parallel else [own]
-        return next(one for one in all_ if one is not None)
+        return self.first_of(self._report(row) if row >= 0 else None)
 
     def _report(self, row: int) -> ParticleReport:
         particles = self._stepper.particles
@@ -182,13 +179,13 @@ class Collectives:
 
     def gather_rows(self, values: np.ndarray) -> np.ndarray:
         """Return the rows of all processes in order of rank on the first process; empty on the others."""
-        return self.world.gather_rows(values) if self._is_parallel else values
+        return self.world.gather_rows(values)
 
     def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
         """Return all particles and their `further` rows on the first process, without copies of its own; else None."""
         tags, data = self.gather_rows(particles.tags), self.gather_rows(particles.data)
         rows = [self.gather_rows(one) for one in further]
-        if self._is_parallel and not self.world.first:
+        if not self.world.first:
             return None
         whole = particles.like(0)
         whole.data, whole.tags = data, tags

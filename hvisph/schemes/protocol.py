@@ -41,164 +41,92 @@ class AnyStepper(Protocol):
     late: np.ndarray
 
     @property
-    def formulation(self) -> AnyFormulation:
-        """The published scheme."""
-
+    def formulation(self) -> AnyFormulation: ...  # the published scheme
     @property
-    def stored_energy(self) -> float:
-        """Energy outside of the particles [J]."""
-
+    def stored_energy(self) -> float: ...  # energy outside of the particles [J]
     @property
-    def contact_energy(self) -> float:
-        """Work against a contact algorithm since the start [J]."""
-
+    def contact_energy(self) -> float: ...  # work against a contact algorithm since the start [J]
     @property
-    def support(self) -> float:
-        """Largest distance of two neighbours [m]."""
-
+    def support(self) -> float: ...  # largest distance of two neighbours [m]
     @property
-    def pressures(self) -> np.ndarray:
-        """Pressure of every particle for the history (n,) [Pa]."""
-
+    def pressures(self) -> np.ndarray: ...  # pressure of every particle for the history (n,) [Pa]
     @property
-    def workspace(self) -> np.ndarray | None:
-        """Unused storage (k,) between evaluations; None if there is none."""
-
+    def workspace(self) -> np.ndarray | None: ...  # unused storage (k,) between evaluations; None if there is none
     @property
-    def rates(self) -> np.ndarray:
-        """Rows of rates in the layout of `hvisph.sph.neighbours.particle_layout`."""
-
+    def rates(self) -> np.ndarray: ...  # rows of rates in the layout of `hvisph.sph.neighbours.particle_layout`
     @property
-    def place(self) -> np.ndarray:
-        """Row of each particle's rates (n,)."""
-
-    def start(self) -> None:
-        """Prepare the first step."""
-
-    def evaluate(self) -> None:
-        """Evaluate the rates of the step announced last."""
-
-    def complete(self, dt: float, following: float) -> None:
-        """Advance the state by `dt` [s] with these rates, and announce the step `following`."""
-
-    def predict(self, following: float) -> None:
-        """Announce the step `following` [s] after a change of the state."""
-
-    def limits(self) -> list[tuple[float, str, int]]:
-        """Return further limits: times [s] to be multiplied by the Courant number, names, particles."""
-
-    def permute(self) -> np.ndarray:
-        """Sort the state into cell order between steps; return the order."""
-
-    def get_carried(self) -> dict[str, np.ndarray]:
-        """Return the data of each particle beside its state that the next step needs, a row a particle."""
-
-    def history(self) -> dict[str, np.ndarray]:
-        """Return the global data that the next step needs, by name."""
-
+    def place(self) -> np.ndarray: ...  # row of each particle's rates (n,)
+    def start(self) -> None: ...  # prepare the first step
+    def evaluate(self) -> None: ...  # evaluate the rates of the step announced last
+    # advance the state by `dt` [s] with these rates, and announce the step `following`
+    def complete(self, dt: float, following: float) -> None: ...
+    def predict(self, following: float) -> None: ...  # announce the step `following` [s] after a change of the state
+    # further limits: times [s] to be multiplied by the Courant number, names, particles
+    def limits(self) -> list[tuple[float, str, int]]: ...
+    def permute(self) -> np.ndarray: ...  # sort the state into cell order between steps; return the order
+    # the data of each particle beside its state that the next step needs, a row a particle
+    def get_carried(self) -> dict[str, np.ndarray]: ...
+    def history(self) -> dict[str, np.ndarray]: ...  # the global data that the next step needs, by name
     @property
-    def owner_positions(self) -> np.ndarray:
-        """Positions (n, dim) [m] that decide the owner of each particle."""
-
-    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
-
-    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Replace all particles between steps; `carried` as of `get_carried`."""
-
-    def fit_grid(self) -> None:
-        """Make the cell grids anew around the particles."""
-
-    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Restore `carried` and `history` of the same particles in the same order."""
+    def owner_positions(self) -> np.ndarray: ...  # positions (n, dim) [m] that decide the owner of each particle
+    # connect to other processes by the halos that `halo_for` makes of row layouts
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None: ...
+    # replace all particles between steps; `carried` as of `get_carried`
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None: ...
+    def fit_grid(self) -> None: ...  # make the cell grids anew around the particles
+    # restore `carried` and `history` of the same particles in the same order
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None: ...
 
 
 class AnyFormulation(Protocol):
     """Published scheme, ready for the step loop."""
 
     @property
-    def name(self) -> str:
-        """Name in case files."""
-
+    def name(self) -> str: ...  # name in case files
     @property
-    def kernel(self) -> Kernel:
-        """The smoothing kernel."""
-
+    def kernel(self) -> Kernel: ...  # the smoothing kernel
     @property
-    def h_over_dx(self) -> float:
-        """Smoothing length over spacing at the start."""
-
+    def h_over_dx(self) -> float: ...  # smoothing length over spacing at the start
     @property
-    def fields(self) -> tuple[str, ...]:
-        """State fields beside `hvisph.core.particles.BASE_FIELDS`."""
-
+    def fields(self) -> tuple[str, ...]: ...  # state fields beside `hvisph.core.particles.BASE_FIELDS`
     @property
-    def viscous_factor(self) -> float:
-        """Factor of max|mu| in the signal speed."""
-
+    def viscous_factor(self) -> float: ...  # factor of max|mu| in the signal speed
     @property
-    def corrects_kernels(self) -> bool:
-        """Whether kernels are corrected in the current configuration."""
-
+    def corrects_kernels(self) -> bool: ...  # whether kernels are corrected in the current configuration
     @property
-    def has_friction(self) -> bool:
-        """Whether bodies slide on each other with friction."""
-
+    def has_friction(self) -> bool: ...  # whether bodies slide on each other with friction
     @property
-    def stores_contact_energy(self) -> bool:
-        """Whether contact stores energy."""
-
+    def stores_contact_energy(self) -> bool: ...  # whether contact stores energy
     @property
-    def stepper(self) -> Any:
-        """Stepper class."""
+    def stepper(self) -> Any: ...  # stepper class
 
 
 class Formulation(AnyFormulation, Protocol):
     """Published scheme with one evaluation of pair laws and one particle update a step."""
 
     @property
-    def smoothing(self) -> Smoothing:
-        """Evolution of the smoothing length."""
-
+    def smoothing(self) -> Smoothing: ...  # evolution of the smoothing length
     @property
-    def switch(self) -> int:
-        """Viscosity switch, of those in `integrators.particle_steps`."""
-
+    def switch(self) -> int: ...  # viscosity switch, of those in `integrators.particle_steps`
     @property
-    def reduces_shear_viscosity(self) -> bool:
-        """Whether the linear viscosity is reduced in shear flow."""
-
+    def reduces_shear_viscosity(self) -> bool: ...  # whether the linear viscosity is reduced in shear flow
     @property
-    def single(self) -> bool:
-        """Whether pairs are evaluated in single precision."""
-
+    def single(self) -> bool: ...  # whether pairs are evaluated in single precision
     @property
-    def fragment_contact(self) -> bool:
-        """Whether detached components of a body are in contact with it."""
-
-    def layout(self, dim: int) -> RowLayout:
-        """Return the widest row of the passes."""
-
-    def passes(self, dim: int) -> Sequence[Pass]:
-        """Return the passes over the pairs, in order."""
-
-    def coefficients(self) -> np.ndarray:
-        """Return the parameters of the laws and of `pack`."""
-
-    def pack(self, dim: int) -> tuple[PythonFunction, Options]:
-        """Return the packing function and its bound constants."""
-
-    def isolated_density(self, dim: int) -> float:
-        """Return the least rho h^dim/m of a particle, 0 for no limit."""
-
-    def limits(self) -> tuple[PythonFunction, Options] | None:
-        """Return the packing function of strength limits and its constants, or None."""
-
-    def body_contact(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
-        """Return the contact between bodies beside the passes, at smoothing length `h` [m]."""
-
-    def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
-        """Store data of this evaluation in the rows for the next one; `lengths` (n,) are smoothing lengths."""
+    def fragment_contact(self) -> bool: ...  # whether detached components of a body are in contact with it
+    def layout(self, dim: int) -> RowLayout: ...  # the widest row of the passes
+    def passes(self, dim: int) -> Sequence[Pass]: ...  # the passes over the pairs, in order
+    def coefficients(self) -> np.ndarray: ...  # the parameters of the laws and of `pack`
+    def pack(self, dim: int) -> tuple[PythonFunction, Options]: ...  # the packing function and its bound constants
+    def isolated_density(self, dim: int) -> float: ...  # the least rho h^dim/m of a particle, 0 for no limit
+    # the packing function of strength limits and its constants, or None
+    def limits(self) -> tuple[PythonFunction, Options] | None: ...
+    # the contact between bodies beside the passes, at smoothing length `h` [m]
+    def body_contact(
+        self, h: float, particles: Particles, planes: tuple[Plane, ...]
+    ) -> NoContact | SeparatingContact: ...
+    # store data of this evaluation in the rows for the next one; `lengths` (n,) are smoothing lengths
+    def keep(self, pairs: Pairs, lengths: np.ndarray) -> None: ...
 
 
 @dataclass(frozen=True)

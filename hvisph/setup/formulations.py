@@ -93,7 +93,7 @@ def _frictional(model: Any, case: Case) -> Plain:
 
 def _correction(model: options.Correction) -> standard.KernelCorrection:
     if model.type == "none":
-        return standard.NoCorrection()
+        return standard.PLAIN_GRADIENT
     assert model.factor is not None
     return standard.KernelCorrection(
         model.type != "gradient", model.type != "shepard", model.factor, model.limiter == "components"
@@ -101,7 +101,7 @@ def _correction(model: options.Correction) -> standard.KernelCorrection:
 
 
 VISCOSITIES: dict[str, Callable[[Any], standard.MonaghanViscosity]] = {
-    "none": lambda _: standard.NoViscosity(),
+    "none": lambda _: standard.NO_VISCOSITY,
     "monaghan": lambda model: standard.MonaghanViscosity(model.alpha, model.beta),
     "balsara": lambda model: standard.BalsaraViscosity(model.alpha, model.beta),
     "morris_monaghan": lambda model: standard.MorrisMonaghanViscosity(
@@ -111,11 +111,11 @@ VISCOSITIES: dict[str, Callable[[Any], standard.MonaghanViscosity]] = {
 
 
 def _artificial_stress(model: options.ArtificialStress) -> standard.GrayArtificialStress:
-    return standard.NoArtificialStress() if model.type == "none" else standard.GrayArtificialStress(model.eps, model.n)
+    return standard.NO_ARTIFICIAL_STRESS if model.type == "none" else standard.GrayArtificialStress(model.eps, model.n)
 
 
 def _dissipation(model: options.DensityDissipation) -> standard.DensityDissipation:
-    return standard.NoDensityDissipation() if model.type == "none" else standard.DensityDissipation(model.alpha)
+    return standard.NO_DENSITY_DISSIPATION if model.type == "none" else standard.DensityDissipation(model.alpha)
 
 
 def contact_of(model: Any) -> Pressing | Contact:

@@ -63,11 +63,9 @@ class EulerianFormulation(options.PairOptions):
 
     @property
     def contact_algorithm(self) -> bool:
-        """Whether a contact algorithm instead of the kernel sums acts between bodies."""
         return isinstance(self.contact, options.PenaltyContact)
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
-        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from options.frictional_problems(self.contact, self.type)
         if not self.contact_algorithm:

@@ -82,7 +82,6 @@ class PairOptions(KernelOptions):
     )
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
-        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         contact, correction = getattr(self, "contact", None), getattr(self, "correction", None)
         materials = [body.material for body in case.bodies.values()]

@@ -62,7 +62,6 @@ class ProjectionFormulation(KernelOptions):
     body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = key("Acceleration per dimension [m/s^2]", ())
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
-        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         if case.kinematics == "plane_stress":
             reason = "plane_stress has no meaning with projection, which keeps density in the plane"
@@ -80,7 +79,6 @@ class ProjectionFormulation(KernelOptions):
                 yield path, f"{fault} density and is no stress that a material could fail by; use none"
 
     def warnings(self, case: AnyCase) -> Iterator[str]:
-        """Yield warnings about this formulation in a valid `case`."""
         if case.time.integrator != "leapfrog":
             name = case.time.integrator
             fault = f"time.integrator: '{name}' is not used by projection, which has a step of its own"

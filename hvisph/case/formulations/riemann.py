@@ -150,7 +150,6 @@ class RiemannFormulation(options.PairOptions):
             yield "smoothing_length", f"variant 'elastic' {solids}"
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
-        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         yield from options.frictional_problems(self.contact, self.type)
         if self.variant == "elastic" and case.kinematics == "axisymmetric":

@@ -95,11 +95,9 @@ class TotalLagrangianFormulation(options.KernelOptions):
 
     @property
     def contact_algorithm(self) -> bool:
-        """Whether a contact algorithm instead of the kernel sums acts between bodies."""
         return isinstance(self.contact, options.PenaltyContact | options.FrictionalContact)
 
     def problems(self, case: AnyCase) -> Iterator[Problem]:
-        """Yield the errors of this formulation in `case`, with paths from the root."""
         yield from super().problems(case)
         if self.reference_update_strain is not None and self.viscosity_gradient == "reference":
             message = "the printed viscosity is for one reference density; leave out viscosity_gradient"

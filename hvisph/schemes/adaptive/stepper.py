@@ -185,7 +185,7 @@ class CompositeStepper(CompositeState):
         super().start()
 
     def evaluate(self) -> None:
-        ref, formulation = self.reference, self.formulation
+        ref, formulation, viscosity = self.reference, self.formulation, self.formulation.viscosity
         self._rates[:] = 0.0
         if self._any_active:
             self._mirror()
@@ -199,7 +199,7 @@ class CompositeStepper(CompositeState):
                 ref.lists,
                 ref.corrections,
                 (self.table, self.models, self._moduli),
-                (self._stage, VISCOUS_SIGNAL * formulation.alpha, formulation.courant),
+                (self._stage, VISCOUS_SIGNAL * viscosity.alpha, formulation.courant),
                 (self.jacobians, self.strains, self.latest, self.pressures, self.signals),
                 self._rates,
             )
@@ -207,7 +207,7 @@ class CompositeStepper(CompositeState):
             for coupled in range(1 + self._any_eulerian):
                 self._loops.sums[coupled](
                     self.particles.count, self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
-                    (formulation.alpha, formulation.beta), formulation.hourglass, 1.0 / self.h, self._rates,
+                    (viscosity.alpha, viscosity.beta), formulation.hourglass, 1.0 / self.h, self._rates,
                 )  # fmt: skip
         self.spatial.rest()
         near_body = near_eulerian = self._none

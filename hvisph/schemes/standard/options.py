@@ -29,12 +29,7 @@ class MonaghanViscosity:
         return self.switch != WHOLE
 
 
-@dataclass(frozen=True)
-class NoViscosity(MonaghanViscosity):
-    """No artificial viscosity."""
-
-    alpha: float = 0.0
-    beta: float = 0.0
+NO_VISCOSITY = MonaghanViscosity(0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -74,11 +69,7 @@ class GrayArtificialStress:
         return self.eps != 0.0
 
 
-@dataclass(frozen=True)
-class NoArtificialStress(GrayArtificialStress):
-    """No artificial stress."""
-
-    eps: float = 0.0
+NO_ARTIFICIAL_STRESS = GrayArtificialStress(0.0)
 
 
 @dataclass(frozen=True)
@@ -93,11 +84,7 @@ class DensityDissipation:
         return self.alpha != 0.0
 
 
-@dataclass(frozen=True)
-class NoDensityDissipation(DensityDissipation):
-    """No density dissipation."""
-
-    alpha: float = 0.0
+NO_DENSITY_DISSIPATION = DensityDissipation(0.0)
 
 
 @dataclass(frozen=True)
@@ -118,9 +105,4 @@ class KernelCorrection:
         return self.shepard or self.gradient
 
 
-@dataclass(frozen=True)
-class NoCorrection(KernelCorrection):
-    """The plain kernel gradient."""
-
-    shepard: bool = False
-    gradient: bool = False
+PLAIN_GRADIENT = KernelCorrection(False, False)

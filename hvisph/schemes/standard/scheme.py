@@ -42,9 +42,9 @@ class Eulerian:
     smoothing: Smoothing = field(default_factory=Smoothing)
     # options of `hvisph.schemes.standard.options`
     viscosity: options.MonaghanViscosity = field(default_factory=options.MonaghanViscosity)
-    artificial_stress: options.GrayArtificialStress = field(default_factory=options.NoArtificialStress)
-    dissipation: options.DensityDissipation = field(default_factory=options.NoDensityDissipation)
-    correction: options.KernelCorrection = field(default_factory=options.NoCorrection)
+    artificial_stress: options.GrayArtificialStress = options.NO_ARTIFICIAL_STRESS
+    dissipation: options.DensityDissipation = options.NO_DENSITY_DISSIPATION
+    correction: options.KernelCorrection = options.PLAIN_GRADIENT
     product: bool = False  # whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b), as a correction always has it
     # whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W
     mass_form: bool = False

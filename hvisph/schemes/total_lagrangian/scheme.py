@@ -38,14 +38,14 @@ class TotalLagrangian:
     h_over_dx: float = 1.4
     viscosity: options.MonaghanViscosity = field(default_factory=options.MonaghanViscosity)  # Monaghan's, or none
     # that of the Eulerian particles
-    artificial_stress: options.GrayArtificialStress = field(default_factory=options.NoArtificialStress)
+    artificial_stress: options.GrayArtificialStress = options.NO_ARTIFICIAL_STRESS
     # whether it acts between Eulerian and Total Lagrangian particles, on both sides; otherwise on neither
     stress_at_interface: bool = True
     product: bool = True  # whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b)
     # that of the reference kernel: none, of the gradient, or of both
     correction: options.KernelCorrection = field(default_factory=options.KernelCorrection)
     # that of the kernel in the current configuration
-    spatial_correction: options.KernelCorrection = field(default_factory=options.NoCorrection)
+    spatial_correction: options.KernelCorrection = options.PLAIN_GRADIENT
     # whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients
     printed_viscosity: bool = False
     hourglass: float = 0.0  # coefficient of the hourglass control, 0 for none
@@ -93,16 +93,6 @@ class TotalLagrangian:
         return self.shears and self.axisymmetric
 
     @property
-    def alpha(self) -> float:
-        """Linear coefficient of the viscosity."""
-        return self.viscosity.alpha
-
-    @property
-    def beta(self) -> float:
-        """Quadratic coefficient of the viscosity."""
-        return self.viscosity.beta
-
-    @property
     def eulerian(self) -> Eulerian:
         """The scheme of the Eulerian particles."""
         return Eulerian(
@@ -130,8 +120,8 @@ class TotalLagrangian:
         return reference.row_layout(dim, *ways, self.axisymmetric)
 
     def coefficients(self) -> np.ndarray:
-        """Return alpha."""
-        return np.array([self.alpha])
+        """Return alpha of the viscosity."""
+        return np.array([self.viscosity.alpha])
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         return _pack, {"AXISYMMETRIC": int(self.axisymmetric)}
