@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 from hvisph.case.model import PROBLEMS, Path
 from hvisph.case.units import kind_of
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.core.text import format_value
+from hvisph.core.text import format_value, shorten
 
 from .document import Place
 from .model_fields import Spot, keys_of, places, walk
@@ -63,7 +63,7 @@ def validate_values(model: type[M], value: object, places: Mapping[Path, Place],
 def locate_error(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:
     """Return the error at `path`, with the place of the nearest key above that has one."""
     place = next((places[path[:n]] for n in range(len(path), -1, -1) if path[:n] in places), Place(""))
-    where = ".".join(_short(str(part)) for part in path)
+    where = ".".join(shorten(str(part)) for part in path)
     return CaseError(message, where=where, file=place.file, line=place.line)
 
 
@@ -104,7 +104,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         if parent is not None and (reason := _meaningless(parent, value_at(data, path[:-1]), str(path[-1]))):
             return path, reason
         if ":" in str(path[-1]):
-            spaced = _short(str(path[-1])).replace(":", ": ", 1)
+            spaced = shorten(str(path[-1])).replace(":", ": ", 1)
             return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
         allowed = keys_of(parent, value_at(data, path[:-1])) if parent else []
         if now := renamed_key(path, allowed):
@@ -131,8 +131,8 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
             return (*path, "type"), now
         ours = spellings("types").get(tag.lower().replace("-", "_"), "")
         if spot and ours in spot.models:
-            return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
-        return (*path, "type"), f"unknown '{_short(tag)}'{suggest_nearest(tag, list(spot.models) if spot else [])}"
+            return (*path, "type"), f"unknown '{shorten(tag)}'; here it is '{ours}'"
+        return (*path, "type"), f"unknown '{shorten(tag)}'{suggest_nearest(tag, list(spot.models) if spot else [])}"
     if kind == "literal_error":
         other = spellings("kinematics").get(str(value).lower()) if path[-1] == "kinematics" else None
         remedy = f"; write {other}" if other else suggest_nearest(str(value), spot.choices if spot else ())
@@ -225,8 +225,4 @@ def value_at(data: object, path: Path) -> Any:
 
 
 def _format_short(value: object) -> str:
-    return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(format_value(value))}"
-
-
-def _short(text: str, most: int = 64) -> str:
-    return text if len(text) <= most else f"{text[:most]}..."
+    return f"'{shorten(value)}'" if isinstance(value, str) else f"{shorten(format_value(value))}"

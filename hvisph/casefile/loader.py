@@ -18,6 +18,7 @@ from hvisph.casefile.overrides import merge, overridden, with_bases
 from hvisph.casefile.paths import bundled_cases
 from hvisph.casefile.spellings import renamed_key
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.text import shorten
 
 __all__ = ["bundled_cases", "case_hash", "dump_case", "library", "load_case", "load_material", "material_names"]
 MOST_BASES = 8
@@ -111,9 +112,8 @@ def find_case(source: str | os.PathLike[str]) -> Path:
     name = str(source)
     if name in cases:
         return cases[name]
-    shown = name if len(name) <= 200 else f"{name[:200]}..."
-    names = [short for short in cases if "/" not in short]
-    raise CaseError(f"there is no case file and no bundled case '{shown}'{suggest_nearest(name[:200], names)}")
+    hint = suggest_nearest(name[:200], [short for short in cases if "/" not in short])
+    raise CaseError(f"there is no case file and no bundled case '{shorten(name, 200)}'{hint}")
 
 
 def case_document(source: Source) -> Document:
@@ -193,11 +193,16 @@ def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[S
 def read_table(path: Path) -> list[dict[str, str]]:
     """Return the rows of a CSV file by its heads; raises `CaseError` where it cannot be read."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            table = csv.DictReader(file)
+            heads = [head.strip() for head in table.fieldnames or ()]
+            rows = list(table)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise CaseError(f"{path} cannot be read: {error}") from None
+        raise CaseError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    twice = next((head for head in heads if heads.count(head) > 1), None)
+    if twice is not None:
+        raise CaseError(f"{path}, line 1: the head '{twice}' stands there twice")
     for line, row in enumerate(rows, 2):
         if None in row or None in row.values():
             raise CaseError(f"{path}, line {line}: as many cells as heads are needed")
-    return rows
+    return [dict(zip(heads, row.values(), strict=True)) for row in rows]

@@ -17,7 +17,7 @@ from hvisph.case.materials.material import Material
 from hvisph.case.model import StrictModel, key
 from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
 from hvisph.core.errors import CaseError
-from hvisph.core.text import Plain
+from hvisph.core.text import Plain, shorten
 
 from .document import Document, read_yaml
 from .errors import validate_values
@@ -114,8 +114,7 @@ class Library:
         for candidate in names if wanted else ():
             if wanted in {_letters(candidate), *map(_letters, self.notes(candidate).aliases)}:
                 return candidate
-        shown = name if len(name) <= 64 else f"{name[:64]}..."
-        raise CaseError(f"unknown '{shown}'{self._suggestion(name[:64], wanted)}")
+        raise CaseError(f"unknown '{shorten(name)}'{self._suggestion(name[:64], wanted)}")
 
     def _suggestion(self, name: str, wanted: str) -> str:
         """Return the remedy for an unknown name: the names that contain it, or the nearest one."""

@@ -54,6 +54,16 @@ def format_differences(values: Sequence[object]) -> list[str]:
     return [format_value({key: value[key] for key in unlike if key in value}) for value in mappings]
 
 
+def is_number(value: object) -> bool:
+    """Return whether a plain value is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+
+
+def shorten(text: str, most: int = 64) -> str:
+    """Return `text`, cut off behind `most` characters."""
+    return text if len(text) <= most else f"{text[:most]}..."
+
+
 def last_name(path: str) -> str:
     """Return the last name of a dotted path, a number with the key that it belongs to."""
     *_, above, last = ("", *path.split("."))

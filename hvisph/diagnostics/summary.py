@@ -134,7 +134,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
         "shares": fractions,
         "pressures": pressures,
         "conservation": conservation,
-        "expected": compare_expected({**measured.results, **conservation}, case.expected),
+        "expected": compare_expected({**measured.results, **conservation}, case.expected.items()),
     }
 
 

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -98,21 +98,16 @@ def shown_measures(rows: Iterable[Row]) -> list[str]:
     return [name for name in order if name in valued]
 
 
-class Expectations(Protocol):
-    """Names and expectations: a mapping, or the part of a case that holds them."""
-
-    def items(self) -> Iterable[tuple[str, object]]:
-        """Return pairs of a measure's name and its expectation."""
-
-
-def compare_expected(results: Mapping[str, Result | float | None], expected: Expectations) -> list[Plain]:
+def compare_expected(
+    results: Mapping[str, Result | float | None], expected: Iterable[tuple[str, object]]
+) -> list[Plain]:
     """Compare measures, and other figures of a run as plain numbers, with expected values by the same names.
 
     An expectation has `value`, `tolerance` (half-width) and, optionally, `source`, in SI; a value on the limit passes,
     an undefined one is None. Raises `CaseError` where an expectation names no measure.
     """
     rows = []
-    for name, entry in expected.items():
+    for name, entry in expected:
         if name not in results:
             raise CaseError(f"unknown measure '{name}'{suggest_nearest(name, list(results))}", where=f"expected.{name}")
         result = results[name]

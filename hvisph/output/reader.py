@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import FEW, CaseError, OutputError
-from hvisph.core.text import Plain, sanitize
+from hvisph.core.text import Plain, is_number, sanitize
 
 from . import file_names
 from .atomic_write import read_errors
@@ -27,12 +27,8 @@ from .vtu import read_vtu
 STATUSES = ("done", "failed", "interrupted")
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
-
-
 def _is_number_or_none(value: object) -> bool:
-    return value is None or _is_number(value)
+    return value is None or is_number(value)
 
 
 def _is_count(value: object) -> bool:
@@ -47,12 +43,12 @@ def _is_text(value: object) -> bool:
 Form = Callable[[object], bool] | Mapping[str, Any]
 _MEASURE = dict.fromkeys(("value", "uncertainty"), _is_number_or_none) | {"unit": _is_text}
 _OPTIONAL = {"time": _is_number_or_none, "reason": _is_text}
-_RESOLUTION = {"resolution": {"spacing": _is_number, "support": _is_number_or_none}}
-_EXPECTED = dict.fromkeys(("name", "source"), _is_text) | dict.fromkeys(("expected", "tolerance"), _is_number)
+_RESOLUTION = {"resolution": {"spacing": is_number, "support": _is_number_or_none}}
+_EXPECTED = dict.fromkeys(("name", "source"), _is_text) | dict.fromkeys(("expected", "tolerance"), is_number)
 _SUMMARY: Mapping[str, Form] = {
     "title": _is_text,
     "status": lambda value: value in STATUSES,
-    **dict.fromkeys(("end_time", "wall_seconds"), _is_number),
+    **dict.fromkeys(("end_time", "wall_seconds"), is_number),
     **dict.fromkeys(("particles", "steps", "threads"), _is_count),
     "microseconds_per_particle_step": _is_number_or_none,
     "failure": lambda value: value is None or (isinstance(value, dict) and _is_text(value.get("message"))),

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH, transform_arrays
-from hvisph.core.text import Plain, sanitize
+from hvisph.core.text import Plain, is_number, sanitize
 
 
 @dataclass
@@ -169,16 +169,12 @@ def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
 def _check_metadata(metadata: Plain, dim: int) -> None:
     """Raise `ValueError` where something that measures rely on is of another kind."""
     for name, value in metadata.items():
-        if name in _NUMBERS and not _is_number(value):
+        if name in _NUMBERS and not is_number(value):
             raise ValueError(f"its {name} is no number")
         if name in _TEXTS and not isinstance(value, str):
             raise ValueError(f"its {name} is no text")
     if "spacing" in metadata and not metadata["spacing"] > 0.0:
         raise ValueError("its spacing is not positive")
     axis = metadata.get("axis", [0.0] * (dim - 1))
-    if not isinstance(axis, list) or len(axis) != dim - 1 or not all(map(_is_number, axis)):
+    if not isinstance(axis, list) or len(axis) != dim - 1 or not all(map(is_number, axis)):
         raise ValueError("its axis is no line across the other coordinates")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")

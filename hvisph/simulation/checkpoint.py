@@ -14,7 +14,7 @@ import numpy as np
 from hvisph.case.case import Case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Ordered, Particles
-from hvisph.core.text import Plain
+from hvisph.core.text import Plain, is_number, shorten
 from hvisph.diagnostics.budgets import Budget, Peaks
 from hvisph.diagnostics.sanity_checks import SanityChecks
 from hvisph.output.checkpoint_file import Checkpoint
@@ -188,7 +188,7 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
         what = f"the checkpoint of step {checkpoint.step} does not fit this run"
         raise OutputError(f"{what}: it lacks {error}") from error
     changes = [
-        f"{path} was {_short(old)} and is {_short(new)}"
+        "{} was {} and is {}".format(path, *("nothing" if one is None else shorten(str(one)) for one in (old, new)))
         for path, old, new in _differences(before, now, "")
         if not any(path == may or path.startswith(f"{may}.") for may in MAY_CHANGE)
     ]
@@ -212,11 +212,6 @@ def _differences(before: object, now: object, path: str) -> list[tuple[str, Any,
         parts = [_differences(a, b, f"{path}.{k}") for k, (a, b) in enumerate(zip(before, now, strict=True))]
         return [difference for part in parts for difference in part]
     return [] if before == now else [(path, before, now)]
-
-
-def _short(value: object) -> str:
-    text = "nothing" if value is None else str(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def refuse_misfit(given: Checkpoint, header: Plain, own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:
@@ -277,7 +272,7 @@ def _refuse_other_kind(own: object, given: object, path: str) -> None:
         for number, (one, other) in enumerate(zip(own, given, strict=True)):
             _refuse_other_kind(one, other, f"{path}.{number}")
     elif isinstance(own, str) != isinstance(given, str) or not (
-        given is None or isinstance(given, str) or _is_number(given)
+        given is None or isinstance(given, str) or is_number(given)
     ):
         raise ValueError(f"its {path} is of another kind")
     elif isinstance(own, int) and not isinstance(own, bool) and not (isinstance(given, int) and abs(given) < 2**62):
@@ -286,9 +281,5 @@ def _refuse_other_kind(own: object, given: object, path: str) -> None:
         raise ValueError(f"its {path} is missing")
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
-
-
 def _is_entry(entry: object) -> bool:
-    return isinstance(entry, list) and len(entry) == 2 and _is_number(entry[0]) and isinstance(entry[1], str)
+    return isinstance(entry, list) and len(entry) == 2 and is_number(entry[0]) and isinstance(entry[1], str)

@@ -1,6 +1,5 @@
 """Values of the varied settings: grids, lists and random samples."""
 
-import csv
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,8 @@ import numpy as np
 import scipy
 
 from hvisph.case import sweep as models
-from hvisph.core.errors import CaseError
+from hvisph.casefile.loader import read_table
+from hvisph.core.errors import CaseError, locate
 from hvisph.core.text import PlainMapping
 
 from .calibration import Calibration
@@ -116,22 +116,8 @@ def _axis(path: str, axis: Any, base: PlainMapping) -> Iterator[Any]:
 
 def _table(path: Path) -> list[Values]:
     """Return the rows of a CSV file whose heads are paths of settings."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file)
-            heads = [head.strip() for head in table.fieldnames or ()]
-            rows = list(table)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise CaseError(f"{path} cannot be read: {reason}", where="file") from None
-    twice = next((head for head in heads if heads.count(head) > 1), None)
-    if twice is not None:
-        raise CaseError(f"{path}, line 1: the head '{twice}' stands there twice", where="file")
+    with locate("file"):
+        rows = read_table(path)
     if not rows:
         raise CaseError(f"{path} has no rows below its heads", where="file")
-    cases = []
-    for line, row in enumerate(rows, 2):
-        if None in row or None in row.values():
-            raise CaseError(f"{path}, line {line}: as many cells as heads are needed", where="file")
-        cases.append({head.strip(): plain(cell) for head, cell in row.items() if cell.strip()})
-    return cases
+    return [{head: plain(cell) for head, cell in row.items() if cell.strip()} for row in rows]

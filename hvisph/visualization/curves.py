@@ -176,8 +176,7 @@ def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title:
             axis.plot(x, y, color=COLOURS[number % len(COLOURS)], ls=style, lw=1.4, label=label)
         if panel.points is not None:
             axis.plot(panel.points[:, 0], panel.points[:, 1], "ko", ms=3, label="measured")
-        axis.set_xlabel(panel.across)
-        axis.set_ylabel(panel.up)
+        axis.set(xlabel=panel.across, ylabel=panel.up)
         axis.grid(alpha=0.25, lw=0.5)
         axis.legend(fontsize=7, frameon=False)
     figure.suptitle(title, fontsize=9)
@@ -263,9 +262,7 @@ def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "")
         shown = np.ma.masked_less_equal(sums.T / area, 0.0)
         drawn = axes[0].pcolormesh(edges * 1e3, edges * 1e3, shown, cmap="viridis")
         figure.colorbar(drawn, ax=axes[0], label="areal momentum [Pa s]")
-        axes[0].set_aspect("equal")
-        axes[0].set_xlabel("y from the shot line [mm]")
-        axes[0].set_ylabel("z from the shot line [mm]")
+        axes[0].set(aspect="equal", xlabel="y from the shot line [mm]", ylabel="z from the shot line [mm]")
     loads = cloud.witness
     radius = np.array([0.0, *loads["radius"]]) * 1e3
     over = axes[-1]

@@ -149,12 +149,9 @@ def _section(axes: Axes, setup: Setup) -> None:
         axes.plot(mark[0], mark[1], "x", color="#111111", ms=6)
         axes.annotate(name, (mark[0], mark[1]), xytext=(4, 4), textcoords="offset points", fontsize=8)
     margin = 0.08 * span
-    axes.set_xlim(low[0] - margin, high[0] + margin)
-    axes.set_ylim(low[1] - margin, high[1] + margin)
-    axes.set_aspect("equal")
-    axes.set_xlabel(f"x{setup.unit[0]}")
-    across = "r" if setup.axisymmetric else "y"
-    axes.set_ylabel("" if setup.dim == 1 else f"{across}{setup.unit[0]}")
+    ends = {f"{x}lim": (low[k] - margin, high[k] + margin) for k, x in enumerate("xy")}
+    up = "" if setup.dim == 1 else f"{'r' if setup.axisymmetric else 'y'}{setup.unit[0]}"
+    axes.set(**ends, aspect="equal", xlabel=f"x{setup.unit[0]}", ylabel=up)
     counted = f"{len(everything)} {'axisymmetric particles' if setup.axisymmetric else 'particles'}"
     axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
     below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat
@@ -226,9 +223,8 @@ def _view(axes: Axes, setup: Setup) -> None:
     places, size = np.column_stack([ahead, up])[order], DISC * spacing[chosen][order]
     _discs(axes, places, size, colours[order], lw=0.15, edgecolors="#00000055")
     margin = 0.04 * max(float(np.ptp(ahead)), float(np.ptp(up)))
-    axes.set_xlim(ahead.min() - margin, ahead.max() + margin)
-    axes.set_ylim(up.min() - margin, up.max() + margin)
-    axes.set_aspect("equal")
+    ends = {f"{x}lim": (one.min() - margin, one.max() + margin) for x, one in (("x", ahead), ("y", up))}
+    axes.set(**ends, aspect="equal")
     axes.set_axis_off()
     axes.set_title("view", fontsize=9)
 

@@ -88,9 +88,8 @@ def _convergence(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
         axes.plot(x, limit + (f[fine] - limit) * (x / h[fine]) ** one["order"], color=FAINT)
         axes.plot([0.0], [limit], "D", color=ACCENT)
         note = f"order {one['order']:.2f}, index {100 * one['index']:.2g} %"
-    axes.set_xlim(left=0.0)
-    axes.set_xlabel(f"spacing [{one['spacing_unit']}]" if one.get("spacing_unit") else "spacing")
-    axes.set_ylabel(_label(display))
+    across = f"spacing [{one['spacing_unit']}]" if one.get("spacing_unit") else "spacing"
+    axes.set(xlim=(0.0, None), xlabel=across, ylabel=_label(display))
     axes.set_title(note, fontsize=9)
 
 
@@ -101,8 +100,7 @@ def _against(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
     axes.plot([low, high], [low, high], color=FAINT)
     axes.plot(measured, computed, "o", color=INK)
     unit = f" [{display.unit}]" if display.unit else ""
-    axes.set_xlabel(f"measured{unit}")
-    axes.set_ylabel(f"computed{unit}")
+    axes.set(xlabel=f"measured{unit}", ylabel=f"computed{unit}")
     off = "" if one["mean"] is None else f": {100.0 * one['mean']:+.2g} % in the mean"
     axes.set_title(f"{display.label}{off}", fontsize=9)
 
@@ -165,8 +163,7 @@ def _limits(verdicts: Sequence[PlainMapping]) -> Figure:
             axes.plot([s["value"] for s in shots], one["recht_ipson"]["residuals"], "--", c=FAINT, label="Recht-Ipson")
         for correlation in one.get("correlations", []):
             axes.axvline(correlation["value"] / _to_si(one["unit"]), color=FAINT, ls=":", label=correlation["name"])
-        axes.set_xlabel(f"{one['path']} [{one['unit'] or 'SI'}]")
-        axes.set_ylabel("residual velocity [m/s]")
+        axes.set(xlabel=f"{one['path']} [{one['unit'] or 'SI'}]", ylabel="residual velocity [m/s]")
         axes.legend(title="went through", fontsize=8)
         axes.set_title(", ".join(f"{path} = {value}" for path, value in one["parameters"].items()), fontsize=9)
     return figure
@@ -214,8 +211,7 @@ def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Fig
             axes.set_xticks(range(len(ticks)), ticks, rotation=30, ha="right", fontsize=7)
         if name == "perforated":
             axes.set_yticks([0, 1], ["no", "yes"])
-        axes.set_xlabel(label)
-        axes.set_ylabel(_label(display))
+        axes.set(xlabel=label, ylabel=_label(display))
     if 1 < len(groups) <= MOST_GROUPS:
         panels[0].legend(fontsize=7)
     return figure

@@ -15,6 +15,7 @@ from hvisph.cli.formatting import echo_json, paragraph, say, table
 from hvisph.cli.main import COMMANDS
 from hvisph.cli.options import JsonOption, argument, option
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.text import shorten
 from hvisph.output.atomic_write import write_errors
 
 
@@ -121,10 +122,5 @@ def _places(word: str, commands: Sequence[tuple[str, str]]) -> str:
     """Return the places of a word as a table; empty without any."""
     places = search(word, commands)
     keys = [one.name.replace(".type: ", ".") for one in places if one.kind in ("key", "value")]
-    text = table([[one.kind, one.name, _short(one.text)] for one in places], indent=0)
+    text = table([[one.kind, one.name, shorten(" ".join(one.text.split()), 160)] for one in places], indent=0)
     return text + (f"\n\nmore: hvisph help {keys[0]}" if keys else "")
-
-
-def _short(text: str, most: int = 160) -> str:
-    line = " ".join(text.split())
-    return line if len(line) <= most else f"{line[: most - 3]}..."

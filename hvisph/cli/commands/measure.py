@@ -130,7 +130,7 @@ def _compare_expected(case: Case | None, measured: Measures) -> list[Plain]:
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []
     known = {name: entry for name, entry in case.expected.items() if name in measured.results}
-    return compare_expected(measured.results, known)
+    return compare_expected(measured.results, known.items())
 
 
 def _series(series: Sequence[Measures], unitless: bool) -> str:

@@ -52,8 +52,7 @@ def chart(
             if spread is not None:
                 low, high = (values + sign * np.nan_to_num(spread) for sign in (-1.0, 1.0))
                 axes.fill_between(time[thin] * factor, low[thin], high[thin], color=line.get_color(), alpha=0.2, lw=0)
-        axes.set_xlabel("time" if unitless else f"time [{word.replace('us', 'µs')}]")
-        axes.set_ylabel(unit)
+        axes.set(xlabel="time" if unitless else f"time [{word.replace('us', 'µs')}]", ylabel=unit)
         axes.margins(x=0.0)
         axes.grid(alpha=0.3)
         if len(lines) > 1 or bands:
