@@ -1,7 +1,5 @@
 """Entry point of the command `hvisph` and of `python -m hvisph`, with handling of Ctrl-C during imports."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

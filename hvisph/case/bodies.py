@@ -1,7 +1,5 @@
 """Bodies: material, shape, particle arrangement, position and initial velocity."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal

@@ -1,7 +1,5 @@
 """Case: bodies, formulation, time, output; requested measures and their expected values."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Advice on a case before its run."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Options of formulations: kernel and smoothing length; viscosity, artificial stress, corrections; contact."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 

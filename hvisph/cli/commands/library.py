@@ -1,7 +1,5 @@
 """`hvisph help`, `cases` and `schema`: contents of the package."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
