@@ -138,19 +138,17 @@ class Model(Protocol):
     name: ClassVar[str]
     tag: ClassVar[int]
 
-    def pack(self, row: np.ndarray, density: float) -> None:
-        """Write the parameters into the material's row of the table."""
+    # write the parameters into the material's row of the table
+    def pack(self, row: np.ndarray, density: float) -> None: ...
 
 
 class EquationOfState(Model, Protocol):
     """A model of the pressure, with the state that a body starts from."""
 
     @property
-    def ambient_energy(self) -> float:
-        """Specific internal energy of the material at rest [J/kg]."""
-
-    def ambient_sound_speed(self, density: float) -> float:
-        """Bulk sound speed at the reference density and the ambient energy [m/s]."""
+    def ambient_energy(self) -> float: ...  # specific internal energy of the material at rest [J/kg]
+    # bulk sound speed at the reference density and the ambient energy [m/s]
+    def ambient_sound_speed(self, density: float) -> float: ...
 
 
 def require_positive(model: object, *fields: str) -> None:

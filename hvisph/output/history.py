@@ -15,24 +15,6 @@ from hvisph.core.text import PlainMapping
 from .atomic_write import csv_text, reason, write_errors, write_text
 
 
-class NoHistory:
-    """The history of a process that writes none."""
-
-    last_step: int | None = None
-
-    def append(self, record: PlainMapping | Sequence[object]) -> None:
-        """Drop a record."""
-
-    def sync(self) -> None:
-        """Write nothing."""
-
-    def __enter__(self) -> NoHistory:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """Close nothing."""
-
-
 class HistoryWriter:
     """Appends records to a CSV file whose first line names the columns, replacing an earlier file.
 

@@ -2,6 +2,7 @@
 
 import time as wall
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import partial
 
@@ -19,7 +20,6 @@ from hvisph.diagnostics.budgets import Budget, Observer
 from hvisph.diagnostics.sanity_checks import Failure, SanityChecks
 from hvisph.integrators.time_step import Limit
 from hvisph.output.checkpoint_file import Checkpoint
-from hvisph.output.history import HistoryWriter, NoHistory
 from hvisph.output.run_folder import RunFolder
 from hvisph.parallel.collectives import COLLAPSED, GlobalLimit
 from hvisph.parallel.parallel_output import Moment
@@ -82,11 +82,16 @@ class Run:
         said = [f"warning: {warning.splitlines()[0]}" for warning in warnings]
         said += [self._settled] if self._settled else []
         for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
-            self.folder.log.write(line)
-            self.listener.message(line)
+            self._tell(line)
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
         self.subdomain.begin()
         self._first_step = self.clock.steps
+
+    def _tell(self, text: str) -> None:
+        """Write a text to the log and report it; nothing for an empty one."""
+        if text:
+            self.folder.log.write(text)
+            self.listener.message(text)
 
     def _take_steps(self) -> None:
         """Advance to the end, a failure or an interruption."""
@@ -102,13 +107,12 @@ class Run:
                 self.listener.message(str(failure))
             else:
                 self.status = "done" if self._has_reached_steps() else "interrupted"
-                if self.clock.is_finished and (remark := self.late.pending()):
-                    self.folder.log.write(remark)
-                    self.listener.message(remark)
+                if self.clock.is_finished:
+                    self._tell(self.late.pending())
                 if not self.clock.is_finished or self.clock.fixed is not None:
                     self._checkpoint()
 
-    def _begin_files(self) -> HistoryWriter | NoHistory:
+    def _begin_files(self) -> AbstractContextManager[object]:
         start = self.start
         del self.start  # its file has it from now on
         return self.files.begin(start)
@@ -185,20 +189,15 @@ class Run:
         due = self._complete(following)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
             self.files.record(self.time_step, limit.number, self.done.length, self.budget)
-        warning = self.checks.warning(clock.time)
-        if warning:
-            self.folder.log.write(warning)
-            self.listener.message(warning)
+        self._tell(self.checks.warning(clock.time))
         drift = self.budget.energy_drift(stepper.sums)
         self.checks.check_state(drift, clock.time, clock.steps)
         while due:  # snapshots hold as long as the particles lie as they do
             number += 1
             self.files.write_output(due.pop(0)(), number)
         if self.late.is_due(clock.time, clock.steps):
-            remark = self.late.switch(clock.time, clock.steps)
+            self._tell(self.late.switch(clock.time, clock.steps))
             stepper.predict(following.length)
-            self.folder.log.write(remark)
-            self.listener.message(remark)
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
             self.subdomain.note_reordering()

@@ -2,7 +2,7 @@
 
 import time as wall
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from hvisph.core.text import Plain
 from hvisph.diagnostics.budgets import Budget, Observer
 from hvisph.output import file_names
 from hvisph.output.checkpoint_file import write_checkpoint
-from hvisph.output.history import HistoryWriter, NoHistory
+from hvisph.output.history import HistoryWriter
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.output.run_folder import RunFolder, SilentFolder
 from hvisph.output.snapshot import Snapshot
@@ -48,28 +48,27 @@ class RunFiles:
         self._cadence = Cadence(case.output.checkpoint_every)
         self._full_every = case.output.full_every
         self._writes = not isinstance(folder, SilentFolder)
+        self.history: HistoryWriter | None = None  # of the process that writes
 
     def write_case(self) -> None:
         """Write the effective case."""
         head = f"{file_names.CASE_HEAD} {__version__}; hash {case_hash(self._text)}\n"
         self.folder.write_text(file_names.CASE, head + self._text)
 
-    def begin(self, start: Moment) -> HistoryWriter | NoHistory:
+    def begin(self, start: Moment) -> AbstractContextManager[object]:
         """Write the first snapshot; return the new history, closed by the caller."""
-        self.history: HistoryWriter | NoHistory = NoHistory()
         with start.open() as snapshot:
             if snapshot is None:
-                return self.history
+                return nullcontext()
             self.writer.delete_after(-1)
             self.writer.write(snapshot, 0)
         self.history = HistoryWriter(self.folder.history_path, self._observer.columns)
         return self.history
 
-    def go_on(self) -> HistoryWriter | NoHistory:
+    def go_on(self) -> AbstractContextManager[object]:
         """Cut the files at the checkpoint and return the history; `OutputError` where it does not reach it."""
-        self.history = NoHistory()
         if not self._writes:
-            return self.history
+            return nullcontext()
         self.history = HistoryWriter.resume(self.folder.history_path, self._observer.columns, self._clock.steps)
         if self.history.last_step != self.state.recorded:
             fault = f"cannot go on with {self.history.path}: it ends with step {self.history.last_step}, and the"
@@ -82,9 +81,9 @@ class RunFiles:
         """Add a record: next step, limiting particle, length of the last step, budget."""
         clock = self._clock
         self.state.recorded = clock.steps
-        self.history.append(
-            self._observer.record(clock.steps, clock.time, length, time_step.criterion, limiting, budget)
-        )
+        record = self._observer.record(clock.steps, clock.time, length, time_step.criterion, limiting, budget)
+        if self.history is not None:
+            self.history.append(record)
 
     def write_output(self, moment: Moment, number: int) -> None:
         """Write the snapshot of an output time, on the first process."""
@@ -121,7 +120,8 @@ class RunFiles:
         """Write a checkpoint after all records up to it."""
         started = wall.monotonic()
         self.state.wall_seconds = wall_seconds
-        self.history.sync()
+        if self.history is not None:
+            self.history.sync()
         with checkpoint_content.capture(time_step) as checkpoint:
             if checkpoint is not None:
                 write_checkpoint(self.folder.checkpoint_path, checkpoint)
