@@ -89,11 +89,6 @@ def size(count: float) -> str:
     return f"{count / factor:.3g} {prefix}B"
 
 
-def round_two_figures(count: float) -> str:
-    """Return a number to two figures, written out: ``2700``."""
-    return f"{float(f'{count:.2g}'):.0f}"
-
-
 def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
     """Return `rows` as text in aligned columns.
 

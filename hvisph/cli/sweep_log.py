@@ -1,7 +1,5 @@
 """Progress and results of a sweep on the terminal."""
 
-from __future__ import annotations
-
 import re
 import sys
 import time
@@ -32,7 +30,7 @@ class SweepLog:
         self.driver, self.silent = driver, silent
         self.done, self.began = 0, time.monotonic()
 
-    def __enter__(self) -> SweepLog:
+    def __enter__(self) -> "SweepLog":
         if not self.silent:
             members = len(self.driver.members)
             workers = self.driver.workers

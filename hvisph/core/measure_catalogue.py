@@ -4,8 +4,6 @@ A new measure is a row of `measures.csv` and a function in `hvisph.measures` tha
 `hvisph.measures.result.measures`: the case file, its schema and manual, summaries and tables follow.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Iterable, Sequence
@@ -50,7 +48,7 @@ class NumberFormat:
         unit = self.unit.split("/m")[0]
         return PER_SI.get(unit, _OTHERS.get(unit, 1.0))
 
-    def scale_to(self, size: float, few: float = _SMALL) -> NumberFormat:
+    def scale_to(self, size: float, few: float = _SMALL) -> "NumberFormat":
         """Return the format in the unit that suits a number of `size` [SI]; this one from `few` of its unit on."""
         unit, slash, depth = self.unit.partition("/m")
         ladder, least, many = _SIZED.get(unit, ({}, math.inf, math.inf))

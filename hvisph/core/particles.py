@@ -1,7 +1,5 @@
 """Particle state: one packed array with named views."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
@@ -55,7 +53,7 @@ class Particles:
         """Number of particles."""
         return len(self.data)
 
-    def like(self, count: int) -> Particles:
+    def like(self, count: int) -> "Particles":
         """Return `count` particles with the fields of these, as they begin."""
         return Particles(self.dim, count, self.extra, self.kinematics)
 

@@ -12,8 +12,6 @@ du = c drho/rho; both are followed through all reflections by `wave_fronts.track
 rho0 = 1 for the projectile and K = rho0/Ca.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -35,8 +33,8 @@ class PlateImpact:
     stress: float  # compressive stress along x on the plateau [Pa]
     flyer: State  # state of the flyer on the plateau
     target: State  # state of the target on the plateau
-    flyer_fronts: tuple[Front, ...]  # fastest first
-    target_fronts: tuple[Front, ...]  # fastest first
+    flyer_fronts: "tuple[Front, ...]"  # fastest first
+    target_fronts: "tuple[Front, ...]"  # fastest first
 
     def profile(self, x: np.ndarray, time: float, name: str = "stress") -> np.ndarray:
         """Return a quantity of `State` at `x` [m] from the impact face, before reflections."""

@@ -9,8 +9,6 @@ coordinates (mass flux j > 0 through the front, direction d = +1 to the right):
 so that mass and momentum balance exactly for any number of pieces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import copysign, exp, floor, inf, isnan, log, log1p, sqrt
@@ -25,7 +23,7 @@ from hvisph.materials.strength import ElasticStrength, NoStrength, VonMises
 class State:
     """Uniform state between two fronts."""
 
-    law: Law
+    law: "Law"
     velocity: float  # u [m/s]
     stress: float  # compressive stress along x, p - S_xx [Pa]
     volume: float  # specific volume v [m^3/kg]
@@ -71,7 +69,7 @@ class LinearLaw:
         self.speed = sqrt(bulk_modulus / density)
 
     @classmethod
-    def from_material(cls, material: Material) -> LinearLaw:
+    def from_material(cls, material: Material) -> "LinearLaw":
         """Return the law of a material with the `linear` or the `elastic` equation of state."""
         return cls(material.density, material.density * material.bulk_sound_speed**2)
 

@@ -1,7 +1,5 @@
 """Connected groups of particles, and fragments of every body: roles, mass fractions and mass distribution."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -102,7 +100,7 @@ class Groups:
     starts: np.ndarray
 
     @classmethod
-    def from_labels(cls, members: np.ndarray, labels: np.ndarray) -> Groups:
+    def from_labels(cls, members: np.ndarray, labels: np.ndarray) -> "Groups":
         """Return the groups of particles `members` (n,) by the number (n,) of the group of each, without gaps."""
         if len(members) == 0:
             return cls(members, np.zeros(0, dtype=np.int64))
@@ -147,7 +145,7 @@ class Fragments(Sequence[Fragment]):
     back: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
 
     @classmethod
-    def from_groups(cls, snapshot: Snapshot, groups: Groups, body: int) -> Fragments:
+    def from_groups(cls, snapshot: Snapshot, groups: Groups, body: int) -> "Fragments":
         """Return the fragments that groups of a snapshot's particles are."""
         rows, starts = groups.rows, groups.starts
         if not len(groups):
@@ -239,7 +237,7 @@ class BodyFragments:
         return float(self.masses[chosen].sum() / self.mass) if self.mass > 0.0 else float("nan")
 
     @cached_property
-    def distribution(self) -> MassDistribution:
+    def distribution(self) -> "MassDistribution":
         """Cumulative mass distribution of all fragments."""
         masses = -np.sort(-self.masses)
         if not np.isfinite(masses).all() or not self.mass > 0.0:

@@ -4,8 +4,6 @@ All of it follows from a run's first snapshot. Later snapshots hold it in their 
 each can be measured alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
@@ -113,7 +111,7 @@ class Shot:
         """Whether the shot's axes are others than the case's."""
         return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
 
-    def at_moment(self, moved: Sequence[PlainMapping]) -> Shot:
+    def at_moment(self, moved: Sequence[PlainMapping]) -> "Shot":
         """Return the shot with planes of symmetry where they are now, see `Whole.at_moment`."""
         return replace(self, whole=self.whole.at_moment(moved)) if moved else self
 
@@ -135,7 +133,7 @@ class Shot:
         return asdict(self) | {"whole": self.whole.as_dict()}
 
     @classmethod
-    def from_dict(cls, plain: PlainMapping) -> Shot:
+    def from_dict(cls, plain: PlainMapping) -> "Shot":
         """Return the shot with the plain form `plain`; raises `OutputError` where it is damaged."""
         try:
             known: Plain = {name: None if plain[name] is None else to_tuples(plain[name]) for name in NUMBERS}

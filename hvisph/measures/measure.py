@@ -1,7 +1,5 @@
 """The measures of a run or of one snapshot, from its files alone."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -62,7 +60,7 @@ class Measures:
     profile: dict[str, list[float]] = field(default_factory=dict)
     # mass and momentum of the first layer's ejecta by launch speed, with angle and radius; empty where there are none
     ejecta: dict[str, list[float]] = field(default_factory=dict)
-    series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
+    series: "tuple[Measures, ...]" = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Result:
         return self.results[name]

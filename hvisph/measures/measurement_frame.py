@@ -6,8 +6,6 @@ them in its metadata (`reference`); without these, y = 0, x = 0, the thickness o
 main bodies and the projectile's present width replace them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, wraps
@@ -102,7 +100,7 @@ def memoize(function: F) -> F:
     """Return a function of a scene and hashable arguments that is computed once for each scene."""
 
     @wraps(function)
-    def remember(scene: Scene, *arguments: Any) -> Any:
+    def remember(scene: "Scene", *arguments: Any) -> Any:
         key = (function.__qualname__, arguments)
         if key not in scene.memo:
             scene.memo[key] = function(scene, *arguments)
@@ -134,7 +132,7 @@ class Scene:
             self.shot = shot_of(self.start, self.now)
 
     @classmethod
-    def from_snapshot(cls, now: Snapshot, initial: InitialReference | Snapshot | None = None) -> Scene:
+    def from_snapshot(cls, now: Snapshot, initial: InitialReference | Snapshot | None = None) -> "Scene":
         """Return the scene of a snapshot as a file holds it; `initial` is the run's first one, or its reference."""
         moved = now.metadata.get("moved_planes", ())
         if initial is None:

@@ -1,7 +1,5 @@
 """Results of measures, and the functions that compute them by the rows of the catalogue."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -54,7 +52,7 @@ class Result:
     variation: float | None = None
     note: str = ""  # what qualifies the number
     final: bool = True  # whether the state that it describes has come to rest
-    variants: Mapping[str, Result] = field(default_factory=dict)
+    variants: "Mapping[str, Result]" = field(default_factory=dict)
 
     @property
     def uncertainty_by(self) -> dict[str, float]:
@@ -94,7 +92,7 @@ class Result:
         return plain
 
     @classmethod
-    def from_dict(cls, plain: PlainMapping) -> Result:
+    def from_dict(cls, plain: PlainMapping) -> "Result":
         """Return the result with the plain form `plain`."""
         at, kinds = plain.get("resolution", {}), plain.get("uncertainty_by", {})
         scatter = kinds.get("scatter", None if kinds else plain.get("uncertainty"))

@@ -9,8 +9,6 @@ Only planes that cut the projectile are planes of the whole. One across the shot
 the projectile the edge of a plate; the images behind those are not material.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -37,7 +35,7 @@ class Mirror:
         return {"axis": "xyz"[self.axis], "at": self.at}
 
     @classmethod
-    def from_dict(cls, plain: PlainMapping) -> Mirror:
+    def from_dict(cls, plain: PlainMapping) -> "Mirror":
         """Return the plane with the plain form `plain`."""
         return cls("xyz".index(plain["axis"]), float(plain["at"]))
 
@@ -71,11 +69,11 @@ class Whole:
         return {"kind": self.kind, "factor": self.factor, "planes": planes}
 
     @classmethod
-    def from_dict(cls, plain: PlainMapping) -> Whole:
+    def from_dict(cls, plain: PlainMapping) -> "Whole":
         """Return the symmetry with the plain form `plain`."""
         return cls(tuple(map(Mirror.from_dict, plain["planes"])), plain["kind"] == "revolution")
 
-    def at_moment(self, moved: Sequence[PlainMapping]) -> Whole:
+    def at_moment(self, moved: Sequence[PlainMapping]) -> "Whole":
         """Return the whole with its planes where they are now; `moved` are axes, places `from` the start and `at`."""
         places = {("xyz".index(one["axis"]), float(one["from"])): float(one["at"]) for one in moved}
         mirrors = [replace(one, at=places.get((one.axis, one.at), one.at)) for one in self.mirrors]

@@ -7,8 +7,6 @@ Particles are balls on a grid in the layer's own axes. A layer that was open bef
 plate with holes or of several parts - has a new path where one leads through space that is wider than it was then.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -86,7 +84,7 @@ class Plate:
         return np.asarray(out)
 
     @classmethod
-    def from_dict(cls, plain: Plain) -> Plate:
+    def from_dict(cls, plain: Plain) -> "Plate":
         """Return what `as_dict` was made from."""
         return cls(**{name: to_tuples(value) for name, value in plain.items()})
 
@@ -194,7 +192,7 @@ class Grid:
     pad: int  # cells beyond the particles along the normal, where there is space, and beyond the edges across it
 
     @classmethod
-    def about(cls, plate: Plate, spacing: float, places: Sequence[np.ndarray], radius: float = RADIUS) -> Grid:
+    def about(cls, plate: Plate, spacing: float, places: Sequence[np.ndarray], radius: float = RADIUS) -> "Grid":
         """Return the grid about particles at `places`, each of shape (n, dim), in the axes of the layer [m]."""
         dim = places[0].shape[1]
         low = np.concatenate([[min(place[:, 0].min() for place in places)], RIM * np.array(plate.low)])

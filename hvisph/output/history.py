@@ -1,7 +1,5 @@
 """The history of a run: one line of a CSV file per record, exact numbers, whole lines only."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os
@@ -27,7 +25,7 @@ class HistoryWriter:
         self._start(Path(path), columns, flush_seconds)
 
     @classmethod
-    def resume(cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0) -> HistoryWriter:
+    def resume(cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0) -> "HistoryWriter":
         """Go on with a file without its records after `step`; raises `OutputError` where they are damaged."""
         try:
             content = Path(path).read_bytes()
@@ -112,7 +110,7 @@ class HistoryWriter:
             os.close(self._handle)
             self._handle = None
 
-    def __enter__(self) -> HistoryWriter:
+    def __enter__(self) -> "HistoryWriter":
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -165,7 +165,7 @@ def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snaps
 
 
 def read_history(run: str | Path) -> dict[str, np.ndarray]:
-    """Return the columns of a run's `history.csv` by name: floats, or text where a column is not numbers.
+    """Return the columns of a run's `history.csv` by name: floats, NaN for empty cells, or text.
 
     A last line without its end, left by a kill, is not read. Raises `OutputError` when the file is missing or not a
     history, or time or a gauge is not a number.
@@ -224,6 +224,6 @@ def _natural(name: str) -> list[tuple[int, int, str]]:
 
 def _column_values(column: list[str]) -> np.ndarray:
     try:
-        return np.array(column, dtype=float)
+        return np.array([cell or "nan" for cell in column], dtype=float)
     except ValueError:
         return np.array(column)

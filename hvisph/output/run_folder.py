@@ -1,7 +1,5 @@
 """The folder of a run: creation, lock, log and clean-up."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os
@@ -95,7 +93,7 @@ class RunFolder:
         self._lock = lock
 
     @classmethod
-    def create(cls, path: str | Path, force: bool = False) -> RunFolder:
+    def create(cls, path: str | Path, force: bool = False) -> "RunFolder":
         """Make the folder and its sub-folders and lock it.
 
         `path`: the folder; one that exists must be empty, or a run's with `force`.
@@ -126,7 +124,7 @@ class RunFolder:
         return cls(folder, lock)
 
     @classmethod
-    def open(cls, path: str | Path) -> RunFolder:
+    def open(cls, path: str | Path) -> "RunFolder":
         """Lock the folder of an earlier run in order to continue it.
 
         Raises `CaseError` when there is no such folder, it is not a run's, or a link stands where hvisph writes;
@@ -179,7 +177,7 @@ class RunFolder:
         """Let the lock go."""
         self._lock.release()
 
-    def __enter__(self) -> RunFolder:
+    def __enter__(self) -> "RunFolder":
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -5,8 +5,6 @@ xx, yy, zz, xy, yz, xz, which is not the order inside hvisph (xx, yy, zz, xy, xz
 every number bit for bit.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -58,7 +56,7 @@ class Snapshot:
         """Numbers of the bodies that have particles, in order."""
         return [int(body) for body in np.flatnonzero(np.bincount(self.body))]
 
-    def part(self, chosen: np.ndarray) -> Snapshot:
+    def part(self, chosen: np.ndarray) -> "Snapshot":
         """Return the particles with the indices `chosen` alone."""
         fields = transform_arrays(self.fields, lambda _, values: values[chosen])
         return replace(self, fields=fields, body=self.body[chosen], material=self.material[chosen], id=self.id[chosen])

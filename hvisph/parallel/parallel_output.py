@@ -3,8 +3,6 @@
 The first process requests slices of arrays; the others answer in `serve`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -66,7 +64,7 @@ class Slabs:
             self._answer(*asked)
 
     @contextmanager
-    def open(self) -> Iterator[Slabs | None]:
+    def open(self) -> "Iterator[Slabs | None]":
         """Open the arrays for reading on the first process while the others serve."""
         if not self.world.first:
             self.serve()
@@ -87,7 +85,7 @@ class Slabbed:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def astype(self, dtype: np.dtype | type) -> Slabbed:
+    def astype(self, dtype: np.dtype | type) -> "Slabbed":
         """Return the array converted to another type."""
         other = Slabbed(self._slabs, self._name, self._slab[:0])
         other.dtype = np.dtype(dtype)

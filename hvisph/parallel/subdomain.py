@@ -4,8 +4,6 @@ Space is divided by recursive bisection of (coordinate, number). Every method of
 together.
 """
 
-from __future__ import annotations
-
 import time as wall
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,7 +42,7 @@ class Subdomain(Collectives):
         """Register an array with one row a particle, by its reader and writer, for migration."""
         self._rows_of.append((read, write))
 
-    def join(self, world: SingleProcess, parts: Parts | None) -> None:
+    def join(self, world: SingleProcess, parts: "Parts | None") -> None:
         """Set up communication with the other processes and attach halos to the stepper."""
         if parts is None:
             return

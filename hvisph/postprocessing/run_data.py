@@ -1,7 +1,5 @@
 """Runs in Python: snapshots, history, summary, and progress, from the files of their folders."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -26,7 +24,7 @@ from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.particles import Look, Moment, draw, usual_view, view_picture
 
 
-def open_run(path: str | os.PathLike[str]) -> OpenRun:
+def open_run(path: str | os.PathLike[str]) -> "OpenRun":
     """Return a run's folder as an object; raises `CaseError` where there is none."""
     return OpenRun(Path(path))
 

@@ -1,7 +1,5 @@
 """Particle positions of the case's bodies: shapes, fillings and placement."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -51,7 +49,7 @@ class PlacedBody:
     included: int = 0  # last particles, which are of the material of its inclusions
 
     @property
-    def parts(self) -> tuple[PlacedBody, ...]:
+    def parts(self) -> "tuple[PlacedBody, ...]":
         """The body, or its matrix and its inclusions as bodies of one material each."""
         inclusions = self.model.inclusions
         if inclusions is None or not self.included:
@@ -59,7 +57,7 @@ class PlacedBody:
         first = len(self.positions) - self.included
         other = self.model.model_copy(update={"material": inclusions.material})
 
-        def part(model: Body, rows: slice) -> PlacedBody:
+        def part(model: Body, rows: slice) -> "PlacedBody":
             arrays = {name: getattr(self, name)[rows] for name in ("positions", "volumes", "spacing")}
             return replace(self, model=model, included=0, **arrays)
 

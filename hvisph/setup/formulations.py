@@ -47,7 +47,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 **shared,
                 viscosity=VISCOSITIES[model.viscosity.type](model.viscosity),
                 artificial_stress=_artificial_stress(model.artificial_stress),
-                dissipation=_dissipation(model.density_dissipation),
+                dissipation=standard.DensityDissipation(getattr(model.density_dissipation, "alpha", 0.0)),
                 correction=_correction(model.correction),
                 product=model.momentum_form == "product",
                 mass_form=model.density_form == "mass",
@@ -112,10 +112,6 @@ VISCOSITIES: dict[str, Callable[[Any], standard.MonaghanViscosity]] = {
 
 def _artificial_stress(model: options.ArtificialStress) -> standard.GrayArtificialStress:
     return standard.NO_ARTIFICIAL_STRESS if model.type == "none" else standard.GrayArtificialStress(model.eps, model.n)
-
-
-def _dissipation(model: options.DensityDissipation) -> standard.DensityDissipation:
-    return standard.NO_DENSITY_DISSIPATION if model.type == "none" else standard.DensityDissipation(model.alpha)
 
 
 def contact_of(model: Any) -> Pressing | Contact:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.case.bodies import Body, LinearField, RadialField, SpinField, TableField, UniformField
+from hvisph.case.bodies import Body, RadialField, SpinField, TableField
 from hvisph.core.errors import CaseError, locate
 from hvisph.geometry import shapes
 from hvisph.geometry.placement import rotation_matrix
@@ -120,10 +120,6 @@ def refuse_unlike_halves(model: Body, positions: np.ndarray, middle: np.ndarray,
             )
 
 
-def _uniform(field: UniformField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    return np.tile(np.asarray(field.velocity, dtype=float), (len(positions), 1))
-
-
 def _spin(field: SpinField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     if offset.shape[1] == 2:
         return field.rate * np.stack([-offset[:, 1], offset[:, 0]], axis=1)
@@ -138,10 +134,6 @@ def _radial(field: RadialField, positions: np.ndarray, offset: np.ndarray) -> np
     away = np.maximum(r, 1e-12 * field.radius)
     speed = np.where(r > 1e-12 * field.radius, field.speed * (away / field.radius) ** field.power, 0.0)
     return offset * (speed / away)[:, None]
-
-
-def _linear(field: LinearField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    return offset @ np.asarray(field.gradient).T
 
 
 def _table(field: TableField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
@@ -159,10 +151,10 @@ def _table(field: TableField, positions: np.ndarray, offset: np.ndarray) -> np.n
 
 
 _FIELDS: dict[str, Callable[..., np.ndarray]] = {
-    "uniform": _uniform,
+    "uniform": lambda field, positions, _: np.tile(np.array(field.velocity, float), (len(positions), 1)),
     "spin": _spin,
     "radial": _radial,
-    "linear": _linear,
+    "linear": lambda field, _, offset: offset @ np.asarray(field.gradient).T,
     "table": _table,
 }
 

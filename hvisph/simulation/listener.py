@@ -1,7 +1,5 @@
 """Progress reports of a run, for a terminal, a notebook or a test, and signals that stop it."""
 
-from __future__ import annotations
-
 import signal
 import threading
 import time as wall
@@ -100,7 +98,7 @@ class StopRequests:
         """Name of the signal received, such as ``SIGTERM``."""
         return signal.Signals(self.number).name if self.number is not None else ""
 
-    def __enter__(self) -> StopRequests:
+    def __enter__(self) -> "StopRequests":
         if threading.current_thread() is threading.main_thread():
             for number in STOPPING:
                 before = signal.getsignal(number)

@@ -5,8 +5,6 @@ A claim beside it shows which process took the case: a lock that is released whe
 for each start and end, so that a case which kills its worker repeatedly is left alone.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import os
@@ -255,7 +253,7 @@ class Selection:
     last: int = 10**9
 
     @classmethod
-    def parse(cls, text: str | None) -> Selection:
+    def parse(cls, text: str | None) -> "Selection":
         """Return the selection that `--only` asks for: a status, or N..M; raises `CaseError`."""
         if text is None:
             return cls()

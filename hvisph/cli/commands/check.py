@@ -10,7 +10,7 @@ from hvisph.case.case import Case
 from hvisph.case.conditions import condition_words
 from hvisph.case.consistency import warnings_of
 from hvisph.cli import options
-from hvisph.cli.formatting import duration, echo_json, paragraph, quantity, round_two_figures, say, size, table
+from hvisph.cli.formatting import duration, echo_json, paragraph, quantity, say, size, table
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import CaseError, computable
 from hvisph.core.measure_catalogue import format_time
@@ -186,7 +186,7 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     before = f"after compiling {loops} loops, about {duration(seconds)}" if loops else "all loops are in the cache"
     fewer = ", fewer once late stages begin" if any(stage.at == "auto" for stage in case.late) else ""
     facts += [
-        ("steps", f"about {round_two_figures(taken.steps)} to t = {number(case.time.end, 's')}{fewer}"),
+        ("steps", f"about {float(f'{taken.steps:.2g}'):.0f} to t = {number(case.time.end, 's')}{fewer}"),
         ("time", f"about {duration(taken.seconds)} on {threads}; {before}"),
         ("memory", f"about {size(taken.memory)}"),
         ("disk", f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})"),

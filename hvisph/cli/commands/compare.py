@@ -18,7 +18,7 @@ from hvisph.core.fields import CATALOGUE
 from hvisph.core.text import Plain
 from hvisph.measures.compare import row
 from hvisph.postprocessing.comparison import Entry, complete, entries, is_run
-from hvisph.postprocessing.exact_solution import Overlay, overlay
+from hvisph.postprocessing.exact_solution import overlay
 from hvisph.postprocessing.run_data import draw_last_states
 from hvisph.visualization.curves import curves_picture
 
@@ -54,9 +54,12 @@ def compare(
         options.refuse_format(gauges, "--gauges")
     _complete(chosen, threads, force, quiet or as_json)
     rows = [row(entry.name, entry.folder) for entry in chosen]
+    folders = {entry.name: entry.folder for entry in chosen}
     if picture is not None:
-        draw_last_states({entry.name: entry.folder for entry in chosen}, picture, field or "pressure")
-    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in chosen}, gauges)
+        draw_last_states(folders, picture, field or "pressure")
+    overlaid = None if gauges is None else overlay(folders)
+    if overlaid is not None and gauges is not None:
+        curves_picture(overlaid.panels, gauges, title="Gauges", unitless=overlaid.unitless)
     if as_json:
         plain: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
         if overlaid is not None:
@@ -86,12 +89,6 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
         raise CaseError(
             f"there is no field '{field}'{suggest_nearest(str(field), ['body', *CATALOGUE])}", where="--field"
         )
-
-
-def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
-    made = overlay(folders)
-    curves_picture(made.panels, picture, title="Gauges", unitless=made.unitless)
-    return made
 
 
 def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:

@@ -85,7 +85,8 @@ def watch(
             typer.echo(text)
             said = text
         if picture is not None and snapshots > drawn:
-            _draw(folder, picture)
+            moments = shown_moments(folder, None, False)
+            view_picture(moments, picture, Look(view=usual_view(moments[0])))
             drawn = snapshots
         if once or ended:
             return
@@ -114,8 +115,3 @@ def sparkline(values: Sequence[float]) -> str:
     low, high = min(thin), max(thin)
     scale = (len(BARS) - 1) / (high - low) if high > low else 0.0
     return "".join(BARS[int((value - low) * scale)] for value in thin)
-
-
-def _draw(folder: Path, picture: Path) -> None:
-    moments = shown_moments(folder, None, False)
-    view_picture(moments, picture, Look(view=usual_view(moments[0])))

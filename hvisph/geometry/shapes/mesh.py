@@ -5,8 +5,6 @@ of the y-z plane. A ray that hits an edge or a corner is moved aside by an infin
 y, then along z, by the signs alone: two triangles with an edge in common are never both hit nor both missed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -149,7 +147,7 @@ class Mesh(Shape):
         return np.asarray(away < self._sample_spacing * 2)
 
     @cached_property
-    def _bins(self) -> _Bins:
+    def _bins(self) -> "_Bins":
         return _Bins(self.corners[:, :, 1:])
 
     @cached_property

@@ -118,19 +118,19 @@ def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[C
     giga = 1.0 if unitless else 1e-9
     measured = []
     pressures = {"centre_pressure": "at the projectile's centre", "axis_pressure_min": "lowest on the shot line"}
-    there = {label: _column(history, name) * giga for name, label in pressures.items() if name in history}
+    there = {label: history[name] * giga for name, label in pressures.items() if name in history}
     if there:
         measured.append(chart(time, there, "pressure" if unitless else "pressure [GPa]", "Pressures", unitless))
     conserved = []
     energies = [name for name in history if name.endswith(("_energy", "_work", "_heat")) or name == "energy"]
     if energies:
-        lines = {words(name): _column(history, name) for name in energies}
+        lines = {name.replace("_", " "): history[name] for name in energies}
         conserved.append(_scaled_chart(time, lines, "energy", "kJ", "Energies by kind", unitless))
     if "energy_drift" in history:
-        drift = _column(history, "energy_drift") * 100.0
+        drift = history["energy_drift"] * 100.0
         conserved.append(chart(time, {"drift": drift}, "drift [%]", "Drift of the total energy", unitless))
     if "dt" in history:
-        step = _column(history, "dt")[1:]
+        step = history["dt"][1:]
         conserved.append(_scaled_chart(time[1:], {"step": step}, "step", "ns", "Time step", unitless))
     return measured, conserved
 
@@ -174,18 +174,6 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
-def words(name: str) -> str:
-    """Return a column's name in words."""
-    return name.replace("_", " ")
-
-
-def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    try:
-        return np.asarray(history[name], float)
-    except ValueError:  # empty cells
-        return np.array([float(cell) if cell else np.nan for cell in history[name]])
-
-
 def moments(
     history: Mapping[str, np.ndarray], last: Snapshot, measures: PlainMapping, layers: Sequence[PlainMapping] = ()
 ) -> list[tuple[str, float]]:
@@ -193,7 +181,7 @@ def moments(
     end = last.time
     named: list[tuple[str, object]] = []
     if len(last.bodies) > 1 and "kinetic_energy" in history:  # contact: the first record with less kinetic energy
-        energy = _column(history, "kinetic_energy")
+        energy = history["kinetic_energy"]
         less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[:1])
         named.append(("contact", float(np.asarray(history["time"], float)[less[0]]) if len(less) else None))
     named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
