@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from hvisph.cli.commands.pictures import report
 from hvisph.core.errors import CaseError
 from hvisph.core.text import format_differences, format_value
 from hvisph.output.reader import list_snapshots, read_snapshot
@@ -291,13 +292,13 @@ def test_killed_workers_lose_nothing(tmp_path):
     assert "penetration [m]" in table[0]
     assert "crater_diameter [m]" not in table[0]
     members = folder.members()
-    from hvisph.visualization.html.sweep import sweep_report
-
-    page = sweep_report(folder.path).read_text(encoding="utf-8")
+    report([str(folder.path)], each=False, out=None, quiet=True)
+    page = (folder.path / "report.html").read_text(encoding="utf-8")
     assert "4 of 4 cases are done" in page
     assert page.count("data:image/png") == 4
     assert "<a href=" not in page  # no run has a page of its own yet
-    page = sweep_report(folder.path, each=True).read_text(encoding="utf-8")
+    report([str(folder.path)], each=True, out=None, quiet=True)
+    page = (folder.path / "report.html").read_text(encoding="utf-8")
     links = set(re.findall(r'<a href="([^"]+)"', page))
     assert len(links) == 4
     assert all((folder.path / link).is_file() for link in links)

@@ -19,7 +19,6 @@ import hvisph.sweeps.cluster as crews
 from hvisph.core.errors import OutputError
 from hvisph.sweeps.cluster import DaskCrew
 from hvisph.sweeps.driver import begin, driver
-from hvisph.sweeps.folder import Selection
 
 distributed = pytest.importorskip("distributed")
 SETTINGS = SMALL | {"time.end": "1.2 us", "output.every": "0.6 us", "output.checkpoint_every": 0.02}
@@ -83,7 +82,7 @@ def strike(folder, client, killed):
 def test_killed_workers_of_a_cluster_lose_nothing(cluster, tmp_path):
     folder, killed = begun(tmp_path / "sweep", 4), []
     crew = DaskCrew(folder, distributed.Client(cluster), 1)
-    under_way = driver(folder, 2, 1, Selection(), None, lambda *_: crew)
+    under_way = driver(folder, 2, 1, None, lambda *_: crew)
     with distributed.Client(cluster) as client:
         thread = threading.Thread(target=strike, args=(folder, client, killed))
         thread.start()

@@ -108,13 +108,18 @@ def worker_command(folder: SweepFolder, threads: int, options: Sequence[str] = (
 class Driver:
     """Execution of a sweep."""
 
-    def __init__(self, folder: SweepFolder, crew: Crew, workers: int, selection: Selection | None = None):
+    def __init__(self, folder: SweepFolder, crew: Crew, workers: int, selection: Selection):
         self.folder, self.crew, self.workers = folder, crew, workers
-        self.selection = selection or Selection()
+        self.selection = selection
         self.plan = folder.plan()
         self.sweep = self.plan.sweep
         self.table = TableKeeper(folder, self.sweep.record)
         self.members: list[Member] = folder.members()
+
+    @property
+    def title(self) -> str:
+        """The sweep's title, that of its case, or the name of its folder."""
+        return self.sweep.title or str(self.plan.base.value.get("title", "")) or self.folder.path.resolve().name
 
     def go(self) -> Iterator[Row]:
         """Compute the remaining cases, yield the row of each at its end, and write the results."""
@@ -220,7 +225,7 @@ def sweep(
     Raises `CaseError` for anything wrong with the sweep or one of its cases, before anything runs.
     """
     folder = begin(source, out)
-    return driver(folder, workers, threads, Selection.parse(only), only).go()
+    return driver(folder, workers, threads, only).go()
 
 
 def begin(source: Source, out: str | os.PathLike[str] | None = None) -> SweepFolder:
@@ -259,19 +264,19 @@ def update_sweep_of(run: Path) -> Path | None:
     folder = SweepFolder(run.resolve().parent.parent)
     if not folder.exists:
         return None
-    driver(folder, None, None, Selection(), None).conclude()
+    driver(folder).conclude()
     return folder.path
 
 
 def driver(
     folder: SweepFolder,
-    workers: int | None,
-    threads: int | None,
-    selection: Selection,
-    only: str | None,
+    workers: int | None = None,
+    threads: int | None = None,
+    only: str | None = None,
     crew: Callable[[SweepFolder, int, tuple[str, ...]], Crew] | None = None,
 ) -> Driver:
     """Return the driver of the sweep in `folder`; `crew` creates workers other than those of this machine."""
+    selection = Selection.parse(only)
     selection.require(folder.members())
     cores = available_threads()
     count = workers or cores

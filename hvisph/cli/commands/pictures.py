@@ -15,7 +15,7 @@ from hvisph.postprocessing.run_data import shown_moments
 from hvisph.visualization.camera import VIEWS
 from hvisph.visualization.curves import curves_picture
 from hvisph.visualization.html.report import report as build
-from hvisph.visualization.html.sweep import is_sweep, sweep_report
+from hvisph.visualization.html.sweep import sweep_report
 from hvisph.visualization.particles import Look, Moment, usual_view, view_picture
 from hvisph.visualization.particles import animate as draw
 
@@ -129,6 +129,16 @@ def report(
     quiet: QuietOption = False,
 ) -> None:
     """Write one self-contained page: result, animation, measures, warnings, set-up."""
-    path = sweep_report(runs[0], out, each=each) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)
+    from hvisph.sweeps.driver import driver  # the other commands here need no sweeps
+    from hvisph.sweeps.folder import SweepFolder, rows, table_rows
+
+    folder = SweepFolder(runs[0])
+    if len(runs) > 1 or not folder.exists:
+        path = build(runs, out)
+    else:
+        stands = driver(folder)
+        results, shown, record = stands.conclude(), rows(folder, stands.members), stands.sweep.record
+        table = table_rows(shown, record)
+        path = sweep_report(folder.path, stands.title, results, shown, table, out, record=record, each=each)
     if not quiet:
         say(str(path))

@@ -104,7 +104,7 @@ def sweep(
         _show(existing(source), how)
     else:
         folder = begin(source, how.out)
-        go(folder, how, chosen, only)
+        go(folder, how, only)
         _show(folder, how)
 
 
@@ -119,7 +119,7 @@ def fit(how: SweepOptions, source: str = argument("FIT", "File of a fit, or the 
     folder = begin(source, how.out)
     if folder.sweep.vary.type != "fit":
         raise CaseError(f"{source} is a sweep of type {folder.sweep.vary.type}: use hvisph sweep", where="vary.type")
-    go(folder, how, Selection(), None)
+    go(folder, how)
     _show(folder, how)
 
 
@@ -184,7 +184,7 @@ def _study(how: SweepOptions, kind: str, case: str, settings: list[str] | None, 
             raise CaseError("a setting looks like time.end=2us", where="--set")
         fixed[path.strip()] = plain(value)
     folder = begin({"case": case, "set": fixed, "vary": vary}, how.out or SWEEPS / f"{kind}-{Path(case).stem}")
-    go(folder, how, Selection(), None)
+    go(folder, how)
     _show(folder, how)
 
 
@@ -222,9 +222,9 @@ def _list(source: str, as_json: bool) -> None:
     say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
 
 
-def go(folder: SweepFolder, how: WorkerOptions, chosen: Selection, only: str | None) -> None:
+def go(folder: SweepFolder, how: WorkerOptions, only: str | None = None) -> None:
     """Compute the remaining cases, report the end of each, and leave the command on an interrupt."""
-    under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
+    under_way = driver(folder, how.workers, how.threads, only, how.crew())
     log = SweepLog(under_way, how.silent)
     try:
         with ends_like_ctrl_c(), log:
@@ -237,7 +237,7 @@ def go(folder: SweepFolder, how: WorkerOptions, chosen: Selection, only: str | N
 
 def _show(folder: SweepFolder, how: SweepOptions) -> None:
     """Print state and results of a sweep, and exit with its code."""
-    stands = driver(folder, None, None, Selection(), None)
+    stands = driver(folder)
     results = stands.conclude()
     shown = rows(folder, stands.members)
     if how.as_json:
@@ -245,8 +245,7 @@ def _show(folder: SweepFolder, how: SweepOptions) -> None:
     elif not how.quiet:
         say(summary(stands.sweep, shown, results, folder.path))
     if how.plot is not None:
-        title = stands.sweep.title or str(stands.plan.base.value.get("title", ""))
-        sweep_picture(results, shown, how.plot, title or folder.path.name, stands.sweep.record)
+        sweep_picture(results, shown, how.plot, stands.title, stands.sweep.record)
         if not how.silent:
             say(str(how.plot))
     statuses = {row["status"] for row in shown}

@@ -13,7 +13,6 @@ from hvisph.cli.formatting import echo_json, say, table
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption, QuietOption, SetOption, ThreadsOption, argument, option, parse_option, shared
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.sweeps.folder import Selection
 from hvisph.verification.problem import ALL, Options, Problem
 from hvisph.verification.runner import FOLDER, PROBLEMS, Verdict, default_formulation, draw, require_module, verdicts
 
@@ -209,7 +208,7 @@ def _compute_set(
     sweeps = folders(experiments, form, across, out, table)
     if not table:
         for folder in sweeps.values():
-            go(folder, how, Selection.parse(only), only)
+            go(folder, how, only)
     return result(experiments, experiments.particles(form, across), sweeps)
 
 
