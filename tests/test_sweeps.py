@@ -253,7 +253,7 @@ def test_a_limit_that_was_not_found_is_no_success(tmp_path):
                                     "--event", "penetration", "--threshold", "1", "--out", str(tmp_path / "sweep"),
                                     "--workers", "1", "--threads", "1"])  # fmt: skip
     assert done.exit_code == 1
-    assert "no limit: it happens at no value that was tried: end at a higher one" in done.stdout
+    assert "No limit: it happens at no value that was tried: end at a higher one" in done.stdout
 
 
 def alone(folder, member, tmp_path):

@@ -3,7 +3,7 @@
 import re
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -93,8 +93,8 @@ def summary(sweep: Sweep, rows: Sequence[Plain], results: Plain, path: Path) -> 
     parts = ["", paragraph(results["finding"]), ""] if results.get("finding") else [""]
     if results.get("fit"):
         return "\n".join([*parts, _fit(results["fit"], path), "", f"{len(rows)} runs: {path / 'table.csv'}"])
-    if "limits" in results:
-        parts += [*map(_limit, results["limits"]), ""]
+    if curves := [line for limit in results.get("limits", []) for line in _curves(limit)]:
+        parts += [*curves, ""]
     elif lines := result_lines(results, sweep.record):
         parts += [table(lines), ""]
     if "sample" in results:
@@ -129,40 +129,23 @@ def _rows(rows: Sequence[Plain], record: Sequence[str] | None) -> str:
     return tables(lines, kept=2 + len(paths)) + more
 
 
-def _limit(verdict: Plain) -> str:
+def _curves(verdict: Plain) -> Iterator[str]:
+    """Yield what is fitted to the shots of a limit, and correlations beside it."""
     unit = f" {verdict['unit']}" if verdict["unit"] else ""
     where = "".join(f"{path} = {format_value(value)}: " for path, value in verdict["parameters"].items())
-    if verdict["open"]:
-        return f"{where}no limit: {verdict['open']}"
-    if verdict["mixed"]:
-        text = (
-            f"mixed from {verdict['above']:.6g} to {verdict['below']:.6g}{unit}: "
-            "some shots beyond one where it happens are without"
-        )
-    else:
-        text = "limit between {:.6g} and {:.6g}".format(*sorted((verdict["below"], verdict["above"]))) + unit
     curve = verdict["lambert_jonas"]
     if curve:
-        text += (
-            f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "
-            f"off by {curve['deviation']:.3g} m/s"
-        )
-    lines = [where + text]
-    lines += [
-        f"  {one['name']}: {one['quantity']}: {one['value']:.0f} m/s ({one['range']})"
-        for one in verdict.get("correlations", [])
-    ]
+        text = f"{where}Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}"
+        yield f"{text}, off by {curve['deviation']:.3g} m/s"
+    for one in verdict.get("correlations", []):
+        yield f"{where}{one['name']}: {one['quantity']}: {one['value']:.0f} m/s ({one['range']})"
     if "recht_ipson" in verdict:
-        through = [
-            (shot, one)
+        values = ", ".join(
+            f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}"
             for shot, one in zip(verdict["shots"], verdict["recht_ipson"]["residuals"], strict=True)
             if shot["happened"] and shot["residual"] is not None
-        ]
-        values = ", ".join(
-            f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}" for shot, one in through
         )
-        lines.append(f"  residual velocities beside Recht-Ipson's about this limit: {values}")
-    return "\n".join(lines)
+        yield f"{where}residual velocities beside Recht-Ipson's about this limit: {values}"
 
 
 def _slopes(verdict: Plain, record: Sequence[str] | None) -> list[str]:
