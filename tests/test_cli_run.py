@@ -20,7 +20,7 @@ import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli import guard
-from hvisph.cli.formatting import duration, quantity, round_two_figures, size, table
+from hvisph.cli.formatting import duration, quantity, size, table
 from hvisph.cli.main import app
 from hvisph.cli.options import run_folder
 from hvisph.cli.results_table import results_table
@@ -331,7 +331,6 @@ def test_words():
         *("0.0 s", "9.9 s", "42 s", "2 min 5 s", "2 h 1 min", "2 d 3 h")
     ]
     assert [size(n) for n in (12, 1200, 262e6, 1.25e11)] == ["12 B", "1.2 kB", "262 MB", "125 GB"]
-    assert [round_two_figures(n) for n in (7, 2683, 123456)] == ["7", "2700", "120000"]
     assert table([("a", "bb", ""), ("ccc", "d", "")], indent=1) == " a    bb\n ccc  d"
 
 
