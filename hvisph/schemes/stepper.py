@@ -131,7 +131,7 @@ class Stepper:
         columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
         offered = {"SHARE": 0, "C": 0} | layout.slots() | particle_layout.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
-            "DENSITY_RATE": int("previous_density_rate" in self.formulation.fields),
+            "DENSITY_RATE": int("previous_density_rate" in (particles.offsets if previous else self.formulation.fields)),
             "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.axisymmetric),
             "SWITCH": self.formulation.switch,
             "REDUCES_SHEAR_VISCOSITY": int(self.formulation.reduces_shear_viscosity),
