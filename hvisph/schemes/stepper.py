@@ -126,12 +126,13 @@ class Stepper:
 
     def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> CompiledFunction:
         """Return the pass over single particles, compiled for this formulation, its row and scheme."""
-        particles, dim, smoothing = self.particles, self.particles.dim, self.formulation.smoothing
+        particles, formulation = self.particles, self.formulation
+        dim, smoothing = particles.dim, formulation.smoothing
         # Columns that a state lacks are never read: the branches that name them are compiled away.
         columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
         offered = {"SHARE": 0, "C": 0} | layout.slots() | particle_layout.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
-            "DENSITY_RATE": int("previous_density_rate" in (particles.offsets if previous else self.formulation.fields)),
+            "DENSITY_RATE": int("previous_density_rate" in (particles.offsets if previous else formulation.fields)),
             "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.axisymmetric),
             "SWITCH": self.formulation.switch,
             "REDUCES_SHEAR_VISCOSITY": int(self.formulation.reduces_shear_viscosity),
