@@ -32,8 +32,8 @@ def limited(name, d, other, least=0.0):
     return max(share[name] / a, least) * d
 
 
-def gate_of(fills, free):
-    """Return the gate of a contact."""
+def gap_factor_of(fills, free):
+    """Return the gap factor of a contact."""
     return 1.0 if free <= 0.0 else np.clip((fills / free - OPEN) / (CLOSED - OPEN), 0.0, 1.0)
 
 
@@ -133,12 +133,12 @@ class Pairs:
         return found
 
     def across(self, a, b, e):
-        """Return normal, cosine and gate of a pair of different bodies."""
+        """Return normal, cosine and gap factor of a pair of different bodies."""
         fills = self.fills[a] - self.fills[b]
         n = fills / np.linalg.norm(fills)
         free = (self.ends[a] - self.ends[b]) @ n
-        gate = gate_of(np.linalg.norm(fills), free)
-        return (n, n @ e, gate) if n @ e >= NORMAL_COSINE_MIN else (e, 1.0, gate)
+        gap_factor = gap_factor_of(np.linalg.norm(fills), free)
+        return (n, n @ e, gap_factor) if n @ e >= NORMAL_COSINE_MIN else (e, 1.0, gap_factor)
 
 
 def gradients_before(cloud):
@@ -167,8 +167,8 @@ def operators(pairs, grad_u):
         if fills.any():
             n = fills / np.linalg.norm(fills)
             free = max(pairs.ends[a] @ n, 0.0)
-            gate = gate_of(np.linalg.norm(fills), free)
-            moment += gate * (n @ across @ n) * np.outer(n, n)
+            gap_factor = gap_factor_of(np.linalg.norm(fills), free)
+            moment += gap_factor * (n @ across @ n) * np.outer(n, n)
         share = max(cloud.order[a], 0.0) if correctable(moment) else 0.0
         inverse = np.linalg.inv(moment) if share else one
         change = share * (grad_u[a] - gradients_before(cloud)[a])
@@ -186,13 +186,13 @@ def operators(pairs, grad_u):
 
 
 def contact(pairs, grad_u, grad_s, a, b):
-    """Return u* of `a`, t*, normal, |dW/dr|, weight in the gradient, heat of slip and of the gate, what the density
+    """Return u* of `a`, t*, normal, |dW/dr|, weight in the gradient, heat of slip and of the gap, what the density
     goes without, the heat that `b` conducts to `a`, and the share of its closing that a lead counts, of a pair."""
     cloud, formulation = pairs.cloud, pairs.formulation
     r, e, slope = pairs.geometry(a, b)
-    x_ba, has_contact, gate = r * e, pairs.has_contact(a, b), 1.0
+    x_ba, has_contact, gap_factor = r * e, pairs.has_contact(a, b), 1.0
     if has_contact:
-        e, cosine, gate = pairs.across(a, b, e)
+        e, cosine, gap_factor = pairs.across(a, b, e)
         slope = slope * cosine
         if formulation.unequal_spacings:
             k, _, s, _, slope = pairs.stretched(a, b, e)
@@ -256,7 +256,7 @@ def contact(pairs, grad_u, grad_s, a, b):
                 )
                 exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
             if has_contact:
-                pull, counts = gate * min(pull, 0.0), 2.0 * zb / (za + zb)
+                pull, counts = gap_factor * min(pull, 0.0), 2.0 * zb / (za + zb)
             t, push = pull * e, -pull
         else:
             most = grows * min(cloud.shear[a], cloud.shear[b]) if formulation.corrected_variant else np.inf
@@ -279,7 +279,7 @@ def contact(pairs, grad_u, grad_s, a, b):
     elif formulation.adjoint:  # each side has the work of its own traction
         apart = (pairs.stress[a] @ pairs.operator[a] - pairs.stress[b] @ pairs.operator[b]) @ e
         heat += 0.25 * elastic * apart @ (cloud.u[b] - cloud.u[a])
-    return u_own, traction, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts
+    return u_own, traction, e, slope, gap_factor, heat, slipped, x_ba, exchanged, conducted, counts
 
 
 def correctable(moment):
@@ -316,7 +316,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         unit = kernel.norm(dim) / h**dim
         density, slopes = unit * kernel.shape.py_func(0.0), 0.0  # number density, and the sum of q dW/dq
         for b in pairs.near[a]:
-            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts = contact(
+            u_star, t_star, e, slope, gap_factor, heat, slipped, x_ba, exchanged, conducted, counts = contact(
                 pairs, grad_u, grad_s, a, b
             )
             heat += conducted
@@ -334,7 +334,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             power += (force @ (u_star - cloud.u[a]) + 2.0 * volume[a] * volume[b] * slope * heat) / cloud.m[a]
             slip += 2.0 * volume[a] * volume[b] * slope * slipped / cloud.m[a]
             mu = max(mu, (cloud.u[a] - cloud.u[b]) @ x_ba / r)
-            weight = gate if pairs.has_contact(a, b) else 1.0
+            weight = gap_factor if pairs.has_contact(a, b) else 1.0
             crowd = 1.0
             if formulation.unequal_spacings and pairs.has_contact(a, b):
                 weight *= pairs.along_normal(a, b) * h

@@ -49,7 +49,7 @@ class Point:
         self.packed = pack([self.material])
         self.axes = (*quaternion_of(np.eye(3) if turn is None else turn), 0.0)
         self.s, self.damage, self.volume = (0.0,) * 6, 0.0, 0.0
-        self.memory = stress_update.NOTHING if porosity is None else (porosity.distension, 0.0, 1.0, 0.0, 0.0)
+        self.memory = stress_update.NO_HISTORY if porosity is None else (porosity.distension, 0.0, 1.0, 0.0, 0.0)
 
     def step(self, l, dt=1.0):
         """Return the stress after a step at the velocity gradient `l`."""
@@ -102,7 +102,7 @@ def test_isotropic_constants_give_elastic_strength():
         for k in range(20):
             packed = pack([Material("metal", 2700.0, eos, strength)])
             s, _, _, p, c, _, axes = UPDATE(*packed, 0, 1.0, 2700.0 * (1 + 1e-3 * k), 0.0, s, 0.0, 0.0,
-                                            stress_update.NOTHING, axes, tuple(l))  # fmt: skip
+                                            stress_update.NO_HISTORY, axes, tuple(l))  # fmt: skip
         found.append(np.array([*s, p, c]))
     assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-12 * shear)
 

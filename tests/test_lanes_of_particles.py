@@ -205,7 +205,7 @@ def test_the_stress_update_of_every_kind_of_model(loops, material):
     data[:, 5] = -data[:, 3] - data[:, 4]
     data[:, 9] = rng.choice([0.0, 0.2], COUNT)
     data[:, 10] = rng.choice([0.0, 0.0, 0.3, 1.0], COUNT)
-    data[:, 11:20] = stress_update.NOTHING
+    data[:, 11:20] = stress_update.NO_HISTORY
     data[:, 16] = rng.choice([0.0, 0.9, 1.0], COUNT)
     past = data[:, 16] == 1.0
     data[past, 17:19], data[:, 19] = (2e8, 1e8), 1e-3

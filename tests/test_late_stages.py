@@ -47,7 +47,7 @@ def test_nothing_jumps_at_the_switch(material):
         particles["density"] = 2000.0 / 1.48 * (1.0 + generator.uniform(-2e-3, 1e-3, particles.count))
     particles["deviator"] = generator.normal(size=(particles.count, 4)) * 1e3
     deviator = particles["deviator"].copy()
-    state = python_twin(thermodynamics.remembered_state)
+    state = python_twin(thermodynamics.state_with_history)
 
     def pressures():
         columns = (particles[name].tolist() for name in ("density", "internal_energy", "damage", "history_variable"))

@@ -33,7 +33,7 @@ def compare(made, packed_with):
     """Compare the functions fitted to `packed_with` with the general ones, for the first of it."""
     table, models = pack([made, *packed_with])
     answers = []
-    for name in ("update_stress", "flow_stress", "remembered_state", "shear_modulus", "bearable_tension"):
+    for name in ("update_stress", "flow_stress", "state_with_history", "shear_modulus", "bearable_tension"):
         general = (
             getattr(stress_update, name, None) or getattr(thermodynamics, name, None) or getattr(traction_limits, name)
         )
@@ -44,7 +44,7 @@ def compare(made, packed_with):
         arguments = {
             "update_stress": (1e-8, rho, e, s, strain, damage, memory, l),
             "flow_stress": (rho, e, 1e9, strain, damage, 1e4),
-            "remembered_state": (rho, e, damage, 1.2),
+            "state_with_history": (rho, e, damage, 1.2),
             "shear_modulus": (rho, e, 1e9),
             "bearable_tension": (s, damage),
         }

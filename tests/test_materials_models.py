@@ -278,7 +278,7 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
     assert grown(0.3, 0.5e-3, 1.0, 1e-3, 1.0, 1.0, row) == 0.3
 
 
-def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NOTHING, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9,
+def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NO_HISTORY, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9,
              strain=0.0):  # fmt: skip
     table, models = pack([material])
     return python_twin(stress_update.update_stress)(table, models, 0, dt, rho, e, s, strain, damage, memory, l)
@@ -485,7 +485,7 @@ def test_sheared_rock_goes_from_its_intact_to_its_broken_surface(p):
     intact = 1e8 + 3.0 * p / (1.0 + 3.0 * p / 2.5e9)
     broken = min(1.39 * p, intact)
     s, strain, damage, shear = (0.0,) * 6, 0.0, 0.0, 0.02 * eps_f
-    memory = (*stress_update.NOTHING[:3], 0.0, *stress_update.NOTHING[4:])
+    memory = (*stress_update.NO_HISTORY[:3], 0.0, *stress_update.NO_HISTORY[4:])
     l, first = (shear, 0.0, 0.0, 0.0, -shear, 0.0, 0.0, 0.0, 0.0), None
     for _ in range(120):
         before, flowed = damage, strain
@@ -522,7 +522,7 @@ def test_a_smoothed_rate_forgets_a_tenth_a_step():
     """A jump of the strain rate is felt bit by bit, as 1 - 0.9^k, and the yield stress with it."""
     strength = CowperSymonds(80e9, 0.25e9, 40.4, 5.0)
     l = np.diag([1e3, -0.5e3, -0.5e3]).ravel()
-    rate, memory, stress = 1e3, stress_update.NOTHING, []
+    rate, memory, stress = 1e3, stress_update.NO_HISTORY, []
     s = (0.0,) * 6
     smoothed = Material("steel", 7850.0, EOS, strength, rate_smoothing=10)
     assert smoothed.has_history

@@ -97,7 +97,7 @@ def strained(material, rho, shear=0.0):
     table, models = pack([material])
     update = python_twin(stress_update.update_stress)
     l = (0.0, shear, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    s, _, _, p, _, _ = update(table, models, 0, 1.0, rho, 0.0, (0.0,) * 6, 0.0, 0.0, stress_update.NOTHING, l)
+    s, _, _, p, _, _ = update(table, models, 0, 1.0, rho, 0.0, (0.0,) * 6, 0.0, 0.0, stress_update.NO_HISTORY, l)
     return p, float(np.sqrt(1.5 * (sum(x * x for x in s[:3]) + 2.0 * sum(x * x for x in s[3:]))))
 
 

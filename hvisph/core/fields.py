@@ -81,7 +81,7 @@ def field_of(column: str) -> Field:
     return CATALOGUE[column if column in CATALOGUE else column.rpartition("_")[0]]
 
 
-# History variables of particles: of the material models, in the order of `materials.stress_update.NOTHING`; of a
+# History variables of particles: of the material models, in the order of `materials.stress_update.NO_HISTORY`; of a
 # crack, in bodies with a fracture energy; of a material with axes.
 HISTORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
 CRACK = ("onset_damage", "onset_flow_stress", "onset_tension", "band_width")

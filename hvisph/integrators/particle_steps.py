@@ -32,8 +32,8 @@ from hvisph.compiler.tensors3d import (
 from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
 
 # State of a particle: position, velocity, density, specific internal energy, smoothing length, deviator (6), plastic
-# strain, damage, memory of the models (9, `materials.stress_update`), axes (5, `materials.anisotropic_stress`).
-State = namedtuple("State", "x u rho e h s plastic_strain damage memory axes")
+# strain, damage, history of the models (9, `materials.stress_update`), axes (5, `materials.anisotropic_stress`).
+State = namedtuple("State", "x u rho e h s plastic_strain damage history axes")
 
 # Rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) in addition to its trace,
 # hoop strain rate (axisymmetric).
@@ -69,7 +69,7 @@ def load_state(state, i):
                  (state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
                   state[i, S_STRAIN_RATE]) + ((state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS],
                   state[i, S_ONSET_TENSION], state[i, S_BAND_WIDTH]) if FRACTURES else (none, none, none, none))
-                 if REMEMBERS else NOTHING,
+                 if HAS_HISTORY else NO_HISTORY,
                  (state[i, S_MATERIAL_AXES], state[i, S_MATERIAL_AXES + 1], state[i, S_MATERIAL_AXES + 2],
                   state[i, S_MATERIAL_AXES + 3], state[i, S_FAILURE_MODES])
                  if ANISOTROPIC else NO_AXES)  # fmt: skip
@@ -85,15 +85,15 @@ def store(state, i, now):
     put_full_symmetric(state, i, S_DEVIATOR, now.s, DIM)
     state[i, S_PLASTIC_STRAIN] = now.plastic_strain
     state[i, S_DAMAGE] = now.damage
-    if REMEMBERS:
-        state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN] = now.memory[0], now.memory[1]
-        state[i, S_STRAIN_RATE] = now.memory[4]
+    if HAS_HISTORY:
+        state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN] = now.history[0], now.history[1]
+        state[i, S_STRAIN_RATE] = now.history[4]
     if ANISOTROPIC:
         put(state, i, S_MATERIAL_AXES, (now.axes[0], now.axes[1], now.axes[2], now.axes[3]))
         state[i, S_FAILURE_MODES] = now.axes[4]
     if FRACTURES:
-        state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS] = now.memory[5], now.memory[6]
-        state[i, S_ONSET_TENSION] = now.memory[7]
+        state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS] = now.history[5], now.history[6]
+        state[i, S_ONSET_TENSION] = now.history[7]
 
 
 def load_rates(rates, k):
@@ -139,7 +139,7 @@ def move(state, i, now, rate, free, pull, u, dt):
         missing = 0.5 * (missing + dot(before, subtract(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
     after = State(add(now.x, multiply(dt, mean)), add(now.u, multiply(dt, a)), now.rho,
                   now.e + dt * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
-                  now.memory, now.axes)  # fmt: skip
+                  now.history, now.axes)  # fmt: skip
     return after, l, divergence(l) - density, hoop
 
 
@@ -173,13 +173,13 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     h = min(max(now.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     axes = now.axes
     if ANISOTROPIC:
-        s, plastic_strain, damage, p, c, memory, axes = update_with_axes(
-            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, axes,
+        s, plastic_strain, damage, p, c, history, axes = update_with_axes(
+            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.history, axes,
             full)  # fmt: skip
     else:
-        s, plastic_strain, damage, p, c, memory = update_stress(
-            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
-    kept = memory if REMEMBERS else NOTHING
+        s, plastic_strain, damage, p, c, history = update_stress(
+            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.history, full)  # fmt: skip
+    kept = history if HAS_HISTORY else NO_HISTORY
     return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept, axes), p, c, full, thicker
 
 

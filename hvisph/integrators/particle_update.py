@@ -109,7 +109,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
     # The stage: where the rates are evaluated next.
     x = add(now.x, multiply(stage, add(now.u, multiply(DRIFT * stage, a))))
     ahead = State(x, add(now.u, multiply(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
-                  now.plastic_strain, now.damage, now.memory, now.axes)  # fmt: skip
+                  now.plastic_strain, now.damage, now.history, now.axes)  # fmt: skip
     swelling = divergence(rate.l) - rate.density
     ahead, p, c, l, thicker = strain(
         ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
@@ -139,7 +139,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
             left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
         rows[s, C] *= left
     if LIMITED:
-        acting = acting_damage(table, m, ahead.damage, ahead.memory)
+        acting = acting_damage(table, m, ahead.damage, ahead.history)
         tension, sheared, soft = softened_limits(
             table,
             m,
@@ -159,7 +159,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
             ),
             ahead.s,
             ahead.damage,
-            ahead.memory,
+            ahead.history,
         )
         signal = show_limits(rows, s, coefficients, signal, ahead.rho, c, Limits(
             thickness * tension, thickness * sheared,
@@ -185,7 +185,7 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     DRIFT (share of the acceleration in the stage's position), PLANE_STRESS, AXISYMMETRIC, SWITCH (share of the
     viscosity), SHEARS (1 where shear takes a share of it), DENSITY_CORRECTION (1 where density returns to the number
     density), ANGULAR_MOMENTUM (1 where pairs return the angular momentum that they made), AHEAD (share of the step that
-    the stage is ahead), GRAVITY (kind of the field), REMEMBERS (1 where particles have history variables), NOTHING
+    the stage is ahead), GRAVITY (kind of the field), HAS_HISTORY (1 where particles have history variables), NO_HISTORY
     (else), FRACTURES (1 where those contain a crack),
     ADJOINT (1 where the row has the velocity gradient of the evaluation before),
     ANISOTROPIC (1 where a material has directions), NO_AXES (else), columns of the state (S_...) and of the

@@ -22,7 +22,7 @@ from .damage import orthotropic as failure
 from .slots import DAMAGE_TAG, EOS_TAG, STRENGTH_TAG, parameters
 from .strength import fabric, orthotropic
 from .stress_update import half_tangent, spall_damage, update_stress
-from .thermodynamics import damaged_pressure, felt_damage, solid_pressure
+from .thermodynamics import damaged_pressure, effective_damage, solid_pressure
 
 # The axes of a particle: unit quaternion w, x, y, z, and its open modes, 1 fibre, 2 matrix, 4 delamination, added up.
 # These are those of a particle without directions.
@@ -32,21 +32,21 @@ _LEAST = 0.01
 
 
 @inline
-def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, axes, l):
+def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, history, axes, l):
     """Advance the stress of a particle by `dt`: `update_stress`, with the axes of materials that have directions.
 
     Parameters as of `update_stress`, and `axes`, five numbers as `NO_AXES`; returns what it does, and the axes.
     """
     if models[m, STRENGTH_TAG] < tags.ORTHOTROPIC:
-        s, plastic_strain, damage, p, c, memory = update_stress(
-            table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l
+        s, plastic_strain, damage, p, c, history = update_stress(
+            table, models, m, dt, rho, e, s, plastic_strain, damage, history, l
         )
-        return s, plastic_strain, damage, p, c, memory, axes
+        return s, plastic_strain, damage, p, c, history, axes
     row, harm = parameters(table, m), models[m, DAMAGE_TAG]
-    solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, memory[0], row)
-    memory = (first,) + memory[1:]  # noqa: RUF005 numba takes no stars
+    solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, history[0], row)
+    history = (first,) + history[1:]  # noqa: RUF005 numba takes no stars
     damage = spall_damage(damage, solid, dt, e, row)
-    p = damaged_pressure(harm, solid, felt_damage(damage, row), row)
+    p = damaged_pressure(harm, solid, effective_damage(damage, row), row)
     q, modes = (axes[0], axes[1], axes[2], axes[3]), open_modes(axes[4])
     into = transpose(quaternion_rotation(q))
     d, turn = symmetric_part(l), multiply(0.25 * dt, curl(l))
@@ -70,7 +70,7 @@ def update_with_axes(table, models, m, dt, rho, e, s, plastic_strain, damage, me
     if damage >= 1.0:
         t, p = no_symmetric(3), max(p, 0.0)
     number = modes[0] + 2.0 * modes[1] + 4.0 * modes[2]
-    return (rotate(t, out), plastic_strain, damage, p, c, memory, (after[0], after[1], after[2], after[3], number))
+    return (rotate(t, out), plastic_strain, damage, p, c, history, (after[0], after[1], after[2], after[3], number))
 
 
 @inline

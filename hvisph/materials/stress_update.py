@@ -60,15 +60,15 @@ from .slots import (
 )
 from .strength import hardening, yield_stress
 from .strength import johnson_holmquist as ceramic
-from .thermodynamics import circumstances, damaged_pressure, felt_damage, solid_pressure
+from .thermodynamics import damaged_pressure, effective_damage, solid_pressure, strength_conditions
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
 _SMALL_ANGLE_SQUARED = 2.5e-3  # largest half-angle for which the series of the tangent is exact to rounding
-# History variables of a particle (`memory`), beside plastic strain and damage, where there are none. The first is the
+# History variables of a particle (`history`), beside plastic strain and damage, where there are none. The first is the
 # distension of porous material, the time since ignition of an explosive [s] or the bulking pressure of JH-2 [Pa]; then
 # three of flaws, or Grady's limit; the smoothed strain rate [1/s]; and four of a crack (`damage.fracture_energy`).
-NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_HISTORY = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _PROBE = 1e-3  # plastic strain over which the slope of the flow stress is found
 # The strain rates that a smoothed one is held between [1/s].
 _SLOWEST, _FASTEST = 1e-6, 1e9
@@ -98,13 +98,13 @@ def rotate_by_half_angle(s, a):
 def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
     """Advance the stress of a particle without history variables, otherwise as `update_stress`."""
     s, plastic_strain, damage, p, c, _ = update_stress(
-        table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l
+        table, models, m, dt, rho, e, s, plastic_strain, damage, NO_HISTORY, l
     )
     return s, plastic_strain, damage, p, c
 
 
 @inline
-def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
+def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, history, l):
     """Advance a particle's stress by `dt`.
 
     `table`, `models`, `m`: packed materials and the row of this one, uint64.
@@ -112,14 +112,14 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     `rho`, `e`: density [kg/m^3] and specific internal energy [J/kg] at the end of the step.
     `s`: deviator [Pa] at its start: xx, yy, zz, xy, xz, yz.
     `plastic_strain`, `damage`: equivalent plastic strain and damage at its start.
-    `memory`: nine history variables, see `NOTHING`.
+    `history`: nine history variables, see `NO_HISTORY`.
     `l`: velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
 
     Returns the deviator [Pa], plastic strain, damage, pressure [Pa], bulk sound speed [m/s] and history variables.
     """
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
-    first = memory[0]
+    first = history[0]
     if FURTHER and models[m, EOS_TAG] == tags.JWL:
         first += dt
     solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, first, row)
@@ -131,8 +131,8 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     breaks, softens = FURTHER and row[FRACTURE_COMPLIANCE] > 0.0, False
     broken, flow_0, tension, softening, least = damage, 0.0, 0.0, 0.0, row[PRESSURE_MINIMUM]
     if breaks:
-        damage, flow_0, tension = memory[ONSET], memory[YIELD], memory[TENSION]
-        softening = memory[WIDTH] * row[FRACTURE_COMPLIANCE]
+        damage, flow_0, tension = history[ONSET], history[YIELD], history[TENSION]
+        softening = history[WIDTH] * row[FRACTURE_COMPLIANCE]
         softens, least = damage >= 1.0, max(least, -fracture_energy.largest_tension(softening, row))
         broken = fracture_energy.open_crack(broken, solid, divergence(l), dt, tension, softening, rho * c * c)
     if row[SPALL_GROWTH] > 0.0:
@@ -141,18 +141,18 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         damage = 1.0
     if breaks and row[FAILS_IN_TENSION] > 0.0 and solid < 0.0 and e > row[MOLTEN_ENERGY]:  # a melt takes no energy
         broken, tension = 1.0, 0.0
-    limit = memory[1]
+    limit = history[1]
     if FURTHER and damage_tag == tags.GRADY_SPALL and damage < 1.0:
         damage, limit = _spall(solid, rho, c, divergence(l), limit, row)
-    memory = (first, limit) + memory[2:]  # noqa: RUF005 numba takes no stars
-    felt = felt_damage(broken if breaks else damage, row)
-    p = damaged_pressure(damage_tag, solid, felt, row)
+    history = (first, limit) + history[2:]  # noqa: RUF005 numba takes no stars
+    effective = effective_damage(broken if breaks else damage, row)
+    p = damaged_pressure(damage_tag, solid, effective, row)
     if breaks:
         p = fracture_energy.softened_pressure(p, broken, tension)
-        memory = memory[:ONSET] + (damage, flow_0, tension, memory[WIDTH])  # noqa: RUF005 numba takes no stars
+        history = history[:ONSET] + (damage, flow_0, tension, history[WIDTH])  # noqa: RUF005 numba takes no stars
     friction = row[FAILED_FRICTION]
-    owns = FURTHER and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
-    if strength == tags.NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
+    keeps_strength = FURTHER and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
+    if strength == tags.NO_STRENGTH or (effective >= 1.0 and friction <= 0.0 and not keeps_strength):
         if (
             FURTHER
             and strength == tags.NO_STRENGTH
@@ -161,7 +161,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
             and -solid >= row[tensile.TENSILE_STRENGTH]
         ):
             damage, p = 1.0, max(p, 0.0)
-        return no_symmetric(3), plastic_strain, broken if breaks else damage, p, c, memory
+        return no_symmetric(3), plastic_strain, broken if breaks else damage, p, c, history
 
     shear, filled = row[SHEAR_MODULUS], 1.0
     if FURTHER and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
@@ -173,16 +173,18 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d)) if heated else 0.0
     smooths = heated and row[RATE_WEIGHT] > 0.0
     if smooths:
-        strain_rate = _smooth_rate(strain_rate, memory[4], dt, row)
-        memory = memory[:4] + (strain_rate,) + memory[5:]  # noqa: RUF005 numba takes no stars
+        strain_rate = _smooth_rate(strain_rate, history[4], dt, row)
+        history = history[:4] + (strain_rate,) + history[5:]  # noqa: RUF005 numba takes no stars
     if FURTHER and heated:  # the modulus may vary
-        homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
+        homologous, logged, factor, offset, share = strength_conditions(
+            strength, rho, e, p, strain_rate, effective, row
+        )
         shear *= share
-    if FURTHER and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
-        s = multiply(1.0 / (1.0 - felt), s)  # the stress of the part without cracks
+    if FURTHER and damage_tag == tags.GRADY_KIPP and effective < 1.0 and not keeps_strength:
+        s = multiply(1.0 / (1.0 - effective), s)  # the stress of the part without cracks
     shear *= filled
     if FURTHER and models[m, EOS_TAG] == tags.LATE:  # the matter between pores bears the stress
-        filled = memory[1]
+        filled = history[1]
     if damage_tag == tags.JOHNSON_COOK_DAMAGE:
         filled *= damage_model.borne_share(damage, row)
     half = multiply(shear * dt, d)
@@ -190,14 +192,14 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
     if shear == 0.0:
         s = no_symmetric(3)
     flow, increment, share = inf, 0.0, 1.0
-    rubble = felt >= 1.0 and not owns
+    rubble = effective >= 1.0 and not keeps_strength
     trial_squared = 1.5 * double_dot(s, s)
     simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or softens or FURTHER)
     # Elastic at any rate: neither temperature nor logarithm are needed. No return here: lanes could not follow it.
     sure = row[SURE_STRESS] * filled
     elastic = simple and e < row[SURE_ENERGY] and trial_squared <= sure * sure
     if heated and not FURTHER and not elastic:
-        homologous, logged, factor, offset, _ = circumstances(strength, rho, e, p, strain_rate, felt, row)
+        homologous, logged, factor, offset, _ = strength_conditions(strength, rho, e, p, strain_rate, effective, row)
     if simple and not elastic:  # below its least yield stress no power is needed
         flow = yield_stress(strength, 0.0, factor, offset, row) * filled
     if strength != tags.ELASTIC_STRENGTH and not elastic and (flow == inf or trial_squared > flow * flow):
@@ -224,31 +226,33 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
         s = multiply(reached / trial, s)
         plastic_strain += increment
         if breaks and row[FITTED_LENGTH] > 0.0:
-            state = (rho, e, p, plastic_strain, strain_rate, felt)
-            share = _localised_share(strength, damage_tag, state, damage, reached, memory[WIDTH], row)
+            state = (rho, e, p, plastic_strain, strain_rate, effective)
+            share = _localised_share(strength, damage_tag, state, damage, reached, history[WIDTH], row)
         if fails:
             damage += increment / damage_model.fracture_strain(p, reached, logged, homologous, row) * share
             damage = min(damage, 1.0)
     if FURTHER and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
         flowed = (increment * share, flow, strain_rate)
-        s, damage, p, first = _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
-        memory = (first,) + memory[1:]  # noqa: RUF005 numba takes no stars
+        s, damage, p, first = _damage_by_stress(
+            damage_tag, strength, dt, rho, s, solid, p, damage, history, flowed, row
+        )
+        history = (first,) + history[1:]  # noqa: RUF005 numba takes no stars
     if breaks:
         if damage >= 1.0 and not softens and broken < 1.0:
-            state = (rho, e, p, plastic_strain, strain_rate, felt)
+            state = (rho, e, p, plastic_strain, strain_rate, effective)
             flow_0, tension = _strengths_at_onset(strength, damage_tag, s, state, filled, softening, row)
             trial = sqrt(1.5 * double_dot(s, s))
             if trial > flow_0:
                 s = multiply(flow_0 / trial, s)
                 plastic_strain += (trial - flow_0) / (3.0 * shear)
         p = fracture_energy.softened_pressure(p, broken, tension)
-        memory = memory[:ONSET] + (damage, flow_0, tension, memory[WIDTH])  # noqa: RUF005 numba takes no stars
+        history = history[:ONSET] + (damage, flow_0, tension, history[WIDTH])  # noqa: RUF005 numba takes no stars
         damage = broken
-    if felt_damage(damage, row) >= 1.0 and not (FURTHER and damage_tag == tags.CRUSHING):
+    if effective_damage(damage, row) >= 1.0 and not (FURTHER and damage_tag == tags.CRUSHING):
         p = max(p, 0.0)
-        if friction == 0.0 and not owns:
+        if friction == 0.0 and not keeps_strength:
             s = no_symmetric(3)
-    return s, plastic_strain, damage, p, c, memory
+    return s, plastic_strain, damage, p, c, history
 
 
 @inline
@@ -272,8 +276,8 @@ def _smooth_rate(rate, before, dt, row):
 @inline
 def _flow_at(strength, state, row):
     """Return the undamaged flow stress [Pa]; `state`: density, energy, pressure, plastic strain, rate, damage."""
-    rho, e, p, plastic_strain, rate, felt = state
-    _, _, factor, offset, _ = circumstances(strength, rho, e, p, rate, felt, row)
+    rho, e, p, plastic_strain, rate, effective = state
+    _, _, factor, offset, _ = strength_conditions(strength, rho, e, p, rate, effective, row)
     return yield_stress(strength, plastic_strain, factor, offset, row)
 
 
@@ -293,11 +297,11 @@ def _localised_share(strength, damage_tag, state, damage, reached, width, row):
 
     The flow stress is looked at further along its adiabatic path, with the damage that it would have there.
     """
-    rho, e, p, plastic_strain, rate, felt = state
+    rho, e, p, plastic_strain, rate, effective = state
     now = _flow_at(strength, state, row)
-    later = _flow_at(strength, (rho, e + _PROBE * reached / rho, p, plastic_strain + _PROBE, rate, felt), row)
+    later = _flow_at(strength, (rho, e + _PROBE * reached / rho, p, plastic_strain + _PROBE, rate, effective), row)
     if damage_tag == tags.JOHNSON_COOK_DAMAGE:
-        homologous, logged, _, _, _ = circumstances(strength, rho, e, p, rate, felt, row)
+        homologous, logged, _, _, _ = strength_conditions(strength, rho, e, p, rate, effective, row)
         grown = _PROBE / damage_model.fracture_strain(p, reached, logged, homologous, row)
         now *= damage_model.borne_share(damage, row)
         later *= damage_model.borne_share(min(damage + grown, 1.0), row)
@@ -305,12 +309,12 @@ def _localised_share(strength, damage_tag, state, damage, reached, width, row):
 
 
 @noinline
-def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
+def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, history, flowed, row):
     """Return deviator, damage, pressure and first history variable with the damage of a step, of the models by stress.
 
     `flowed` is the step's plastic strain, yield stress [Pa] and strain rate [1/s].
     """
-    first = memory[0]
+    first = history[0]
     increment, flow, rate = flowed
     if damage_tag == tags.CRUSHING:
         if increment > 0.0:
@@ -324,7 +328,7 @@ def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory
     elif damage_tag == tags.PRINCIPAL_STRESS:
         strongest = row[tensile.TENSILE_STRENGTH]
         if FURTHER and row[FRACTURE_COMPLIANCE] > 0.0:
-            softening = memory[WIDTH] * row[FRACTURE_COMPLIANCE]
+            softening = history[WIDTH] * row[FRACTURE_COMPLIANCE]
             strongest = min(strongest, fracture_energy.largest_tension(softening, row))
         torn = greatest - solid >= strongest
         if torn or 0.5 * (greatest - least) >= row[tensile.SHEAR_STRENGTH]:
@@ -334,7 +338,7 @@ def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory
             sheared = grady_kipp.INVARIANT * increment / grady_kipp.failure_strain(p, row)
             damage = min(damage + sheared, 1.0)
         strain = (greatest - solid) * row[grady_kipp.INVERSE_YOUNG]
-        damage = grady_kipp.grow_damage(damage, strain, dt, memory[1], memory[2], memory[3], row)
+        damage = grady_kipp.grow_damage(damage, strain, dt, history[1], history[2], history[3], row)
         if strength not in (tags.ROCK, tags.JOHNSON_HOLMQUIST):
             s = multiply(1.0 - damage, s)
         p = damaged_pressure(damage_tag, solid, damage, row)

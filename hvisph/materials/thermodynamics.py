@@ -36,53 +36,53 @@ _HALVINGS, _WIDENINGS = 40, 20
 
 
 @inline
-def felt_damage(damage, row):
+def effective_damage(damage, row):
     """Return the effective damage, which reduces the stress: 0 where a failed particle keeps its stress."""
     return 0.0 if row[FAILED_FRICTION] == KEEPS_STRESS else damage
 
 
 @inline
-def damaged_pressure(damage_tag, p, felt, row):
-    """Return the pressure [Pa] limited by the tensile strength, reduced by the effective damage `felt`."""
+def damaged_pressure(damage_tag, p, effective, row):
+    """Return the pressure [Pa] limited by the tensile strength, reduced by the `effective` damage."""
     p = limited_pressure(p, row)
     if p < 0.0:
-        if felt >= 1.0:
+        if effective >= 1.0:
             return 0.0
         if FURTHER and damage_tag == tags.GRADY_KIPP:
-            return (1.0 - felt) * p
+            return (1.0 - effective) * p
         if FURTHER and damage_tag == tags.CRUSHING:
-            return max(p, -row[TENSION] * (1.0 - felt))
+            return max(p, -row[TENSION] * (1.0 - effective))
     return p
 
 
 @inline
 def least_pressure(damage_tag, damage, row):
     """Lowest pressure [Pa] that the material bears at its damage: -1e300 where nothing limits its tension."""
-    return damaged_pressure(damage_tag, -1e300, felt_damage(damage, row), row)
+    return damaged_pressure(damage_tag, -1e300, effective_damage(damage, row), row)
 
 
 @inline
-def solid_pressure(tag, rho, e, memory, row):
+def solid_pressure(tag, rho, e, history, row):
     """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first history variable."""
     if FURTHER and row[DISTENSION] > 1.0:
-        return load_pores(tag, rho, e, memory, row)
+        return load_pores(tag, rho, e, history, row)
     if FURTHER and tag == tags.LATE:
-        p, c = late_state(rho, memory, row)
-        return p, c, memory
+        p, c = late_state(rho, history, row)
+        return p, c, history
     p, c = pressure_and_sound_speed(tag, rho, e, row)
     if FURTHER and tag == tags.JWL and row[BURN_RATE] > 0.0:
-        p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
-    return p, c, memory
+        p *= min(max(history * row[BURN_RATE], 0.0), 1.0)
+    return p, c, history
 
 
 @inline
-def remembered_state(table, models, m, rho, e, damage, memory):
-    """Pressure [Pa] and bulk sound speed [m/s] of a particle with its first history variable, `memory`."""
+def state_with_history(table, models, m, rho, e, damage, history):
+    """Pressure [Pa] and bulk sound speed [m/s] of a particle with its first history variable, `history`."""
     row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
-    p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
+    p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, history, row)
     if FURTHER and damage_tag == tags.CRUSHING:
-        p += memory
-    return damaged_pressure(damage_tag, p, felt_damage(damage, row), row), c
+        p += history
+    return damaged_pressure(damage_tag, p, effective_damage(damage, row), row), c
 
 
 @inline
@@ -94,7 +94,7 @@ def equilibrium_state(table, models, m, rho, e, damage):
     """
     row = parameters(table, m)
     p, c = pressure_and_sound_speed(models[m, EOS_TAG], rho, e, row)
-    return damaged_pressure(models[m, DAMAGE_TAG], p, felt_damage(damage, row), row), c
+    return damaged_pressure(models[m, DAMAGE_TAG], p, effective_damage(damage, row), row), c
 
 
 @noinline
@@ -121,17 +121,17 @@ def between_voids(tag, rho, e, p, row):
 
 
 @inline
-def temperature_of(table, models, m, rho, e, p, memory):
+def temperature_of(table, models, m, rho, e, p, history):
     """Temperature [K] of a particle that bears the pressure `p` [Pa]; not a number without a heat capacity.
 
-    `memory` is its first history variable. Failed material, or material at its cut-off, holds no cold tension at
+    `history` is its first history variable. Failed material, or material at its cut-off, holds no cold tension at
     any density: its temperature is that of the matter between the voids.
     """
     row = parameters(table, m)
     if not row[INVERSE_HEAT_CAPACITY] > 0.0:
         return nan
     if FURTHER and row[DISTENSION] > 1.0:
-        rho, p = rho * memory, p * memory
+        rho, p = rho * history, p * history
     return temperature(between_voids(models[m, EOS_TAG], rho, e, p, row), e, row)
 
 
@@ -157,12 +157,12 @@ def shear_modulus(table, models, m, rho, e, p):
 
 
 @inline
-def circumstances(strength, rho, e, p, rate, felt, row):
+def strength_conditions(strength, rho, e, p, rate, effective, row):
     """Homologous temperature, logarithm of the strain rate, then what `strength.conditions` returns for them."""
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
     homologous = homologous_temperature(e, t, melt, row)
     logged = log(max(rate, _LEAST_RATE))
-    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, logged, felt, row)
+    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, logged, effective, row)
     return homologous, logged, factor, offset, share
 
 
@@ -175,22 +175,22 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     denser, an upper limit.
     """
     row, strength = parameters(table, m), models[m, STRENGTH_TAG]
-    felt = felt_damage(damage, row)
+    effective = effective_damage(damage, row)
     shear = row[SHEAR_MODULUS]
-    owns = FURTHER and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)
-    broken = strength != tags.NO_STRENGTH and felt >= 1.0 and not owns
+    keeps_strength = FURTHER and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)
+    broken = strength != tags.NO_STRENGTH and effective >= 1.0 and not keeps_strength
     friction = row[FAILED_FRICTION] * max(p, 0.0) if broken else inf
     if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH) or (FURTHER and strength >= tags.ORTHOTROPIC):
         return friction, shear
     if FURTHER and row[DISTENSION] > 1.0:
         rho = _of_the_solid(rho, row)
-    _, _, factor, offset, share = circumstances(strength, rho, e, p, rate, felt, row)
+    _, _, factor, offset, share = strength_conditions(strength, rho, e, p, rate, effective, row)
     flow = yield_stress(strength, plastic_strain, factor, offset, row)
     if models[m, DAMAGE_TAG] == tags.JOHNSON_COOK_DAMAGE:
         flow *= borne_share(damage, row)
     flow = min(flow, friction)
-    cracked = FURTHER and models[m, DAMAGE_TAG] == tags.GRADY_KIPP and not owns
-    return (flow * (1.0 - felt) if cracked and not broken else flow), shear * share
+    cracked = FURTHER and models[m, DAMAGE_TAG] == tags.GRADY_KIPP and not keeps_strength
+    return (flow * (1.0 - effective) if cracked and not broken else flow), shear * share
 
 
 @inline

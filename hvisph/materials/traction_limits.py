@@ -60,21 +60,21 @@ def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damag
 
 
 @inline
-def acting_damage(table, m, damage, memory):
+def acting_damage(table, m, damage, history):
     """Return the damage that reduces the yield stress: before onset the measure of onset."""
-    if FURTHER and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[ONSET] < 1.0:
-        return memory[ONSET]
+    if FURTHER and table[m, FRACTURE_COMPLIANCE] > 0.0 and history[ONSET] < 1.0:
+        return history[ONSET]
     return damage
 
 
 @inline
-def softened_limits(table, m, tension, shear, s, damage, memory):
+def softened_limits(table, m, tension, shear, s, damage, history):
     """Return limits of normal and shear traction [Pa], softened by fracture from its onset on, and the damage since."""
     soft = 0.0
-    if FURTHER and table[m, FRACTURE_COMPLIANCE] > 0.0 and memory[TENSION] > 0.0:
+    if FURTHER and table[m, FRACTURE_COMPLIANCE] > 0.0 and history[TENSION] > 0.0:
         left, soft = 1.0 - damage, damage
-        tension = min(tension, left * memory[TENSION] + sqrt(2.0 / 3.0 * double_dot(s, s)))
-        shear = min(shear, left * memory[YIELD] / sqrt(3.0))
+        tension = min(tension, left * history[TENSION] + sqrt(2.0 / 3.0 * double_dot(s, s)))
+        shear = min(shear, left * history[YIELD] / sqrt(3.0))
     return tension, shear, soft
 
 

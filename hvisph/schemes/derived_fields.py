@@ -16,11 +16,11 @@ NAMES = ("pressure", "sound_speed", "von_mises_stress", "temperature")
 
 def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, temperature):
     m, rho, e = np.uint64(tags[s, 2]), state[s, S_DENSITY], state[s, S_INTERNAL_ENERGY]
-    memory = state[s, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
-    p, c = remembered_state(table, models, m, rho, e, state[s, S_DAMAGE], memory)
+    history = state[s, S_HISTORY_VARIABLE] if HAS_HISTORY else 1.0
+    p, c = state_with_history(table, models, m, rho, e, state[s, S_DAMAGE], history)
     if FRACTURES:
         p = softened_pressure(p, state[s, S_DAMAGE], state[s, S_ONSET_TENSION])
-    temperature[s] = temperature_of(table, models, m, rho, e, p, memory)
+    temperature[s] = temperature_of(table, models, m, rho, e, p, history)
     pressure[s] = p
     sound_speed[s] = c
     squares = 0.0
@@ -65,9 +65,9 @@ def _slabs(
 ) -> Iterator[tuple[slice, dict[str, np.ndarray]]]:
     """Yield the rows of a slab of particles, and their fields."""
     options = {
-        "remembered_state": bind_models(thermodynamics.remembered_state, table, models),
+        "state_with_history": bind_models(thermodynamics.state_with_history, table, models),
         "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
-        "REMEMBERS": int("history_variable" in particles.offsets),
+        "HAS_HISTORY": int("history_variable" in particles.offsets),
         "ANISOTROPIC": int("material_axes" in particles.offsets),
         "FRACTURES": int("band_width" in particles.offsets),
         "softened_pressure": softened_pressure,

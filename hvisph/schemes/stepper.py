@@ -138,7 +138,7 @@ class Stepper:
             "REDUCES_SHEAR_VISCOSITY": int(self.formulation.reduces_shear_viscosity),
             "DENSITY_CORRECTION": int("density_correction" in particles.offsets),
             "ANGULAR_MOMENTUM": int("torque_residual" in particles.offsets), "AHEAD": self.stage_share,
-            "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
+            "NO_HISTORY": stress_update.NO_HISTORY, "HAS_HISTORY": int("history_variable" in particles.offsets),
             "NO_AXES": anisotropic_stress.NO_AXES, "ANISOTROPIC": int("material_axes" in particles.offsets),
             "GRAVITY": self.gravity.kind if self.gravity else NONE,
             "FRACTURES": int("band_width" in particles.offsets),

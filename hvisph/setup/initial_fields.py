@@ -15,7 +15,7 @@ from hvisph.materials.damage.fracture_energy import WIDTH
 from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.eos.jwl import BURN_SPACINGS
 from hvisph.materials.material_table import Material
-from hvisph.materials.stress_update import NOTHING
+from hvisph.materials.stress_update import NO_HISTORY
 from hvisph.measures.fragments import connected_groups
 from hvisph.sph.neighbours.ghost_rows import Plane
 
@@ -65,23 +65,25 @@ def initial_history(
 
     The width of a crack band is the side of a particle's square or cube, of its section if axisymmetric.
     """
-    memory = np.tile(np.array(NOTHING), (len(body.positions), 1))
-    memory[:, WIDTH] = body.breadth
-    memory[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
+    history = np.tile(np.array(NO_HISTORY), (len(body.positions), 1))
+    history[:, WIDTH] = body.breadth
+    history[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
     detonation = getattr(body.model.material.eos, "detonation", None)
     if isinstance(material.eos, JonesWilkinsLee):
-        memory[:, 0] = 0.0
+        history[:, 0] = 0.0
         if detonation is not None:
             points = np.array(detonation.points, dtype=float)
             if points.shape[1] != dim:
                 message = f"a point has {points.shape[1]} components, needs {dim} in {dim}D"
                 raise CaseError(message, where=f"bodies.{body.name}.material.eos.detonation.points")
             distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
-            memory[:, 0] = begins - detonation.time - distance / (detonation.speed or material.eos.chapman_jouguet()[0])
+            history[:, 0] = (
+                begins - detonation.time - distance / (detonation.speed or material.eos.chapman_jouguet()[0])
+            )
     if isinstance(material.damage, GradyKipp):
         volume = float(_cells(body, drawing_dim, dx).sum())
-        memory[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)
-    return memory
+        history[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)
+    return history
 
 
 def gravity_of(case: Case) -> Gravity | None:

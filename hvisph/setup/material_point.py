@@ -14,7 +14,7 @@ from hvisph.materials import anisotropic_stress, isentrope, thermodynamics
 from hvisph.materials.damage import GradyKipp
 from hvisph.materials.material_table import Material, pack
 from hvisph.materials.slots import DISTENSION, INVERSE_HEAT_CAPACITY, values
-from hvisph.materials.stress_update import NOTHING
+from hvisph.materials.stress_update import NO_HISTORY
 
 from .initial_fields import with_cracks
 
@@ -52,16 +52,16 @@ class _Point:
         self.rho, self.e = material.density, material.eos.ambient_energy
         self.s: tuple[float, ...] = (0.0,) * 6
         self.plastic_strain = self.damage = 0.0
-        self.memory: tuple[float, ...] = (*NOTHING[:-1], width)
+        self.history: tuple[float, ...] = (*NO_HISTORY[:-1], width)
         self.axes: tuple[float, ...] = anisotropic_stress.NO_AXES
         if material.porosity is not None:
-            self.memory = (material.porosity.distension, *self.memory[1:])
+            self.history = (material.porosity.distension, *self.history[1:])
             self.rho /= material.porosity.distension
         elif material.has_history:
-            self.memory = (0.0, *self.memory[1:])
+            self.history = (0.0, *self.history[1:])
         if isinstance(material.damage, GradyKipp):
             least, exponent, number = material.damage.flaws("point", 1, VOLUME)[0].tolist()
-            self.memory = (self.memory[0], least, exponent, number, *self.memory[4:])
+            self.history = (self.history[0], least, exponent, number, *self.history[4:])
         self.p = 0.0
 
     def try_step(self, l: np.ndarray, dt: float) -> tuple:
@@ -72,7 +72,7 @@ class _Point:
         stress = _matrix(self.s) - self.p * np.eye(3)
         e = self.e
         for _ in range(2):  # the work of the mean stress
-            state = self.s, self.plastic_strain, self.damage, self.memory, self.axes
+            state = self.s, self.plastic_strain, self.damage, self.history, self.axes
             answer = self.update_stress(self.table, self.models, 0, dt, rho, e, *state, tuple(l.ravel().tolist()))
             after = _matrix(answer[0]) - answer[3] * np.eye(3)
             e = self.e + dt * 0.5 * float(((stress + after) * d).sum()) * 2.0 / (self.rho + rho)
@@ -81,13 +81,13 @@ class _Point:
     def step(self, l: np.ndarray, dt: float) -> None:
         """Advance by a step."""
         self.rho, self.e, answer = self.try_step(l, dt)
-        self.s, self.plastic_strain, self.damage, self.p, _, self.memory, self.axes = answer
+        self.s, self.plastic_strain, self.damage, self.p, _, self.history, self.axes = answer
 
     def record(self) -> list[float]:
         """Return `COLUMNS`."""
         s = _matrix(self.s)
         stress = [*(np.diag(s) - self.p), s[0, 1], s[0, 2], s[1, 2]]
-        solid = self.rho * self.memory[0] if self.row[DISTENSION] > 1.0 else self.rho
+        solid = self.rho * self.history[0] if self.row[DISTENSION] > 1.0 else self.rho
         t = self.heat(solid, self.e, values(self.row))
         mises = float(np.sqrt(max(1.5 * (s * s).sum() - 0.5 * np.trace(s) ** 2, 0.0)))
         return [*stress, self.p, mises, self.plastic_strain, self.damage, self.rho, self.e, t]

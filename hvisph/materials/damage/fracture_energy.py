@@ -25,7 +25,7 @@ from hvisph.compiler.jit import inline
 from hvisph.materials import slots
 from hvisph.materials.slots import FITTED_LENGTH, FRACTURE_COMPLIANCE, FRACTURE_MODULUS, SHEAR_MODULUS
 
-# Places in a particle's memory: measure of onset D, Y_0 [Pa], p_0 [Pa] and l [m].
+# Places in a particle's history: measure of onset D, Y_0 [Pa], p_0 [Pa] and l [m].
 ONSET, YIELD, TENSION, WIDTH = 5, 6, 7, 8
 # Least and largest l/L_0 by which strain counts.
 NARROWEST, WIDEST = 0.2, 5.0

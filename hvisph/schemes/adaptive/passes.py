@@ -176,9 +176,9 @@ def offered_to_loops(
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant),
         "REDUCES_SHEAR_VISCOSITY": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.axisymmetric),
-        "remembered_state": bind_models(thermodynamics.remembered_state, *materials), "longitudinal_speed":
+        "state_with_history": bind_models(thermodynamics.state_with_history, *materials), "longitudinal_speed":
         thermodynamics.longitudinal_speed, "shear_modulus": bind_models(thermodynamics.shear_modulus, *materials),
-        "REMEMBERS": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
+        "HAS_HISTORY": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
         "FRACTURES": int("band_width" in particles.offsets), "S_ONSET_TENSION": 0,
         "softened_pressure": softened_pressure,
         **{name: at for name, at in particles.bindings().items()

@@ -168,7 +168,7 @@ def accumulate(near, n, rows, i, constants, out):
         if RIGID:
             g, jump, its_rigid, heated = rigid_motion(rows, i, b, dx, own_rigid, g, jump)
         du_n = dot(jump, e)
-        approach, half, weight, other, gate = -du_n, broadcast_lanes(0.5), broadcast_lanes(1.0), zero, zero
+        approach, half, weight, other, gap_factor = -du_n, broadcast_lanes(0.5), broadcast_lanes(1.0), zero, zero
         in_contact = False
         if SEPARATING:  # most vectors of neighbours hold one body alone and skip the contact
             other = is_other_body(rows, i, b, dx)
@@ -178,7 +178,9 @@ def accumulate(near, n, rows, i, constants, out):
                     continue
                 g, approach = g * other, approach * other
             if in_contact:
-                e, g, weight, gate = contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface)
+                e, g, weight, gap_factor = contact_geometry(
+                    rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface
+                )
                 half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), multiply(dot(dx, e), e)
         if EDGES:  # and no slopes
             matter = 1.0 - max(own_layer, its_layer)
@@ -245,7 +247,7 @@ def accumulate(near, n, rows, i, constants, out):
             traction = crack_limits(rows, i, b, e, crack, traction, ta_n, dt_n, other)
         if in_contact:
             contact, traction, opening, sliding = contact_states(
-                rows, i, b, contact, traction, velocity, own_traction, stress, (za, zb), constants[1], other, gate
+                rows, i, b, contact, traction, velocity, own_traction, stress, (za, zb), constants[1], other, gap_factor
             )
             rubbed = heated * energy_area * sliding
             power += (heated * energy_area) * opening

@@ -144,14 +144,14 @@ def crack_limits(rows, i, b, e, own_crack, traction, own, stress, other):
     return t_n, multiply(borne, t_t) if DIM > 1 else t_t
 
 
-def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedances, friction, other, gate):
+def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedances, friction, other, gap_factor):
     """Return contact velocity and traction of bodies in contact, and the heats of the gap and of slip.
 
     Heats are per interaction area (`sph.contact.riemann_contact`); pairs of one body keep their state.
     """
     za, zb = impedances
     t_n, us_n, separation = compressive_contact(
-        traction[0], contact[0], velocity[0], own[0], stress[0], za, zb, other, gate
+        traction[0], contact[0], velocity[0], own[0], stress[0], za, zb, other, gap_factor
     )
     if DIM == 1:
         return (us_n, contact[1]), (t_n, traction[1]), t_n * separation, 0.0 * other

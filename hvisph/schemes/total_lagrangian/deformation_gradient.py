@@ -162,8 +162,8 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
             full, swelling = replace_zz(full, hoop), swelling + hoop
         # mass over volume, both of the section if axisymmetric
         rho = rows[i, M] / (volume[i] * section)
-        memory = state[i, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
-        p, c = remembered_state(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], memory)
+        history = state[i, S_HISTORY_VARIABLE] if HAS_HISTORY else 1.0
+        p, c = state_with_history(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], history)
         if FRACTURES:
             p = softened_pressure(p, state[i, S_DAMAGE], state[i, S_ONSET_TENSION])
         shear = shear_modulus(table, models, m, rho, rows[i, E], p)

@@ -1,4 +1,4 @@
-"""Contact normal between two bodies, and the gap factor of their contact force (`gate`).
+"""Contact normal between two bodies, and the gap factor of their contact force.
 
     N_a = sum over other bodies V_b |dW/dr| e          points towards the other body
     O_a = - sum over the own body V_b |dW/dr| e        points outwards; zero inside a body
@@ -94,7 +94,7 @@ def smooth_normals(near, n, rows, i, constants, out):
 
 
 @inline
-def contact_gate(fills, ends):
+def contact_gap_factor(fills, ends):
     """Return the gap factor from the sum `fills` over other bodies and the free part `ends` of the kernel sum."""
     return min(max((fills / (max(ends, 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN)), 0.0), 1.0)
 
@@ -108,7 +108,7 @@ def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
     cosine = dot(n, e)
     turned = other * max(np.copysign(1.0, cosine - NORMAL_COSINE_MIN), 0.0)
     normal = add(e, multiply(turned, subtract(n, e)))
-    return normal, 1.0 + turned * (cosine - 1.0), contact_gate(size, dot(subtract(ends_a, ends_b), n))
+    return normal, 1.0 + turned * (cosine - 1.0), contact_gap_factor(size, dot(subtract(ends_a, ends_b), n))
 
 
 @inline

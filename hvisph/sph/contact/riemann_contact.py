@@ -1,8 +1,8 @@
 """Riemann contact of bodies: compression along the normal, Coulomb friction along the interface.
 
-With the normal n and the gap factor `gate` of `sph.contact.contact_normal`, without reconstruction,
+With the normal n and the gap factor of `sph.contact.contact_normal`, without reconstruction,
 
-    t*_n = gate min(t*_n, 0),     |t*_t| <= friction |t*_n|
+    t*_n = gap_factor min(t*_n, 0),     |t*_t| <= friction |t*_n|
     u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b   one a side, equal where t* is not limited
     D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gap, on each side
 
@@ -35,10 +35,10 @@ def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surfac
     different bodies, else 0: nothing changes for it then.
     """
     full = neighbours(rows, near, k, WHOLE)
-    e, cosine, gate = contact_frame(
+    e, cosine, gap_factor = contact_frame(
         e, other, n_other, vector(full, N_OTHER, DIM), n_surface, vector(full, N_SURFACE, DIM)
     )
-    g, weight = g * cosine, 1.0 + other * (gate - 1.0)
+    g, weight = g * cosine, 1.0 + other * (gap_factor - 1.0)
     if VARIABLE_RESOLUTION:
         reached = -scale(ih) * slope(np.sqrt(dot(dx, dx)) * ih)
         ik = normal_inverse_length(rows[i, DEPTH], rows[i, H], full[DEPTH], b[H])
@@ -46,7 +46,7 @@ def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surfac
         unequal = -2.0 * scale(ih) / (ih * ih * rows[i, H] * b[H]) * slope(q) * s_n * ik / (q + TINY)
         unequal *= reached / (reached + TINY)  # lists hold more where h varies: the pair must be in both
         g, weight = g + other * (unequal - g), weight * (1.0 + other * (ik * rows[i, H] - 1.0))
-    return e, g, weight, gate
+    return e, g, weight, gap_factor
 
 
 @inline
@@ -56,15 +56,15 @@ def shear_compliance(zt, zn):
 
 
 @inline
-def compressive_contact(t, us, d, t_a, step, za, zb, other, gate):
+def compressive_contact(t, us, d, t_a, step, za, zb, other, gap_factor):
     """Return normal traction, contact velocity, and half the difference of both sides' contact velocities.
 
     `t`, `us`: traction [Pa], and contact velocity relative to the own one [m/s], of a bonded pair
     `d`, `t_a`, `step`: jump of velocity [m/s]; own traction and jump of traction [Pa]
     `za`, `zb`: impedances
-    `other`, `gate`: 1 for a pair of different bodies, else 0; gap factor of the contact
+    `other`, `gap_factor`: 1 for a pair of different bodies, else 0; gap factor of the contact
     """
-    t += other * (gate * min(t, 0.0) - t)
+    t += other * (gap_factor * min(t, 0.0) - t)
     own, its = (t - t_a) / za, d - (t - t_a - step) / (zb + TINY)
     return t, us + other * (own - us), (0.5 * other) * (its - own)
 

@@ -42,7 +42,7 @@ from hvisph.compiler.tensors import (
     symmetric_outer,
     transpose,
 )
-from hvisph.sph.contact.contact_normal import contact_gate
+from hvisph.sph.contact.contact_normal import contact_gap_factor
 
 from .free_surface_correction import correctable
 from .limiters import TINY
@@ -58,7 +58,7 @@ def closed_moment(moment, contact_moment, fills, lacking):
     """
     size = np.sqrt(dot(fills, fills)) + TINY
     n = multiply(1.0 / size, fills)
-    normal = contact_gate(size, dot(lacking, n)) * dot(n, symmetric_dot(contact_moment, n))
+    normal = contact_gap_factor(size, dot(lacking, n)) * dot(n, symmetric_dot(contact_moment, n))
     return add(moment, symmetric_outer(n, multiply(normal, n)))
 
 
