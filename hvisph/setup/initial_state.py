@@ -158,8 +158,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
         formulation = replace(formulation, unequal_spacings=bool(np.ptp(lengths) > UNLIKE * h))
         if isinstance(formulation, Riemann) and formulation.corrected_variant:
-            formulation = replace(formulation, fractures=any(material.fracture is not None for material in made),
-                                  crushes=any(material.porosity is not None for material in made))  # fmt: skip
+            formulation = replace(formulation, fractures=any(material.fracture is not None for material in made))
         contact: Any = getattr(case.formulation, "contact", None)
         if _in_pieces(case, contact, placed):
             formulation = replace(formulation, has_contact=True, friction=contact.friction, fragment_contact=True)

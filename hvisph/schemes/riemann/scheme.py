@@ -23,7 +23,7 @@ from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.neighbours.ghost_rows import Plane
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
-from hvisph.sph.terms.density_correction import crushed_relaxation, relaxation_rates
+from hvisph.sph.terms.density_correction import relaxation_rates
 from hvisph.sph.terms.limiters import LIMITERS, Limiter
 from hvisph.sph.terms.reconstruction import limited_shares_of_ratios
 from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
@@ -45,7 +45,6 @@ OPTIONS = {
     "SELF_CONTACT": "self_contact",
     "ANISOTROPIC": "anisotropic",
     "FRACTURES": "fractures",
-    "CRUSHES": "crushes",
     "ADJOINT": "adjoint",
     "RIGID": "rigid",
     "TURNS": "turns",
@@ -72,7 +71,7 @@ class Riemann:
     `self_contact`: whether surfaces of one connected body are in contact.
     `angular_momentum`: whether angular momentum is conserved; not in axisymmetric cases, nor in 1D.
     `anisotropic`: whether a material has wave speeds that depend on direction.
-    `fractures`, `crushes`: whether a material has a fracture energy; whether one has pores that crush.
+    `fractures`: whether a material has a fracture energy.
     `adjoint`: whether force and power have the corrected operator of the velocity gradient, and the stress jump does
     not enter the contact velocity of solids that have not yielded (`sph.terms.adjoint_operator`).
     `rigid`, `turns`, `edges`: whether some bodies are rigid; whether these rotate; whether there are open edges.
@@ -94,7 +93,6 @@ class Riemann:
     angular_momentum: bool = False
     anisotropic: bool = False
     fractures: bool = False
-    crushes: bool = False
     adjoint: bool = False
     rigid: bool = False
     turns: bool = False
@@ -261,10 +259,6 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     rows[s, LATTICE_ORDER] = -1.0 if limits.failed else limits.order
     if FRACTURES:
         rows[s, SOFT] = limits.soft
-    if CRUSHES and DENSITY_CORRECTION:
-        rows[s, DENSITY_RELAXATION] = crushed_relaxation(
-            rows[s, CORRECTION_DECAY], rows[s, DENSITY_RELAXATION], 1.0 - limits.at_rest / rho
-        )
     if GRAD_H:
         rows[s, FREE_LENGTH] = limits.free
     if AXISYMMETRIC and DENSITY_CORRECTION:

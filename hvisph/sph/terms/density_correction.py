@@ -10,9 +10,6 @@ The difference that remains, x = ln(rho/m) - ln(sum W), relaxes behind the front
 
     dx/dt -= q,   d ln(rho)/dt -= q min((10 p/rho c_l^2)^2, 1),   q = x c_l/(10 h) max(0, 1 - 20 mu/c_l),   p > 0
 
-In cases with pores that crush, 1 - rho_rest/rho stands for p/(rho c_l^2) where it is larger: a weak pressure compresses
-them strongly.
-
 Source: this code's own. Verification: `hugoniot` (stress and energy beside a struck face, 0.6 to 24 km/s).
 """
 
@@ -44,15 +41,3 @@ def relaxation_rates(correction, p, rho, c_l, h):
     compression = min(0.5 / FRONT * max(p, 0.0) / (rho * c_l * c_l), 1.0)
     decay = correction * c_l / (0.5 / FRONT * h)
     return decay, decay * compression * compression
-
-
-@inline
-def crushed_relaxation(decay, relaxation, strain):
-    """Return the rate [1/s] at which density relaxes in a case with pores that crush.
-
-    `decay`, `relaxation`: rates by `relaxation_rates`; `strain`: volumetric compression, 1 - rho_rest/rho
-    """
-    compression = min(0.5 / FRONT * max(strain, 0.0), 1.0)
-    if relaxation == 0.0:  # no pressure
-        return 0.0
-    return max(compression * compression, relaxation / decay) * decay
