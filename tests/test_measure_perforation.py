@@ -13,7 +13,7 @@ from hvisph.measures.impact_geometry import roles_of
 from hvisph.measures.measure import add_variation, measure_scene, measure_snapshot, recent_moments
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result, entries, undefined_result
-from hvisph.measures.target_damage import _front_surface
+from hvisph.measures.target_geometry import front_surface
 from hvisph.measures.targets import Moment, Timeline, layer_measures, verdict
 from hvisph.simulation.writer import _roles
 
@@ -555,4 +555,4 @@ def test_the_struck_face_is_that_of_whole_cells():
     depth = np.array([0.0, 1.0, 0.0, 1.0, 0.7]) * MM
     across = np.array([[0.2], [0.2], [1.1], [1.1], [0.9]]) * MM
     inner = across[:, 0] < 1.0 * MM
-    assert _front_surface(depth, across, inner, 0.8 * MM)[0].tolist() == [0.0, 0.0]
+    assert front_surface(depth, across, inner, 0.8 * MM)[0].tolist() == [0.0, 0.0]

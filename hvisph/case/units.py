@@ -176,7 +176,7 @@ class Quantity:
         if not math.isfinite(result):
             raise ValueError(f"{value!r} is not a finite number")
         if abs(result) > max(LARGEST, self.maximum or 0.0) or (self.above == 0 and 0.0 < result < 1.0 / LARGEST):
-            fault = f"{value} is beyond what is computed with: sizes go from {1.0 / LARGEST:g} to {LARGEST:g} in"
+            fault = f"{value} is outside the permitted magnitudes, {1.0 / LARGEST:g} to {LARGEST:g} in"
             raise ValueError(f"{fault} {self.dimension.unit or 'plain numbers'}")
         if not self._is_allowed(result):
             raise ValueError(f"{value} is out of range: must be {self.range_text()}")

@@ -130,7 +130,7 @@ def _rows(rows: Sequence[Plain], record: Sequence[str] | None) -> str:
 
 
 def _curves(verdict: Plain) -> Iterator[str]:
-    """Yield what is fitted to the shots of a limit, and correlations beside it."""
+    """Yield the curve fitted to the shots of a limit, and correlations beside it."""
     unit = f" {verdict['unit']}" if verdict["unit"] else ""
     where = "".join(f"{path} = {format_value(value)}: " for path, value in verdict["parameters"].items())
     curve = verdict["lambert_jonas"]

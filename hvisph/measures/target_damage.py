@@ -13,7 +13,7 @@ from .fragments import FEWEST, NEAR, connected_groups
 from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
 from .result import Outcome, Outcomes, Result, measures, refuse_if
-from .target_geometry import RIM, Plate, place_of
+from .target_geometry import RIM, Plate, front_surface, place_of
 
 RECENTRED = 8  # goes at the centroid
 FEWEST_SECTORS, MOST_SECTORS = 8, 128
@@ -214,7 +214,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
         flies |= _is_loose(scene, plate, rows, velocity)
     rows, depth, across, velocity, own, half = (one[~flies] for one in (rows, depth, across, velocity, own, half))
     refuse_if(plate.is_beyond(across, RIM).all(), "nothing of the layer is left within its rim")
-    surface, mean, middle = _front_surface(depth - half, across, own / spacing, WIDE * spacing)
+    surface, mean, middle = front_surface(depth - half, across, own / spacing, WIDE * spacing)
     inner = ~plate.is_beyond(middle, RIM)
     surface, mean, middle = surface[inner], mean[inner], middle[inner]
     radius = np.sqrt((middle**2).sum(axis=1))
@@ -298,53 +298,6 @@ def crater(scene: Scene, plate: Plate) -> Outcomes:
         one["transient"] = found if isinstance(found, str) else Result(found, time=getattr(largest, "time", None))
     names = {"crater_depth": "depth", "crater_outer_diameter": "diameter", "crater_volume": "volume"}
     return {name: variants[one] for name, one in names.items()} | {"bulge_height": now.bulge}
-
-
-def _front_surface(
-    front: np.ndarray, across: np.ndarray, size: np.ndarray, cell: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the surface in each cell of the plane that holds particles of `size` (n,) [dx].
-
-    Returns the least depth `front` of the faces of all its particles [m]; the mean of that of its columns, half as
-    wide, of which a gap counts as deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
-    """
-    level = np.maximum(np.ceil(np.log2(size) - 0.3), 0.0).astype(np.int64)
-    foremost, place = _cover(front, across, level, cell)
-    one, columns = _cover(front, across, level, 0.5 * cell)
-    low, extent = place.min(axis=0), np.ptp(place, axis=0) + 1
-    cells, halves = (np.ravel_multi_index(tuple((at - low).T), tuple(extent)) for at in (place, columns // 2))
-    owner = np.searchsorted(cells, halves)
-    least = front[foremost]
-    top = np.minimum(front[one], (least + cell * 2.0 ** level[foremost])[owner])
-    count = np.bincount(owner, minlength=len(least))  # none where a column of wider particles is empty
-    mean = np.where(count > 0, np.bincount(owner, top, len(least)) / np.maximum(count, 1), least)
-    return least, mean, (place + 0.5) * cell
-
-
-def _cover(front: np.ndarray, across: np.ndarray, level: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the foremost particle of each cell and the cells' places, in order, shape (cells, dim - 1).
-
-    Particles of spacing 2^`level` dx (n,) fill cells as many times wider, however irregular they lie.
-    """
-    rows, places = [], []
-    for one in np.unique(level):
-        own, width = np.flatnonzero(level == one), 1 << int(one)
-        place = np.floor(across[own] / (cell * width) + 1e-9).astype(np.int64)
-        first = _first_by_place(place, front[own])
-        steps = np.indices((width,) * across.shape[1]).reshape(across.shape[1], -1).T
-        places.append((place[first, None] * width + steps).reshape(-1, across.shape[1]))
-        rows.append(np.repeat(own[first], len(steps)))
-    row, place = np.concatenate(rows), np.concatenate(places)
-    first = _first_by_place(place, front[row])
-    return row[first], place[first]
-
-
-def _first_by_place(place: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """Return the row of the least `depth` (n,) of each place (n, dim - 1), in the order of places."""
-    low = place.min(axis=0)
-    key = np.ravel_multi_index(tuple((place - low).T), tuple(place.max(axis=0) - low + 1))
-    order = np.lexsort((depth, key))
-    return np.asarray(order[np.unique(key[order], return_index=True)[1]])
 
 
 @measures("layer", "spall_mass", "spall_thickness", "spall_velocity")

@@ -5,6 +5,8 @@ The geometry is the normal, the faces, the point that the shot line enters at, t
 A path leads through a layer where the space before it and the space behind it are connected, within its edges.
 Particles are balls on a grid in the layer's own axes. A layer that was open before the impact - a mesh, a honeycomb, a
 plate with holes or of several parts - has a new path where one leads through space that is wider than it was then.
+
+The surface of a crater is the foremost particle of each cell of the plane.
 """
 
 from collections.abc import Sequence
@@ -307,3 +309,50 @@ def with_openings(
         return replace(plate, pieces=max(pieces, 1))
     way = scipy.spatial.cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=LINED_UP * spacing)[0]
     return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(way).any()))
+
+
+def front_surface(
+    front: np.ndarray, across: np.ndarray, size: np.ndarray, cell: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the surface in each cell of the plane that holds particles of `size` (n,) [dx].
+
+    Returns the least depth `front` of the faces of all its particles [m]; the mean of that of its columns, half as
+    wide, of which a gap counts as deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
+    """
+    level = np.maximum(np.ceil(np.log2(size) - 0.3), 0.0).astype(np.int64)
+    foremost, place = _cover(front, across, level, cell)
+    one, columns = _cover(front, across, level, 0.5 * cell)
+    low, extent = place.min(axis=0), np.ptp(place, axis=0) + 1
+    cells, halves = (np.ravel_multi_index(tuple((at - low).T), tuple(extent)) for at in (place, columns // 2))
+    owner = np.searchsorted(cells, halves)
+    least = front[foremost]
+    top = np.minimum(front[one], (least + cell * 2.0 ** level[foremost])[owner])
+    count = np.bincount(owner, minlength=len(least))  # none where a column of wider particles is empty
+    mean = np.where(count > 0, np.bincount(owner, top, len(least)) / np.maximum(count, 1), least)
+    return least, mean, (place + 0.5) * cell
+
+
+def _cover(front: np.ndarray, across: np.ndarray, level: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the foremost particle of each cell and the cells' places, in order, shape (cells, dim - 1).
+
+    Particles of spacing 2^`level` dx (n,) fill cells as many times wider, however irregular they lie.
+    """
+    rows, places = [], []
+    for one in np.unique(level):
+        own, width = np.flatnonzero(level == one), 1 << int(one)
+        place = np.floor(across[own] / (cell * width) + 1e-9).astype(np.int64)
+        first = _first_by_place(place, front[own])
+        steps = np.indices((width,) * across.shape[1]).reshape(across.shape[1], -1).T
+        places.append((place[first, None] * width + steps).reshape(-1, across.shape[1]))
+        rows.append(np.repeat(own[first], len(steps)))
+    row, place = np.concatenate(rows), np.concatenate(places)
+    first = _first_by_place(place, front[row])
+    return row[first], place[first]
+
+
+def _first_by_place(place: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Return the row of the least `depth` (n,) of each place (n, dim - 1), in the order of places."""
+    low = place.min(axis=0)
+    key = np.ravel_multi_index(tuple((place - low).T), tuple(place.max(axis=0) - low + 1))
+    order = np.lexsort((depth, key))
+    return np.asarray(order[np.unique(key[order], return_index=True)[1]])

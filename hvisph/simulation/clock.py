@@ -119,7 +119,7 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
         some = slice(first, first + SLAB)
         gained = particles["velocity"][some] - at["velocity"][some]
         now, slab = particles.data[some], before[some]
-        endless = np.isinf(now)  # density without pressure of what flies on in a late stage: nothing lies between
+        endless = np.isinf(now)  # density without pressure of particles in free flight in a late stage: it has no mean
         slab += share * np.subtract(now, slab, out=np.zeros_like(now), where=~endless)
         slab[endless] = now[endless]
         at["position"][some] -= bulge * dt * gained
