@@ -554,5 +554,4 @@ def test_the_struck_face_is_that_of_whole_cells():
     """Where the rim begins within a cell, one column of it tells nothing: its particles may have moved inwards."""
     depth = np.array([0.0, 1.0, 0.0, 1.0, 0.7]) * MM
     across = np.array([[0.2], [0.2], [1.1], [1.1], [0.9]]) * MM
-    inner = across[:, 0] < 1.0 * MM
-    assert front_surface(depth, across, inner, 0.8 * MM)[0].tolist() == [0.0, 0.0]
+    assert front_surface(depth, across, np.ones(5), 0.8 * MM)[0].tolist() == [0.0, 0.0]
