@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 from hvisph.core.errors import OutputError
 from hvisph.output import atomic_write
@@ -24,10 +25,12 @@ ORDER = (
 TEXT = """\
 # Validation
 
-Published experiments, computed with formulation, materials and resolution chosen before any comparison and equal within
-a set; nothing is fitted to a row. Where a choice was changed after a first look, the set says so. An error is computed
-minus measured, over measured: mean of its size, worst, mean with sign (bias), standard deviation (scatter). Values
-recalled from memory are not judged.
+Published experiments, computed with formulation, materials and resolution chosen before any comparison and equal
+within a set; no constant is fitted to them. Models are axisymmetric with the default formulation unless the set
+states otherwise. Where a choice was changed after a first look, the set says so. An error is computed minus measured,
+over measured; the table gives the mean of its absolute values, the worst one, the mean with sign (bias) and the
+standard deviation (scatter). "8 across" means 8 particles across bar, sphere or bumper. Recalled means cited
+from memory, because the source could not be opened; recalled measurements have no tolerance.
 
 {verdicts}
 
@@ -127,20 +130,24 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
                 for picture in draw(result, folder, words)]  # fmt: skip
     if pictures:
         yield from ("", " ".join(pictures))
-    failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
-              if shot["status"] != "done"]  # fmt: skip
+    failed = [f"{name} ({_status(shot)})" for name, shot in result.shots.items() if shot["status"] != "done"]
     if failed:
         yield ""
-        yield "Runs without a result:"
-        yield ""
-        yield from failed
+        yield wrapped(f"Runs without a result: {', '.join(failed)}.")
+
+
+def _status(shot: Mapping[str, Any]) -> str:
+    """Return why a run has no result."""
+    if shot["status"] == "waiting":
+        return "not computed"
+    return ", ".join(part for part in (shot["status"], shot["message"]) if part)
 
 
 def _resolutions(one: Experiments, result: SetResult, folder: Path) -> str:
     """Return resolution, wall time and the change with the second resolution."""
     number = one.particles("second")
     second = None if result.across == number else stored(folder, one.name, number)
-    text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of wall time on one core."
+    text = f"With {result.across:g} particles across the set takes {result.seconds / 60.0:.1f} minutes on one core."
     if second is None:
         return text
     there = {_key(row): row for row in second.rows}
@@ -157,7 +164,7 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> str:
         elif row.computed:
             changes.setdefault(row.measured.quantity, []).append(abs(other.computed / row.computed - 1.0))
     said = [f"{words.get(name, name)} {percent(sum(changed) / len(changed), mean=True)}" if changed
-            else f"{verdict_changes} verdicts" for name, changed in changes.items()]  # fmt: skip
+            else f"{verdict_changes} predictions" for name, changed in changes.items()]  # fmt: skip
     return f"{text} Mean change with {number:g} across: {', '.join(said)}."
 
 
