@@ -139,7 +139,7 @@ def _ring(dx: float) -> Trial:
 
 
 def _spinning_box(dx: float) -> Trial:
-    rate = RIM / (0.5 * np.hypot(*BOX))
+    rate = RIM / (0.5 * np.hypot(BOX[0], BOX[1]))
     bodies = {"box": {"material": ELASTIC, "shape": {"type": "box", "size": BOX}, "position": [0.0, 0.0]}}
 
     def spinning(particles: Particles) -> None:

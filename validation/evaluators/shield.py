@@ -24,13 +24,13 @@ def _each(shot: Shot) -> dict[Key, Value]:
 def ratio(case: Case) -> float | None:
     """Return the sphere's diameter over the critical one; None for what the curve does not know."""
     impact, _ = impact_of(case)
-    if impact is None or impact.walls[-1].alloy is None:
+    if impact is None or (alloy := impact.walls[-1].alloy) is None:
         return None
     if len(impact.walls) > 2:
         known = [one.value for one in correlations(impact) if one.quantity == "critical diameter of the sphere"]
         return impact.diameter / known[0] if known else None
     bumper, wall = impact.walls
-    return impact.diameter / critical_diameter(impact, bumper, wall, wall.alloy.strength)
+    return impact.diameter / critical_diameter(impact, bumper, wall, alloy.strength)
 
 
 def _curves(shots: Any) -> dict[str, Any]:
