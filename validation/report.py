@@ -36,12 +36,12 @@ from memory, because the source could not be opened; recalled measurements have 
 
 This page is made by `hvisph validate --page docs/validation.md`; do not edit it. All numbers are in the JSON files
 in `docs/validation/`. A set is a folder of `cases/validation`: a case, `shots.csv` with the differences,
-`measured.csv` with every measured number, its scatter, source and reliability, and `set.yaml` with the choices and
-tolerances.
+`measured.csv` with measured values, scatter, source and reliability, `set.yaml` with choices and tolerances. The
+commands need a checkout installed with `pip install -e .`.
 
 ```sh
 hvisph validate taylor shield            # computes sets; the same command continues after an interruption
-hvisph validate taylor --table           # every number: measured, computed, off
+hvisph validate taylor --table           # measured and computed values, errors
 ```
 """
 
