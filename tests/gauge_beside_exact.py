@@ -10,6 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from hvisph.measures.compare import mean_difference
+
 # Share of a plateau at either end that is left out: numerical fronts are a few h wide.
 EDGE = 0.25
 
@@ -100,13 +102,7 @@ def compare_gauge(
         exact = _passing(*_corners(exact_times, exact_values, end), mean, start, finish, rising)
         arrivals.append(Arrival(exact, _passing(times[there], values[there], mean, start, finish, rising)))
     sampled = exact_values[np.searchsorted(exact_times, times, side="right") - 1]
-    return Comparison(tuple(plateaus), tuple(arrivals), _mean_difference(times, np.abs(values - sampled)))
-
-
-def _mean_difference(times: np.ndarray, difference: np.ndarray) -> float:
-    """Return the time mean of a difference, without NaN."""
-    known = np.isfinite(difference)
-    return float(np.trapezoid(difference[known], times[known]) / np.ptp(times[known]))
+    return Comparison(tuple(plateaus), tuple(arrivals), mean_difference(times, values, sampled))
 
 
 def _stretches(times: np.ndarray, values: np.ndarray, end: float, alike: float) -> list[tuple[float, float, float]]:

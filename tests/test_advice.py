@@ -1,8 +1,11 @@
 """What `check` says of the regime of a case, and where it advises another choice."""
 
 import shlex
+from pathlib import Path
 
 import pytest
+from hvisph_validation.comparison import verdicts
+from hvisph_validation.results import stored
 from small_runs import GAS, LIQUID, METAL, SPRING, document_of, row_of
 
 from hvisph.case.conditions import condition_words
@@ -11,7 +14,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.precheck.advice import advice, contact_warnings, sparse, tears
 from hvisph.precheck.estimate import estimate
-from hvisph.precheck.regime import regime
+from hvisph.precheck.regime import KNOWN, experience, regime
 
 EULERIAN = {"formulation": {"type": "eulerian"}}
 
@@ -165,6 +168,30 @@ def test_a_strain_to_failure_that_vanishes_in_tension_is_named():
     assert "triaxiality of 1.35" in texts[0]
     assert advice(load_case("validation/taylor_damage/case")) == []
     assert advice(load_case("validation/taylor/case")) == []
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_figures_of_experience_are_those_of_the_page(name):
+    known = KNOWN[name]
+    result = stored(Path(__file__).parents[1] / "docs/validation", name, known.across)
+    assert result is not None
+    means = {one.quantity: one.right if known.verdicts else one.mean for one in verdicts(result.rows, {})}
+    assert {quantity: pytest.approx(means[quantity], abs=6e-4) for quantity in known.figures} == dict(known.figures)
+    case = load_case(f"validation/{name}/case")
+    assert known.what in experience(case, regime(case))
+
+
+def test_a_shape_that_knows_its_size_only_where_it_stands_has_no_experience():
+    wires = "{type: union, parts: [{shape: {type: cylinder, diameter: 2 mm, length: 9 mm}}]}"
+    overrides = ["kinematics=three_d", "bodies.projectile.velocity=[5 km/s, 0, 0]", f"bodies.target.shape={wires}"]
+    mesh = load_case("sphere_on_plate_axisymmetric", overrides)
+    assert experience(mesh, regime(mesh)) == ""
+
+
+def test_coarse_runs_are_told_that_the_figures_are_of_finer_ones():
+    coarse = load_case("validation/taylor/case", ["resolution=1mm"])
+    assert "this case has 7.6, too few" in experience(coarse, regime(coarse))
+    assert experience(row_of([METAL, METAL], speed=3100.0), regime(row_of([METAL, METAL], speed=3100.0))) == ""
 
 
 def test_punching_is_named_for_the_default_only():
@@ -392,6 +419,13 @@ def test_every_recommendation_can_be_typed_and_silences_its_warning():
                 assert not any(one[:60] == text[:60] for one in after), (name, text, settings)
                 typed += 1
     assert typed >= 30
+
+
+@pytest.mark.parametrize(("target", "known"), [("aluminium-7075-t6", True), ("granite", False), ("ice", False),
+                                               ("steel-4340", False), ("glass-soda-lime", False)])  # fmt: skip
+def test_a_record_is_of_materials_of_its_class(target, known):
+    case = load_case("validation/crater/case", [f"bodies.target.material={target}"])
+    assert bool(experience(case, regime(case))) == known
 
 
 def test_a_crater_in_sand_is_advised_late_stages():

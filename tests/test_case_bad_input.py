@@ -132,6 +132,7 @@ BAD = [
     ("every: 1 us", "formats: []", ["output.formats", "at least 1"], 17),
     ("every: 1 us", "formats: [vtu, vtu]", ["output.formats", "twice"], 17),
     ("{every: 1 us}", "[1]", ["output: expected a mapping", "a list"], 17),
+    ("crater_diameter:", "crater_lip_to_lip:", ["'crater_lip_to_lip' is now `crater_lip_diameter`"], 19),
     (
         "crater_diameter:",
         "crater_diamter:",

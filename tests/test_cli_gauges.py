@@ -1,13 +1,13 @@
-"""Gauges and exact solutions as a user meets them: `exact`, `gauges`, and what `check` refuses."""
+"""Gauges and exact solutions as a user meets them: `exact`, `gauges`, `compare --gauges`, and what `check` refuses."""
+
+import json
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hvisph.casefile.loader import load_case
 from hvisph.cli.main import app
-from hvisph.output.reader import read_history
-from hvisph.postprocessing.exact_solution import exact_solution
+from hvisph.measures.compare import mean_difference
 
 LAYERS = """\
 title: two layers
@@ -46,13 +46,7 @@ def call(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def off_exact(case, run):
-    """Return the mean difference of the gauge's velocity from the exact one."""
-    (gauge,), history = exact_solution(load_case(case)).gauges, read_history(run)
-    return np.abs(history["gauge.A.velocity_x"] - gauge.sample("velocity_x", history["time"])).mean()
-
-
-def test_exact_and_gauges(layers, tmp_path):
+def test_exact_and_gauges_and_compare(layers, tmp_path):
     found = call("exact", layers, "--out", "exact")
     assert found.exit_code == 0
     assert "left out, being fixed in space: there" in found.stdout
@@ -60,27 +54,45 @@ def test_exact_and_gauges(layers, tmp_path):
 
     assert call("run", layers, "--out", "fine", "--quiet", "--threads", 1).exit_code == 0
     assert call("run", layers, "--out", "coarse", "--quiet", "--threads", 1, "--resolution", 0.025).exit_code == 0
-    assert call("gauges", "coarse").exit_code == 0
     assert call("gauges", "fine", "--exact").stdout.strip() == "fine/gauges.png"
     assert (tmp_path / "fine" / "gauges.png").stat().st_size > 10_000
 
-    off = {name: off_exact(tmp_path / f"{name}/case.yaml", tmp_path / name) for name in ("fine", "coarse")}
-    assert 0.0 < off["fine"] < off["coarse"] < 0.1  # of a jump of 0.6; fronts are smeared over some spacings
+    found = call("compare", "fine", "coarse", "--gauges", "both.png")
+    assert found.exit_code == 0
+    assert "Mean difference from the exact solution" in found.stdout
+    assert "both.png" in found.stdout
+    assert (tmp_path / "both.png").stat().st_size > 10_000
+    told = json.loads(call("compare", "fine", "coarse", "--gauges", "both.png", "--json").stdout)["gauges"]
+    assert set(told["fine"]) == {"gauge.A.velocity_x", "gauge.A.pressure"}
+    fine, coarse = (told[name]["gauge.A.velocity_x"]["mean"] for name in ("fine", "coarse"))
+    assert 0.0 < fine < coarse < 0.1  # of a jump of 0.6; fronts are smeared over some spacings
 
 
 def test_a_run_without_exact_solution_is_drawn_alone(tmp_path):
     clamped = "clamped:\n  - box: {min: [0.45], max: [0.5]}\n"
     (tmp_path / "clamped.yaml").write_text(LAYERS + clamped)
     assert call("run", "clamped.yaml", "--out", "run", "--quiet", "--threads", 1).exit_code == 0
-    assert call("gauges", "run", "--out", "one.svg").exit_code == 0
+    found = call("compare", "run", "--gauges", "one.svg")
+    assert found.exit_code == 0
+    assert "run: no exact solution: clamped" in found.stdout
     assert (tmp_path / "one.svg").is_file()
     found = call("gauges", "run", "--exact")
     assert found.exit_code == 2
-    assert "clamped: clamped regions are not in the exact solution" in found.stderr
+    assert "there is no exact solution to draw" in found.stderr
 
 
-def test_what_cannot_be_drawn_is_refused():
+def test_what_cannot_be_drawn_is_refused(layers, tmp_path):
+    found = call("compare", layers, "--gauges", "both.xyz")
+    assert found.exit_code == 2
+    assert "--gauges" in found.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"layers.yaml"}
     assert call("gauges", "nowhere").exit_code == 2
+
+
+def test_mean_difference_leaves_gaps_out():
+    times = np.array([0.0, 1.0, 2.0, 3.0])
+    assert mean_difference(times, np.array([1.0, np.nan, 1.0, 3.0]), np.zeros(4)) == pytest.approx((2.0 + 2.0) / 3.0)
+    assert np.isnan(mean_difference(times[:1], times[:1], times[:1]))
 
 
 @pytest.mark.parametrize(

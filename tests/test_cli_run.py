@@ -1,6 +1,7 @@
 """`hvisph run` and what follows it: the terminal, the folder, the exit codes, interruption."""
 
 import csv
+import io
 import json
 import os
 import signal
@@ -12,6 +13,7 @@ from types import SimpleNamespace
 
 import jsonschema
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import hvisph
@@ -22,7 +24,7 @@ from hvisph.cli.formatting import duration, quantity, size, table
 from hvisph.cli.main import app
 from hvisph.cli.options import run_folder
 from hvisph.cli.results_table import results_table
-from hvisph.cli.run_report import TerminalListener, status_text, time_left
+from hvisph.cli.run_report import BarListener, status_text, time_left
 from hvisph.precheck.estimate import estimate
 from hvisph.simulation.listener import Progress
 
@@ -236,20 +238,34 @@ def test_measure_does_not_need_a_case_that_can_be_read(ran, tmp_path):
     assert call("measure", tmp_path / "copy").exit_code == 0
 
 
-def test_a_terminal_has_one_line_of_progress(capsys):
-    live = TerminalListener(SimpleNamespace(title="An impact", units="si"))
+def test_the_live_display_shows_what_it_must():
+    screen = io.StringIO()
+    live = BarListener(
+        SimpleNamespace(title="An impact", units="si"), Console(file=screen, width=80, color_system=None)
+    )
     live.opening()
     live.compiling("sweep_0123")
     live.start(Path("runs/x"), 1234, 8e-6)
     live.progress(PROGRESS)
     live.close()
-    shown = capsys.readouterr().out
-    assert shown.startswith("An impact\n")
-    assert "1234 particles to t = 8 us" in shown
-    line, wiped = shown.split("\r")[-2:]  # escape codes are for terminals alone
-    assert line.startswith(" 25%  t = 2 us, 1.5 s elapsed, 4.5 s left")
-    assert "\n" not in line
-    assert wiped == ""
+    assert "An impact" in screen.getvalue()
+    assert "1234 particles to t = 8 us" in screen.getvalue()
+    drawn = io.StringIO()
+    Console(file=drawn, width=80).print(live.drawing(PROGRESS))
+    lines = drawn.getvalue().splitlines()
+    assert len(lines) == 2
+    for words in (
+        "25%",
+        "t = 2 us of 8 us",
+        "1.5 s",
+        "4.5 s left",
+        "6.5 ns",
+        "signal",
+        "projectile",
+        "200 steps/s",
+    ):
+        assert words in drawn.getvalue()
+    assert "energy drift -3.1e-13 %" in lines[1]
 
 
 def test_lines_say_where_a_run_is():
@@ -332,6 +348,8 @@ def test_fragments_of_a_run(ran, tmp_path):
         rows = list(csv.DictReader(file))
     assert len(rows) == 12
     assert {row["body"] for row in rows} == {"projectile", "target"}
+    summed = call("measure", ran.folder, "--fragments", "--smallest", "200").stdout
+    assert "1 of fewer than 200 particles: 100 particles" in summed
 
 
 def test_histories_of_a_run(ran, tmp_path):
@@ -350,6 +368,7 @@ def test_histories_of_a_run(ran, tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        (("--smallest", "3"), "--fragments"),
         (("--plot", "a.png", "--fragments"), "picture"),
         (("--plot", "a.png", "--at", "0.2us"), "all moments"),
         (("--csv", "nowhere/a.csv"), "cannot write"),

@@ -25,11 +25,13 @@ def test_picture_of_an_impact(tmp_path, field):
     assert [path.name for path in tmp_path.iterdir()] == ["impact.png"]
 
 
-def test_one_dimension_shows_a_profile_of_each_body():
+@pytest.mark.parametrize("log", [False, True])
+def test_one_dimension_shows_a_profile_of_each_body(log):
     line = snapshot(box([-2 * MM], [0], DX), box([0], [2 * MM], DX), dx=DX)
     line.fields["pressure"] = 1e9 * (1.5 + np.sin(line.fields["position"][:, 0] * 1e3))
-    (axes,) = draw([Moment(line)], Look("pressure")).axes
+    (axes,) = draw([Moment(line)], Look("pressure", log=log)).axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [mm]", "pressure [GPa]")
+    assert axes.get_yscale() == ("log" if log else "linear")
     for body, curve in enumerate(axes.get_lines()):
         own = line.body == body
         np.testing.assert_allclose(curve.get_xdata(), 1e3 * line.fields["position"][own, 0])

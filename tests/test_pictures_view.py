@@ -106,7 +106,7 @@ def test_the_cloud_of_a_whipple_shield_is_in_the_picture(kind, tmp_path):
 @pytest.mark.parametrize(
     "options",
     [["--at", "0us,1us"], ["--field", "velocity_x", "--view", "3d"], ["--field", "body"],
-     ["--field", "pressure", "--range", "0,1e9", "--zoom", "2"], ["--bodies", "target"]],
+     ["--field", "pressure", "--range", "0,1e9", "--zoom", "2"], ["--bodies", "target"], ["--log", "--field", "internal_energy"]],
 )  # fmt: skip
 def test_pictures_are_drawn(folder, tmp_path, options):
     target = tmp_path / "picture.png"

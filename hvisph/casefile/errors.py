@@ -15,7 +15,7 @@ from hvisph.core.text import format_value, shorten
 
 from .document import Place
 from .model_fields import Spot, keys_of, places, walk
-from .spellings import spellings
+from .spellings import present_name, renamed_key, renamed_value, spellings
 
 M = TypeVar("M", bound=BaseModel)
 MOST_SHOWN = 20
@@ -45,6 +45,8 @@ def translate(error: ValidationError, root: type[M], data: object, places: Mappi
         else:
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
+            if where[-2:-1] == ("fields",):
+                message = present_name("fields", value_at(data, where)) or message
             errors.setdefault((where, message), locate_error(where, message, places))
     return list(errors.values())
 
@@ -93,6 +95,10 @@ UNLIKE = ("model_type", "model_attributes_type", "dict_type", "tuple_type", "lis
 
 def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: object) -> tuple[Path, str]:
     kind, value = detail["type"], detail["input"]
+    if path[-2:-1] in (("measures",), ("expected",)) and kind in ("extra_forbidden", "literal_error"):
+        name = path[-1] if kind == "extra_forbidden" else value
+        if now := present_name("measures", name):
+            return path, now
     if kind == "extra_forbidden":
         parent = walk(root, path[:-1], data)
         if parent is not None and (reason := _meaningless(parent, value_at(data, path[:-1]), str(path[-1]))):
@@ -101,6 +107,8 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
             spaced = shorten(str(path[-1])).replace(":", ": ", 1)
             return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
         allowed = keys_of(parent, value_at(data, path[:-1])) if parent else []
+        if now := renamed_key(path, allowed):
+            return path, now
         key, remark = spellings("other_keys").get(str(path[-1]), ("", ""))
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
@@ -119,6 +127,8 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         return path, _missing_type(spot, value)
     if kind == "union_tag_invalid":
         tag = str(detail["ctx"]["tag"])
+        if now := renamed_value("type", tag):
+            return (*path, "type"), now
         ours = spellings("types").get(tag.lower().replace("-", "_"), "")
         if spot and ours in spot.models:
             return (*path, "type"), f"unknown '{shorten(tag)}'; here it is '{ours}'"
@@ -126,7 +136,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
     if kind == "literal_error":
         other = spellings("kinematics").get(str(value).lower()) if path[-1] == "kinematics" else None
         remedy = f"; write {other}" if other else suggest_nearest(str(value), spot.choices if spot else ())
-        return path, f"unknown {_format_short(value)}{remedy}"
+        return path, renamed_value(path[-1], value) or f"unknown {_format_short(value)}{remedy}"
     if kind == "value_error":
         return path, str(detail["ctx"]["error"])
     if kind == "model_attributes_type" and spot and spot.tagged:

@@ -16,6 +16,7 @@ from hvisph.casefile.errors import locate_error, validate_values
 from hvisph.casefile.material_library import Library, library, library_of, load_material, material_names
 from hvisph.casefile.overrides import merge, overridden, with_bases
 from hvisph.casefile.paths import bundled_cases
+from hvisph.casefile.spellings import renamed_key
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.text import shorten
 
@@ -161,10 +162,11 @@ def _read_base(path: Path) -> Document:
     known = [*Case.model_fields, "base"]
     for key in document.value:
         if key not in known:
+            now = renamed_key((key,), known)
             close = get_close_matches(key, known, n=1, cutoff=0.7)
             what = f"unknown key '{key}'; did you mean '{close[0]}'?" if close else "is no case file: it has other keys"
             place = document.places.get((key,), Place(str(path)))
-            raise CaseError(what, file=place.file, line=place.line)
+            raise CaseError(now or what, where=key if now else "", file=place.file, line=place.line)
     return document
 
 

@@ -10,6 +10,7 @@ from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import CATALOGUE
 
 from .model_fields import Spot, keys_of, spot_of, walk
+from .spellings import renamed_key
 
 
 def explain(path: str) -> str:
@@ -28,7 +29,8 @@ def explain(path: str) -> str:
                 rest = keys[depth + 1 :]
                 return explain(".".join([*keys[:depth], *rest])) if rest else _of_type(keys, above.models[key])
             allowed = keys_of(above) if above else []
-            raise CaseError(f"unknown key{suggest_nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
+            now = renamed_key(tuple(keys[: depth + 1]), allowed)
+            raise CaseError(now or f"unknown key{suggest_nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
     spot = walk(Case, keys)
     lines = [".".join(keys) or "case", *_spot_lines(keys[-1] if keys else "", spot)] if spot else []
     if len(keys) == 2 and keys[0] == "measures" and keys[1] in CATALOGUE:

@@ -25,11 +25,11 @@ def show(text: str, *, err: bool = False, nl: bool = True) -> None:
     try:
         typer.echo(text, err=err, nl=nl)
     except OSError as error:
-        if not _deaf(error):
+        if not deaf(error):
             raise
 
 
-def _deaf(error: OSError) -> bool:
+def deaf(error: OSError) -> bool:
     """Return whether `error` says that the output has no reader; further output is then discarded."""
     if error.errno not in _NOBODY:
         return False

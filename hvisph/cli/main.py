@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
@@ -83,14 +83,25 @@ class Group(TyperGroup):
         """Return the command of the first argument, or refuse an unknown one with the nearest name."""
         name = args[0] if args else ""
         if name and not name.startswith("-") and name not in COMMANDS:
+            if name in spellings("commands"):
+                _refuse(f"`hvisph {name}` is now `hvisph {spellings('commands')[name]}`")
             meant = spellings("meant").get(name.lower())
             hint = f"; did you mean '{meant}'?" if meant in COMMANDS else suggest_nearest(name[:64], list(COMMANDS))
-            typer.secho(f"error: there is no command '{name[:64]}'{hint}", err=True)
-            raise typer.Exit(2)
+            _refuse(f"there is no command '{name[:64]}'{hint}")
         if HELP & {*args[1:]} and name in COMMANDS:  # without importing the command
             say(json.loads(Path(__file__).with_name("help.json").read_text(encoding="utf-8"))[name])
             raise typer.Exit
-        return super().resolve_command(ctx, args)
+        command = super().resolve_command(ctx, args)
+        known = {option for parameter in getattr(command[1], "params", ()) for option in parameter.opts}
+        for option in (argument.partition("=")[0] for argument in args[1:]):
+            if option.startswith("-") and option not in known and spellings("options").get(option) in known:
+                _refuse(f"`{option}` is now `{spellings('options')[option]}`")
+        return command
+
+
+def _refuse(message: str) -> NoReturn:
+    typer.secho(f"error: {message}", err=True)
+    raise typer.Exit(2)
 
 
 atexit.register(gc.freeze)  # no collection at the end of a command, 0.2 s

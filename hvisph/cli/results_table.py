@@ -14,10 +14,12 @@ from hvisph.core.measure_catalogue import NumberFormat, axis_unit, format_of, ma
 from hvisph.core.text import PlainMapping
 from hvisph.measures.compare import Row as ComparedRow
 from hvisph.measures.compare import shown_measures
-from hvisph.measures.fragments import FEWEST, BodyFragments
+from hvisph.measures.fragments import BodyFragments
 from hvisph.measures.measure import Measures
 from hvisph.measures.result import Result
 from hvisph.measures.tables import Row, body_rows, rows
+from hvisph.postprocessing.exact_solution import Overlay
+from hvisph.visualization.curves import label_and_scale
 
 # Heading of values: their uncertainty is estimated from one run, not from several resolutions.
 ONE_RESOLUTION = "value at one resolution"
@@ -90,17 +92,17 @@ def _colour(text: str) -> str:
 MASSES = {"kg": ("g", 1e3), "kg/m": ("kg/m", 1.0), "kg/m^2": ("kg/m^2", 1.0)}
 
 
-def fragments_text(moment: Measures) -> str:
-    """Return the fragments of the bodies at one moment; those of less than `FEWEST` particles are summed up."""
-    return "\n\n".join(_body(part, moment) for part in moment.fragments)
+def fragments_text(moment: Measures, fewest: int) -> str:
+    """Return the fragments of the bodies at one moment; those of less than `fewest` particles are summed up."""
+    return "\n\n".join(_body(part, moment, fewest) for part in moment.fragments)
 
 
-def fragments_series(series: Sequence[Measures]) -> str:
+def fragments_series(series: Sequence[Measures], fewest: int) -> str:
     """Return for every body one line a moment."""
     plain = series[-1].unitless
     speed = "" if plain else "m/s"
     head = [
-        ["t", "fragments", f"of {FEWEST}+", "largest", "its v_x", "its speed", f"below {FEWEST}", "single"],
+        ["t", "fragments", f"of {fewest}+", "largest", "its v_x", "its speed", f"below {fewest}", "single"],
         ["", "", "particles", "% of mass", speed, speed, "% of mass", "% of mass"],
     ]
     moments = times([moment.time for moment in series], "" if plain else "s")
@@ -109,17 +111,17 @@ def fragments_series(series: Sequence[Measures]) -> str:
         lines = []
         for time, moment in zip(moments, series, strict=True):
             for part in [one for one in moment.fragments if one.body == name]:
-                largest, shares = part.fragments[0], (part.share(part.counts < FEWEST), part.share(part.counts == 1))
+                largest, shares = part.fragments[0], (part.share(part.counts < fewest), part.share(part.counts == 1))
                 figures = [_percent(part.share([0])), _figure(largest.velocity[0]), _figure(largest.speed)]
-                lines.append([time, str(len(part)), str(part.number()), *figures, *map(_percent, shares)])
+                lines.append([time, str(len(part)), str(part.number(fewest)), *figures, *map(_percent, shares)])
         blocks.append(f"{name}\n{table([*head, *lines])}")
     return "\n\n".join(blocks)
 
 
-def _body(part: BodyFragments, moment: Measures) -> str:
+def _body(part: BodyFragments, moment: Measures, fewest: int) -> str:
     plain, axes = moment.unitless, "xyz"[: moment.dimensions]
     unit, factor = ("", 1.0) if plain else MASSES[moment.mass_unit]
-    listed = [fragment for fragment in part.fragments if fragment.count >= FEWEST]
+    listed = [fragment for fragment in part.fragments if fragment.count >= fewest]
     sizes = [float(value) for piece in listed for value in (*piece.centre, *piece.extent)]
     measure, length = ("", 1.0) if plain else axis_unit("mm", sizes)
     speeds = ["" if plain else "m/s"] * (len(axes) + 1)
@@ -139,9 +141,9 @@ def _body(part: BodyFragments, moment: Measures) -> str:
         figures = [column[row] for column in columns]
         lines.append([str(row + 1), str(piece.count), mass, share, *figures, part.roles[row]])
     shown = [paragraph(_summary(part, unit, factor), hanging=2), *([table(lines)] if listed else [])]
-    small = part.counts < FEWEST
+    small = part.counts < fewest
     if small.any():
-        rest = f"{small.sum()} of fewer than {FEWEST} particles: {part.counts[small].sum()} particles"
+        rest = f"{small.sum()} of fewer than {fewest} particles: {part.counts[small].sum()} particles"
         shown.append(f"  {rest}{_mass_and_share(part, small, unit, factor)}")
     return "\n".join(shown)
 
@@ -254,3 +256,20 @@ def _cost_table(rows: Sequence[ComparedRow]) -> str:
 
 def _drift(value: float | None) -> str:
     return "-" if value is None else f"{value:.3f}" if abs(value) > 0.01 else f"{value:.1e}"
+
+
+def gauge_table(overlay: Overlay) -> str:
+    """Return how far the gauges of each run are from the exact solution."""
+    lines = [["gauge", "field", *overlay.differences]] if overlay.differences else []
+    for column in dict.fromkeys(c for columns in overlay.differences.values() for c in columns):
+        _, gauge, name = column.split(".", 2)
+        shown, scale = label_and_scale(name, overlay.unitless)
+        cells = []
+        for columns in overlay.differences.values():
+            one = columns.get(column)
+            share = f" ({one.mean / one.exact_range:.1%})" if one and one.exact_range > 0.0 else ""
+            cells.append(f"{one.mean * scale:.3g}{share}" if one else "-")
+        lines.append([gauge, shown, *cells])
+    head = "Mean difference from the exact solution over the run (and of the exact range):"
+    parts = ["", head, table(lines)] if lines else []
+    return "\n".join([*parts, *(f"{name}: no exact solution: {why}" for name, why in overlay.without.items())])

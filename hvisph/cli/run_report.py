@@ -1,6 +1,5 @@
-"""Progress of a run, as a line on a terminal or as lines of text, and its final report with the exit code."""
+"""Progress of a run, as a bar on a terminal or as lines of text, and its final report with the exit code."""
 
-import shutil
 import sys
 import time as wall
 from collections.abc import Iterator
@@ -8,10 +7,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import typer
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
 
 from hvisph.case.case import Case
 from hvisph.cli.commands.references import correlations_text
-from hvisph.cli.formatting import duration, echo_json, quantity, say, show
+from hvisph.cli.formatting import deaf, duration, echo_json, quantity, say, show
 from hvisph.cli.guard import FAILED, noted_interrupts, raise_noted
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
@@ -86,9 +91,9 @@ def status_text(progress: Progress, unit: str) -> str:
     left = time_left(progress)
     remaining = f", {duration(left)} left" if left is not None else ""
     return (
-        f"t = {quantity(progress.time, unit)}, {duration(progress.wall_seconds)} elapsed{remaining}, "
-        f"step {progress.step}, dt = {quantity(progress.dt, unit, 3)}, limited by {progress.criterion} in "
-        f"{progress.body}, {progress.steps_per_second:.0f} steps/s{drift}"
+        f"t = {quantity(progress.time, unit)}, step {progress.step}, "
+        f"dt = {quantity(progress.dt, unit, 3)}, limited by {progress.criterion} in {progress.body}, "
+        f"{progress.steps_per_second:.0f} steps/s{drift}, {duration(progress.wall_seconds)} elapsed{remaining}"
     )
 
 
@@ -99,36 +104,74 @@ def time_left(progress: Progress) -> float | None:
     return progress.wall_seconds * (progress.end - progress.time) / progress.time
 
 
-class TerminalListener(LineListener):
-    """One line of progress, written over at every report."""
+class _Terminal(Console):
+    """Terminal that may be closed during the run; its output is then discarded."""
+
+    def _write_buffer(self) -> None:
+        try:
+            super()._write_buffer()
+        except OSError as error:
+            if not deaf(error):
+                raise
+            del self._buffer[:]
+
+
+class BarListener(LineListener):
+    """Progress bar with simulated and wall time, step and its limit, pace, energy drift and time left."""
+
+    def __init__(self, case: Case, console: Console | None = None):
+        super().__init__(case)
+        self._console = console or _Terminal(highlight=False)
+        self._display = Live(console=self._console, refresh_per_second=10, transient=True, redirect_stderr=False)
+        self._end = 1.0
+
+    def opening(self) -> None:
+        self._console.print(Text(sanitize(self._title or "untitled case"), style="bold"))
+        self._display.start()
+        self._display.update(Spinner("dots", "preparing"))
 
     def compiling(self, name: str) -> None:
         raise_noted()
-        self._overwrite(f"compiling kernels ({name.rsplit('_', 1)[0]}); later runs use the cache")
+        loop = name.rsplit("_", 1)[0]
+        self._display.update(Spinner("dots", f"compiling kernels ({loop}); later runs use the cache"), refresh=True)
 
     def start(self, folder: Path, particles: int, end: float) -> None:
-        self.close()
-        super().start(folder, particles, end)
+        self._end = end
+        words = f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}"
+        self._console.print(Text(sanitize(words)))
 
     def progress(self, progress: Progress) -> None:
         raise_noted()
-        self._overwrite(f"{progress.time / progress.end:4.0%}  {status_text(progress, self._unit)}")
+        self._display.update(self.drawing(progress))
+
+    def drawing(self, progress: Progress) -> Group:
+        """Return the bar and its line."""
+        unit, left = self._unit, time_left(progress)
+        bar = Table.grid(padding=(0, 1))
+        bar.add_row(
+            ProgressBar(total=progress.end, completed=progress.time, width=32),
+            f"{progress.time / progress.end:4.0%}",
+            f"t = {quantity(progress.time, unit)} of {quantity(progress.end, unit)}",
+            Text(f"{duration(progress.wall_seconds)}", style="cyan"),
+            Text(f"{duration(left)} left" if left is not None else "", style="dim"),
+        )
+        line = f"dt {quantity(progress.dt, unit, 3)} ({progress.criterion}, {progress.body})"
+        line += f"   {progress.steps_per_second:.0f} steps/s"
+        if progress.energy_drift is not None:
+            line += f"   energy drift {1e2 * progress.energy_drift:+.1e} %"
+        return Group(bar, Text(line, style="dim", no_wrap=True, overflow="ellipsis"))
 
     def message(self, text: str) -> None:
-        self.close()
-        say(text)
+        self._console.print(Text(sanitize(text)))
 
     def close(self) -> None:
-        self._overwrite("")
-
-    def _overwrite(self, text: str) -> None:
-        show("\r\x1b[K" + sanitize(text)[: shutil.get_terminal_size().columns - 1], nl=False)
+        self._display.stop()
 
 
 @contextmanager
 def shown_progress(case: Case, silent: bool) -> Iterator[Listener]:
-    """Give the listener of a run, one line on a terminal, several elsewhere; interrupts are noted meanwhile."""
-    kind = TerminalListener if sys.stdout.isatty() else LineListener
+    """Give the listener of a run, a progress bar on a terminal, lines elsewhere; interrupts are noted meanwhile."""
+    kind = BarListener if sys.stdout.isatty() else LineListener
     listener = SilentListener() if silent or not is_first() else kind(case)
     listener.opening()
     try:

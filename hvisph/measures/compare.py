@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.text import Plain
 from hvisph.output import file_names, reader
@@ -125,3 +127,12 @@ def is_within(value: float | None, expected: float, tolerance: float) -> bool:
 
 def _value_of(entry: object, name: str, default: object = None) -> Any:
     return entry.get(name, default) if isinstance(entry, Mapping) else getattr(entry, name, default)
+
+
+def mean_difference(times: np.ndarray, values: np.ndarray, exact: np.ndarray) -> float:
+    """Return the time mean of abs(`values` - `exact`), both at `times`, without NaN."""
+    finite = np.isfinite(values)
+    times, difference = times[finite], np.abs(values - exact)[finite]
+    if len(times) < 2:
+        return float("nan")
+    return float(np.trapezoid(difference, times) / (times[-1] - times[0]))

@@ -1,22 +1,26 @@
-"""Exact solution of a one-dimensional case by wave tracking: tables and pictures, beside the gauges of a run.
+"""Exact solution of a one-dimensional case by wave tracking: tables, pictures, comparison with gauges of runs.
 
 Layers without strength whose pressure depends on density alone are exact in closed form; other materials are
 solved by the jump conditions of an elastic-plastic solid, to about 1e-3 (both in `exact.plate_impact`).
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from hvisph.case.case import Case
 from hvisph.case.output import Gauge
-from hvisph.core.errors import CaseError
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError, RunError
 from hvisph.core.fields import component_names
 from hvisph.core.text import Plain
 from hvisph.exact.plate_impact import layered_impact, with_reflections
 from hvisph.exact.wave_curves import State
 from hvisph.exact.wave_fronts import Tracked
+from hvisph.measures.compare import mean_difference
+from hvisph.output import file_names
 from hvisph.output.atomic_write import write_csv, write_errors
 from hvisph.output.reader import read_history
 from hvisph.setup.bodies import PlacedBody, placed_bodies
@@ -61,6 +65,10 @@ class ExactSolution:
     tracked: Tracked  # the waves
     gauges: tuple[ExactGauge, ...]  # gauges that ride with the material or watch a surface, in the case's order
     barotropic: bool  # whether pressure follows density alone
+
+    def histories(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Return ``gauge.<name>.<field>`` at `times` [s], the exact columns of history.csv."""
+        return {f"gauge.{g.name}.{column}": g.sample(column, times) for g in self.gauges for column in g.columns}
 
     def columns(self) -> list[str]:
         """Return the columns that a profile has."""
@@ -180,12 +188,58 @@ def _write_table(path: Path, table: dict[str, np.ndarray]) -> Path:
     return path
 
 
-def gauge_curves(run: Path, case: Case, exact: bool) -> dict[str, list[Curve]]:
-    """Return the curves of a run's gauges by field, beside exact ones if `exact`; `CaseError` where there are none."""
+@dataclass(frozen=True)
+class Difference:
+    """Mean difference of a gauge from the exact solution, and the range of the exact values, in SI."""
+
+    mean: float
+    exact_range: float
+
+
+@dataclass
+class Overlay:
+    """Gauges of several runs."""
+
+    # curves by field, for `hvisph.visualization.curves.curves_picture`
+    panels: dict[str, list[Curve]] = field(default_factory=dict)
+    # by run, then by column of its history: ``gauge.<name>.<field>``
+    differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
+    without: dict[str, str] = field(default_factory=dict)  # runs without an exact solution, and why
+    unitless: bool = False  # whether a case is non-dimensional
+
+
+def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:
+    """Return gauges of runs, beside exact ones if `exact`; `CaseError` or `OutputError` where there are none."""
+    made = Overlay()
+    for name, folder in folders.items():
+        if not (folder / file_names.CASE).is_file():
+            raise CaseError(f"{folder} is no folder of a run: it has no {file_names.CASE}")
+        case = load_case(folder / file_names.CASE)
+        made.unitless |= case.units == "none"
+        beside = _exact(name, folder, case, made) if exact else {}
+        panels = gauge_panels(folder, beside, prefix=f"{name} " if len(folders) > 1 else "")
+        for column, curves in panels.items():
+            drawn = made.panels.setdefault(column, [])
+            known = [(curve.x.tolist(), curve.y.tolist()) for curve in drawn if curve.exact]  # of the same impact
+            drawn += [curve for curve in curves if not curve.exact or (curve.x.tolist(), curve.y.tolist()) not in known]
+    return made
+
+
+def _exact(name: str, folder: Path, case: Case, made: Overlay) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the exact gauges of a run by their columns, and note the differences, or why there are none."""
+    try:
+        solution = exact_solution(case)
+    except (CaseError, RunError) as error:
+        made.without[name] = str(error)
+        return {}
+    history = read_history(folder)
+    differences = made.differences.setdefault(name, {})
     beside = {}
-    if exact:
-        for gauge in exact_solution(case).gauges:
-            for column in gauge.columns:
-                line = steps(gauge.times, gauge.values(column), float(read_history(run)["time"][-1]))
-                beside[f"gauge.{gauge.name}.{column}"] = line
-    return gauge_panels(run, beside)
+    for column, values in solution.histories(history["time"]).items():
+        mean = mean_difference(history["time"], history[column], values)
+        differences[column] = Difference(mean, float(np.ptp(values)))
+    for gauge in solution.gauges:
+        for column in gauge.columns:
+            line = steps(gauge.times, gauge.values(column), float(history["time"][-1]))
+            beside[f"gauge.{gauge.name}.{column}"] = line
+    return beside

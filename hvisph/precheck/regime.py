@@ -22,7 +22,7 @@ ELASTIC, SHOCK = 1.0, 10.0
 
 @dataclass(frozen=True)
 class Regime:
-    """Impact regime of the first two bodies in contact."""
+    """Impact regime of the first two bodies in contact, and validation record of runs of the same kind."""
 
     # closing velocity of the first two bodies to meet, or of one and its image [m/s]; 0 where nothing closes
     velocity: float
@@ -86,6 +86,112 @@ def _strength(material: Material, pressure: float) -> float | None:
     if name == "none":
         return None
     return math.inf if name == "elastic" else flow_at(material, None, 0.0, 1.0, pressure)
+
+
+# Validation record: the figures are those of `docs/validation.md`; a test compares them with its results.
+
+
+PAGE = "docs/validation.md"
+THIN = 1.0  # a plate thinner than this many diameters of the sphere is perforated with a cloud behind it
+FURTHEST = 2.0  # factor of velocity beyond the shots of a set up to which its figures apply
+ENOUGH = 0.75  # least particles across over those of the validation runs for which their figures apply
+ALUMINIUM, METALS = (2600.0, 2900.0), (2600.0, 20_000.0)  # densities [kg/m^3]
+_SIMPLE = ("von_mises", "linear_hardening", "johnson_cook", "cowper_symonds")
+DUCTILE = (*_SIMPLE, "steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
+STIFF = 5e9  # shear modulus above which a ductile solid is a metal and no plastic [Pa]
+
+
+@dataclass(frozen=True)
+class Experience:
+    """Differences of runs from one set of experiments."""
+
+    what: str  # the shots
+    # mean size of the differences by quantity, as shares; of verdicts the share that is right
+    figures: Mapping[str, float]
+    across: float  # particles across the projectile, the bar or the bumper in the runs
+    velocities: tuple[float, float]  # of the slowest and the fastest shot [m/s]
+    over: str = ""  # length that the particles are counted across, in words
+    verdicts: bool = False  # whether the figures are of verdicts
+    densities: tuple[float, float] = ALUMINIUM  # of the metals that were shot, from and to [kg/m^3]
+
+
+LABELS = {"cloud_ratio": "length over width of the cloud"}
+# By set of `cases/validation`.
+KNOWN = {
+    "taylor": Experience(
+        "41 Taylor bars",
+        {"length_ratio": 0.036, "foot_diameter": 0.039, "outline": 0.035},
+        24,
+        (100.0, 350.0),
+        densities=METALS,
+    ),
+    "cloud": Experience(
+        "a sphere through a plate at 6.2 km/s",
+        {"crater_rim_diameter": 0.005, "cloud_ratio": 0.118},
+        40,
+        (6180.0, 6180.0),
+    ),
+    "shield": Experience(
+        "27 Whipple shields", {"perforated": 0.815}, 8, (2600.0, 7400.0), " the bumper", verdicts=True
+    ),
+    "crater": Experience("craters at 7 km/s, by the equation", {"crater_depth": 0.039}, 16, (7000.0, 7000.0)),
+}
+
+
+def experience(case: Case, kind: Regime) -> str:
+    """Return the validation record of similar experiments; empty without any."""
+    name = _set_of(case, kind)
+    if not name:
+        return ""
+    known = KNOWN[name]
+    if not known.velocities[0] / FURTHEST <= kind.velocity <= known.velocities[1] * FURTHEST:
+        return ""
+    if not all(_is_metal(material_of_body(body), known.densities) for body in case.bodies.values()):
+        return ""
+    first, *others = case.bodies.values()
+    if known.verdicts:
+        said = f"for {100 * next(iter(known.figures.values())):.0f} % it is right whether the rear wall fails"
+        here = min(others[0].shape.extent()) / case.resolution
+    else:
+        labels = {quantity: LABELS.get(quantity, quantity.replace("_", " ")) for quantity in known.figures}
+        said = ", ".join(f"{labels[quantity]} {100 * off:.1f} %" for quantity, off in known.figures.items())
+        said += " off on average"
+        here = _width(first) / case.resolution
+    text = f"{known.what}: {said}, with {known.across:g} particles across{known.over} ({PAGE})"
+    if here < ENOUGH * known.across:
+        text += f"; this case has {here:.2g}, too few for these figures"
+    return text
+
+
+def _is_metal(material: Material, densities: tuple[float, float]) -> bool:
+    """Return whether a material is a metal with a density within bounds [kg/m^3]."""
+    low, high = densities
+    ductile = material.strength.name in DUCTILE and material.shear_modulus > STIFF
+    return ductile and material.porosity is None and low <= material.density <= high
+
+
+def _set_of(case: Case, kind: Regime) -> str:
+    bodies = list(case.bodies.values())
+    if kind.velocity <= 0.0 or kind.strength is None or case.dim == 1 or case.units != "si":
+        return ""
+    if len(bodies) == 1:
+        return "taylor" if against_wall(case) > 0.0 and bodies[0].shape.type == "cylinder" else ""
+    if len(bodies) not in (2, 3) or bodies[0].shape.type != "sphere" or not kind.words.startswith("shock"):
+        return ""
+    if case.kinematics not in ("three_d", "axisymmetric"):
+        return ""
+    sizes = bodies[1].shape.extent()
+    if not sizes:  # a mesh or a combination is neither of the plates that were shot at
+        return ""
+    thin = min(sizes) < THIN * _width(bodies[0])
+    if len(bodies) == 3:
+        return "shield" if thin else ""
+    return "cloud" if thin else "crater"
+
+
+def _width(body: Body) -> float:
+    """Return the extent of a body across the shot line [m]."""
+    return float(sorted(body.shape.extent()[1:])[0])
 
 
 # Impact pressure over strength above which a plate may be punched, and speeds below which it is, not burst [m/s].

@@ -148,6 +148,7 @@ class Options:
 
     quick: bool = False  # the coarse form: seconds
     spacing: float | None = None  # particle spacing in place of the problem's own, in the units of its cases
+    seeds: int | None = None  # number of random starts, where there are such
 
     def dx(self, full: float, quick: float) -> float:
         """Return the spacing to take."""

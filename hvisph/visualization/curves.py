@@ -101,9 +101,9 @@ def curves_picture(
 
 
 def gauge_panels(
-    run: str | os.PathLike[str], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None
+    run: str | os.PathLike[str], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None, prefix: str = ""
 ) -> dict[str, list[Curve]]:
-    """Return the panels of a run's gauges: one a field, one curve a gauge.
+    """Return the panels of a run's gauges, `prefix` before their names: one a field, one curve a gauge.
 
     `exact` has times [s] and values by column. Raises `CaseError` without gauges, `OutputError` without a history.
     """
@@ -114,7 +114,7 @@ def gauge_panels(
             continue
         _, gauge, column = name.split(".", 2)
         seen = np.isfinite(values)
-        panels.setdefault(column, []).append(Curve(gauge, history["time"][seen], values[seen]))
+        panels.setdefault(column, []).append(Curve(prefix + gauge, history["time"][seen], values[seen]))
         if exact and name in exact:
             first = not any(curve.exact for curve in panels[column])
             panels[column].append(Curve("exact" if first else "", *exact[name], exact=True))

@@ -45,7 +45,9 @@ class Look:
     field: str = "speed"  # ``speed``, ``body``, ``material``, a field, or a component such as ``velocity_x``
     # ends of the colour scale in the snapshot's unit; all moments' range less its outermost 0.5 % unless given
     ends: tuple[float, float] | None = None
+    log: bool = False  # whether colours follow the logarithm
     view: str | tuple[float, float] = "side"  # ``side``, ``front`` or ``3d``, or yaw and pitch [degrees]
+    mirrored: bool = True  # whether the images at symmetry planes are shown
     # left, right, bottom, top [m]; or how many times larger than all; None for all
     zoom: tuple[float, float, float, float] | float | None = None
 
@@ -127,12 +129,18 @@ def scale_of(moments: Sequence[Moment], look: Look) -> Ends:
     """Return the ends of the colour scale in the unit of pictures."""
     if look.field in SHARES:
         return 0.0, 1.0
-    _, factor, _, symmetric = appearance(moments[0].snapshot, look.field)
+    label, factor, _, symmetric = appearance(moments[0].snapshot, look.field)
     if look.ends is not None:
         return look.ends[0] * factor, look.ends[1] * factor
     values = np.concatenate([field_of(moment.snapshot, look.field) * factor for moment in moments])
     curve = moments[0].snapshot.dimensions == 1  # which is shown whole
-    return field_range(values, symmetric and not curve, 0.0 if curve else OUTSIDE)
+    low, high = field_range(values, symmetric and not look.log and not curve, 0.0 if curve else OUTSIDE)
+    if look.log:
+        positive = values[values > 0.0]
+        if not len(positive):
+            raise CaseError(f"{label} is nowhere positive: it has no logarithm", where="--log")
+        low = max(low, float(np.quantile(positive, 0.02)), 1e-6 * high)
+    return low, high
 
 
 def extent_of(projected: Sequence[Projected], moments: Sequence[Moment], look: Look) -> Extent:
@@ -157,9 +165,10 @@ def _project(moment: Moment, look: Look) -> Projected:
     yaw, pitch = VIEWS[look.view] if isinstance(look.view, str) else look.view
     axisymmetric = moment.snapshot.is_axisymmetric
     if axisymmetric and look.view != "side":
-        place, owner = revolve(position, spacing_of(moment.snapshot), 270.0)
+        place, owner = revolve(position, spacing_of(moment.snapshot), 270.0 if look.mirrored else 180.0)
     else:
-        place, owner = copies(position, (1,) if axisymmetric else moment.planes)
+        planes = (1,) if axisymmetric else moment.planes
+        place, owner = copies(position, planes if look.mirrored else ())
     return rotate_view(place, yaw, pitch), owner
 
 
@@ -175,7 +184,8 @@ def _profile(axes: Axes, moment: Moment, look: Look, ends: tuple[float, float], 
         axes.plot(x[own], values[own], ".-", ms=2, lw=0.9, color=body_colour(number), label=name)
     margin = 0.05 * (ends[1] - ends[0])
     axes.set(xlim=(extent[0] * metres, extent[1] * metres), xlabel=f"x{unit}", ylabel=label)
-    axes.set_ylim(ends[0] - margin, ends[1] + margin)
+    axes.set_ylim(ends[0] if look.log else ends[0] - margin, ends[1] + margin)
+    axes.set_yscale("log" if look.log else "linear")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
     axes.set_title(moment.name, fontsize=9)
@@ -196,20 +206,21 @@ def _image(state: Snapshot, discs: Projected, look: Look, ends: Ends, extent: Ex
 def _colours(snapshot: Snapshot, look: Look, ends: Ends) -> np.ndarray:
     """Return the colour of each particle, RGB from 0 to 1, shape (n, 3)."""
     from matplotlib import colormaps
-    from matplotlib.colors import Normalize, to_rgb
+    from matplotlib.colors import LogNorm, Normalize, to_rgb
 
     if look.field in SHARES:
         number = snapshot.body if look.field == "body" else snapshot.material
         table = np.array([to_rgb(body_colour(k)) for k in range(int(number.max(initial=0)) + 1)])
         return table[number]
     _, factor, colours, _ = appearance(snapshot, look.field)
-    values = np.ma.filled(Normalize(*ends, clip=True)(field_of(snapshot, look.field) * factor), 0.0)
+    norm = (LogNorm if look.log else Normalize)(*ends, clip=True)
+    values = np.ma.filled(norm(field_of(snapshot, look.field) * factor), 0.0)
     return colormaps[colours](values)[:, :3]
 
 
 def _legend(figure: Figure, axes: np.ndarray, moments: Sequence[Moment], look: Look, ends: Ends) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import LogNorm, Normalize
     from matplotlib.lines import Line2D
 
     first = moments[0].snapshot
@@ -219,7 +230,8 @@ def _legend(figure: Figure, axes: np.ndarray, moments: Sequence[Moment], look: L
         axes[0].legend(handles=marks, fontsize=8, loc="upper left")
         return
     label, _, colours, _ = appearance(first, look.field)
-    figure.colorbar(ScalarMappable(Normalize(*ends), colours), ax=list(axes), label=label, shrink=0.8, extend="both")
+    norm = (LogNorm if look.log else Normalize)(*ends)
+    figure.colorbar(ScalarMappable(norm, colours), ax=list(axes), label=label, shrink=0.8, extend="both")
 
 
 FORMATS = (".gif", ".mp4")

@@ -26,7 +26,7 @@ _REBOUNDS = "rebound of what is caught in the middle: 0.12 at 1, 0.5 and 0.25 mm
 
 
 def _trials(options: Options) -> Iterator[Trial]:
-    seeds = 3 if options.quick else 20
+    seeds = options.seeds or (3 if options.quick else 20)
     yield collisions(f"{seeds} seeds", range(seeds), options.dx(1e-3, 1e-3))
 
 

@@ -28,7 +28,7 @@ from hvisph.precheck.estimate import (
     of_cores,
 )
 from hvisph.precheck.impact_pair import first_contact, impact_pair, plane_shock
-from hvisph.precheck.regime import regime
+from hvisph.precheck.regime import experience, regime
 from hvisph.setup.bodies import placed_bodies
 from hvisph.setup.initial_state import held_particles
 from hvisph.setup.materials import material_of
@@ -164,9 +164,12 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     facts += _rigid(case, taken)
     facts += condition_words(case)
     if case.start is None:
-        facts.append(("regime", regime(case).words))
+        kind = regime(case)
+        facts.append(("regime", kind.words))
         if text := tears(case):
             facts.append(("", text))
+        if known := experience(case, kind):
+            facts.append(("validation", known))
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import typer
@@ -10,13 +11,16 @@ from hvisph.cli import options
 from hvisph.cli.formatting import echo_json, say, show
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import argument, option
-from hvisph.cli.results_table import comparison_tables
+from hvisph.cli.results_table import comparison_tables, gauge_table
 from hvisph.cli.run_report import shown_progress
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.fields import CATALOGUE
+from hvisph.core.text import Plain
 from hvisph.measures.compare import row
 from hvisph.postprocessing.comparison import Entry, complete, entries, is_run
+from hvisph.postprocessing.exact_solution import overlay
 from hvisph.postprocessing.run_data import draw_last_states
+from hvisph.visualization.curves import curves_picture
 
 
 def compare(
@@ -29,6 +33,9 @@ def compare(
     threads: options.ThreadsOption = None,
     field: str | None = option("--field NAME", "Field that colours the picture; pressure unless given.", None),
     picture: Path | None = option("--picture FILE", "Draw the final states into one picture: png, pdf, svg.", None),
+    gauges: Path | None = option(
+        "--gauges FILE", "Draw all gauges, in 1D with the exact solution and a table of differences.", None
+    ),
     every: bool = option("--all", "Show all measures, not only the main ones.", False),
     force: bool = option("--force", "Run all cases again.", False),
     quiet: options.QuietOption = False,
@@ -43,17 +50,32 @@ def compare(
     chosen = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
     if picture is not None and any(entry.case is not None for entry in chosen):
         _refuse_picture(picture, field)
+    if gauges is not None:
+        options.refuse_format(gauges, "--gauges")
     _complete(chosen, threads, force, quiet or as_json)
     rows = [row(entry.name, entry.folder) for entry in chosen]
+    folders = {entry.name: entry.folder for entry in chosen}
     if picture is not None:
-        draw_last_states({entry.name: entry.folder for entry in chosen}, picture, field or "pressure")
+        draw_last_states(folders, picture, field or "pressure")
+    overlaid = None if gauges is None else overlay(folders)
+    if overlaid is not None and gauges is not None:
+        curves_picture(overlaid.panels, gauges, title="Gauges", unitless=overlaid.unitless)
     if as_json:
-        echo_json({"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)})
+        plain: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
+        if overlaid is not None:
+            plain["gauges"] = {
+                name: {column: asdict(one) for column, one in columns.items()}
+                for name, columns in overlaid.differences.items()
+            }
+        echo_json(plain)
     elif not quiet:
         unitless = any(_unitless(entry) for entry in chosen)
         show(comparison_tables(rows, unitless, every))
-        if picture is not None:
-            say(f"\n{picture}")
+        if overlaid is not None:
+            say(gauge_table(overlaid))
+        for drawn in (picture, gauges):
+            if drawn is not None:
+                say(f"\n{drawn}")
     failed = [r.name for r in rows if r.status == "failed"]
     if failed:
         say(f"error: failed: {', '.join(failed)}", err=True, red=True)

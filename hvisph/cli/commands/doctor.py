@@ -22,7 +22,7 @@ from hvisph.core.text import Plain
 from hvisph.precheck.estimate import available_threads
 from hvisph.simulation.run import run
 
-PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "typer")
+PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 # Materials of two bodies: of common models, of further ones, of those with history variables, an explosive.
 # One loop of each kinematics and formulation serves all materials of such a class.
 PAIRS = (

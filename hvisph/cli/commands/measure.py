@@ -11,6 +11,7 @@ from hvisph.cli.results_table import bodies_table, fragments_series, fragments_t
 from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain, sanitize
 from hvisph.measures.compare import compare_expected
+from hvisph.measures.fragments import FEWEST
 from hvisph.measures.measure import Measures
 from hvisph.measures.measure import measure as measure_source
 from hvisph.measures.tables import rows, write_fragments, write_series
@@ -24,6 +25,9 @@ def measure(
     source: str = argument("SOURCE", "Folder of a run, or a snapshot; of another code VTU, VTP, VTK or LAMMPS dump."),
     at: str | None = option("--at TIME|all", "Snapshot nearest to a time (4us), or all; the last unless given.", None),
     fragments: bool = option("--fragments", "List the fragments of every body: groups linked at 2 dx.", False),
+    smallest: int | None = option(
+        "--smallest N", "With --fragments: fewest particles of one listed (5); smaller ones are summed.", None, min=1
+    ),
     csv: Path | None = option("--csv FILE", "Write a row per snapshot or fragment; SI units.", None),
     plot: Path | None = option("--plot FILE", "Draw all measures over time; FILE.png or .pdf.", None),
     witness: Path | None = option("--witness FILE", "Draw the debris at a witness plane; FILE.png.", None),
@@ -35,7 +39,7 @@ def measure(
     as_json: JsonOption = False,
 ) -> None:
     """Measure a run: crater, penetration, pressures, plug, fragments; at one time or over time."""
-    _refuse(at, fragments, plot)
+    _refuse(at, fragments, smallest, plot)
     moment = at if at in (None, "all") else parse_option(at, "TIME", "--at", ", or all")
     along = None if plane is None else parse_option(plane, "LENGTH", "--plane")
     chosen = "all" if plot is not None else moment
@@ -49,18 +53,21 @@ def measure(
             series_picture(measured, plot)
         if witness is not None:
             witness_picture(measured.cloud, witness, measured.title)
+    fewest = smallest or FEWEST
     if as_json:
-        echo_json(measured.fragments_as_dict() if fragments else measured.as_dict())
+        echo_json(measured.fragments_as_dict(fewest) if fragments else measured.as_dict())
         return
-    text = _fragments(measured) if fragments else _measures(source, measured, at)
+    text = _fragments(measured, fewest) if fragments else _measures(source, measured, at)
     show(f"{sanitize(measured.title or source)}\n{text}")
     for file in (csv, plot, witness):
         if file is not None:
             say(str(file))
 
 
-def _refuse(at: str | None, fragments: bool, plot: Path | None) -> None:
+def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | None) -> None:
     """Raise `CaseError` for options that exclude each other."""
+    if smallest is not None and not fragments:
+        raise CaseError("it is an option of --fragments", where="--smallest")
     if plot is not None and fragments:
         reason = "fragments as a list have no picture; without --fragments it shows how they develop"
         raise CaseError(reason, where="--plot")
@@ -93,11 +100,11 @@ def _units(text: str) -> tuple[float, float, float] | None:
     return length, mass, time
 
 
-def _fragments(measured: Measures) -> str:
+def _fragments(measured: Measures, fewest: int) -> str:
     if measured.series:
-        return fragments_series(measured.series)
+        return fragments_series(measured.series, fewest)
     time = quantity(measured.time, "" if measured.unitless else "s")
-    return f"t = {time}, step {measured.step}; fragments are linked at 2 dx\n\n{fragments_text(measured)}"
+    return f"t = {time}, step {measured.step}; fragments are linked at 2 dx\n\n{fragments_text(measured, fewest)}"
 
 
 def _measures(source: str, measured: Measures, at: str | None) -> str:

@@ -10,7 +10,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.cli.formatting import say
 from hvisph.cli.options import QuietOption, argument, option, parse_option, shared
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.postprocessing.exact_solution import gauge_curves
+from hvisph.postprocessing.exact_solution import overlay
 from hvisph.postprocessing.run_data import shown_moments
 from hvisph.visualization.camera import VIEWS
 from hvisph.visualization.curves import curves_picture
@@ -28,9 +28,11 @@ class Drawing:
     ends: Annotated[
         str | None, option("--range A,B", "Limits of the colour scale [SI]; those of the shown values unless given.")
     ] = None
+    log: Annotated[bool, option("--log", "Logarithmic colour scale.")] = False
     view: Annotated[
         str | None, option("--view VIEW", "side, front, 3d, or yaw,pitch [degrees]; 3D cases are rotated unless given.")
     ] = None
+    mirror: Annotated[bool, option("--mirror/--no-mirror", "Show mirror images at symmetry planes.")] = True
     zoom: Annotated[str | None, option("--zoom Z", "Magnification, or left,right,bottom,top [m].")] = None
     bodies: Annotated[str | None, option("--bodies A,B", "Bodies to draw; all unless given.")] = None
     quiet: QuietOption = False
@@ -56,7 +58,7 @@ class Drawing:
             if len(enlarged) not in (1, 4) or (len(enlarged) == 1 and enlarged[0] <= 0.0):
                 raise CaseError("needs one factor above 0, or left,right,bottom,top", where="--zoom")
             enlarged = enlarged[0] if len(enlarged) == 1 else enlarged
-        return Look(self.field, limits, turned, enlarged)
+        return Look(self.field, limits, self.log, turned, self.mirror, enlarged)
 
 
 @shared
@@ -113,14 +115,17 @@ def gauges(
 ) -> None:
     """Draw the gauges of a run: one panel per field, one line per gauge."""
     folder = Path(run)
-    case = load_case(folder / "case.yaml")
-    panels, target = gauge_curves(folder, case, exact), out or folder / "gauges.png"
-    say(str(curves_picture(panels, target, title=case.title, unitless=case.units == "none")))
+    made = overlay({folder.name: folder}, exact)
+    for reason in made.without.values():
+        raise CaseError(f"there is no exact solution to draw: {reason}", where="--exact")
+    title = load_case(folder / "case.yaml").title
+    say(str(curves_picture(made.panels, out or folder / "gauges.png", title=title, unitless=made.unitless)))
 
 
 def report(
     runs: list[str] = argument("RUN...", "Folders of runs, or of one sweep."),
     out: Path | None = option("--out, -o FILE", "Page to write; report.html in the run's folder.", None),
+    each: bool = option("--each", "For a sweep, also write a page for every run.", False),
     quiet: QuietOption = False,
 ) -> None:
     """Write one self-contained page: result, animation, measures, warnings, set-up."""
@@ -134,6 +139,6 @@ def report(
         stands = driver(folder)
         results, shown, record = stands.conclude(), rows(folder, stands.members), stands.sweep.record
         table = table_rows(shown, record)
-        path = sweep_report(folder.path, stands.title, results, shown, table, out, record)
+        path = sweep_report(folder.path, stands.title, results, shown, table, out, record=record, each=each)
     if not quiet:
         say(str(path))

@@ -15,7 +15,7 @@ from hvisph.casefile.paths import run_name
 from hvisph.cli import options
 from hvisph.cli.formatting import echo_json, paragraph, quantity, say, table
 from hvisph.cli.options import argument, option
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit
 from hvisph.postprocessing import material_sheet
 from hvisph.postprocessing.exact_solution import exact_solution, write_exact
@@ -84,7 +84,6 @@ def exact(
 
 
 _PATHS = "shear, uniaxial_strain, uniaxial_stress, cycle or rotation"
-STEPS = 400  # along a path
 
 
 def point(
@@ -92,12 +91,14 @@ def point(
     path: Annotated[str, typer.Option(help=f"Path of strain: {_PATHS}.")] = "uniaxial_stress",
     rate: float = option("--rate", "Strain rate [1/s].", 1e3),
     strain: float = option("--strain", "Final strain, negative in compression.", 0.2),
+    steps: int = option("--steps", "Number of steps.", 400),
+    body: str | None = option("--body", "Body of the case; the first unless given.", None),
     plot: Path | None = option("--plot FILE", "Draw stress and state into FILE.", None),
     as_json: options.JsonOption = False,
 ) -> None:
     """Integrate the stress update of a material point along a strain path."""
-    model = _material(subject)
-    record = drive(material_of(model), path, rate, strain, STEPS)
+    model = _material(subject, body)
+    record = drive(material_of(model), path, rate, strain, steps)
     if as_json:
         echo_json(
             {"path": path, "rate": rate, "strain": record.strain.tolist()}
@@ -108,7 +109,7 @@ def point(
         rows: list[tuple[str, ...]] = [
             ("strain", f"stress {stress}", "von Mises", "pressure", "plastic strain", "damage", "temperature")
         ]
-        for k in range(0, len(record.strain), STEPS // 10):
+        for k in range(0, len(record.strain), max(1, steps // 10)):
             at = {name: float(record[name][k]) for name in COLUMNS}
             stresses = (quantity(at[name], "Pa") for name in (stress, "von_mises_stress", "pressure"))
             state = (f"{at['plastic_strain']:.4g}", f"{at['damage']:.3g}", f"{at['temperature']:.0f} K")
@@ -118,8 +119,7 @@ def point(
         say(f"wrote {material_sheet.point_picture(record, plot, f'{model.name}, {path}, {rate:g} 1/s')}", err=True)
 
 
-def _material(subject: str) -> Material:
-    """Return a material by name, or that of the first body of a case."""
+def _material(subject: str, body: str | None) -> Material:
     try:
         return library_of().load(subject)
     except CaseError as error:
@@ -129,7 +129,10 @@ def _material(subject: str) -> Material:
             if Path(subject).suffix:
                 raise
             raise CaseError(error.message) from None
-    return next(iter(case.bodies.values())).material
+    name = body or next(iter(case.bodies))
+    if name not in case.bodies:
+        raise CaseError(f"unknown body '{name[:64]}'{suggest_nearest(name, list(case.bodies))}", where="--body")
+    return case.bodies[name].material
 
 
 def materials(

@@ -63,11 +63,12 @@ def resume(
 
 BARS = "▁▂▃▄▅▆▇█"
 WIDTH = 55
-EVERY = 2.0  # wall time between updates of `watch` [s]
 
 
 def watch(
     folder: Path = argument("RUN", "Folder of a run, under way or ended."),
+    every: float = option("--every S", "Seconds between updates.", 2.0, min=0.2),
+    once: bool = option("--once", "Print the present state and exit.", False),
     picture: Path | None = option("--picture FILE", "Draw the newest state at every update.", None),
 ) -> None:
     """Show progress, histories and measures of a run until it ends."""
@@ -79,7 +80,7 @@ def watch(
     while True:
         text, ended, snapshots = _look(folder)
         if text != said:
-            if sys.stdout.isatty():
+            if not once and sys.stdout.isatty():
                 typer.echo("\x1b[2J\x1b[H", nl=False)
             typer.echo(text)
             said = text
@@ -87,9 +88,9 @@ def watch(
             moments = shown_moments(folder, None, False)
             view_picture(moments, picture, Look(view=usual_view(moments[0])))
             drawn = snapshots
-        if ended:
+        if once or ended:
             return
-        time.sleep(EVERY)
+        time.sleep(every)
 
 
 def _look(folder: Path) -> tuple[str, bool, int]:

@@ -35,6 +35,7 @@ def verify(
     quick: bool = option("--quick", "Coarse forms, seconds each.", False),
     only: str = option("--only TEXT", "Only trials whose name contains TEXT: '12 km/s'.", ""),
     resolution: str | None = option("--resolution LENGTH", "Particle spacing in place of the problem's.", None),
+    seeds: int | None = option("--seeds N", "Number of random initial states, where there are any.", None, min=1),
     settings: SetOption = None,
     threads: ThreadsOption = None,
     keep: Path | None = option("--keep DIR", "Keep the runs in this folder; they are deleted unless given.", None),
@@ -56,7 +57,7 @@ def verify(
     for name in chosen:
         _require_known(name, list(PROBLEMS), "problem", "NAME")
     spacing = None if resolution is None else parse_option(resolution, "LENGTH", "--resolution")
-    options = Options(quick, spacing)
+    options = Options(quick, spacing, seeds)
     if only:
         trials = [trial.name for name in chosen for trial in PROBLEMS[name].trials(options)]
         if not any(only.lower() in trial.lower() for trial in trials):

@@ -20,6 +20,7 @@ from hvisph.visualization.sweeps import result_lines, sweep_figure
 
 from .charts import embed_figure, embedded_pixels
 from .report import PAGE, template
+from .report import report as run_report
 
 MOST, WIDTH = 60, 220  # pictures, pixels across
 SHARE = 0.995  # of the particles are not faster than the scale's end
@@ -56,14 +57,20 @@ def sweep_report(
     rows: Sequence[PlainMapping],
     table: Sequence[Sequence[object]],
     path: str | os.PathLike[str] | None = None,
+    *,
     record: Sequence[str] | None = None,
+    each: bool = False,
 ) -> Path:
-    """Write the page of a sweep: ``report.html`` in its folder unless `path` is given.
+    """Write the page of a sweep: ``report.html`` in its folder unless `path` is given; with `each`, every run's first.
 
     `results`, `rows` and `table` are those of `hvisph.sweeps`: the joint results, the cases, and their table with its
     heads; `record` names the measures to show, all unless given. Raises `OutputError` when it cannot be written.
     """
     home = Path(folder)
+    if each:
+        for row in rows:
+            with suppress(OutputError, CaseError):  # it keeps a summary only, or has not been run
+                run_report([row["folder"]])
     said_heads, *said_rows = result_lines(results, record) or [[]]
     svg = ""  # where there is nothing to draw
     with suppress(CaseError):
