@@ -7,8 +7,8 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.catalogues import unstrained_kinematics
-from hvisph.diagnostics.budgets import turning
-from hvisph.diagnostics.sanity_checks import UNNOTICED, SanityChecks
+from hvisph.diagnostics.budgets import angular_momentum_of
+from hvisph.diagnostics.sanity_checks import NEGATIVE_ENERGY_TOLERANCE, SanityChecks
 from hvisph.diagnostics.summary import shares
 from hvisph.materials.melting import Lindemann
 from hvisph.materials.validity_limits import range_of
@@ -75,7 +75,7 @@ def test_angular_momentum_is_the_sum_of_cross_products(dim):
     few.dim, few.kinematics = dim, unstrained_kinematics(dim)
     x, v = (np.pad(few[name], ((0, 0), (0, 3 - dim))) for name in ("position", "velocity"))
     whole = (few["mass"][:, None] * np.cross(x, v)).sum(axis=0)
-    np.testing.assert_allclose(turning(few).sum(axis=0), {1: [], 2: whole[2:], 3: whole}[dim], rtol=1e-12)
+    np.testing.assert_allclose(angular_momentum_of(few).sum(axis=0), {1: [], 2: whole[2:], 3: whole}[dim], rtol=1e-12)
 
 
 def test_pressure_beside_its_estimate():
@@ -106,7 +106,7 @@ def test_a_negative_energy_is_said_once():
     Setup.stepper.sums[0] = 100.0
     watch = SanityChecks(Setup, load_case(CASE).limits)
     assert watch.warning(1e-6) == ""
-    Setup.stepper.sums[1] = -0.5 * UNNOTICED * 100.0
+    Setup.stepper.sums[1] = -0.5 * NEGATIVE_ENERGY_TOLERANCE * 100.0
     assert watch.warning(1e-6) == ""
     Setup.stepper.sums[1] = -0.5
     assert "0.5 %" in watch.warning(2e-6)

@@ -130,11 +130,11 @@ def test_a_resumed_run_has_the_same_bits(tmp_path):
     assert_same_results(tmp_path / "whole", tmp_path / "parts")
 
 
-def test_runaway_stops_the_run(tmp_path):
+def test_an_excessive_speed_stops_the_run(tmp_path):
     case = two(limits={"speed_over_initial": 1.01}, time={"end": 1e-6})
     outcome = run(case, tmp_path / "run", threads=1)
     assert outcome.exit_code == 3
-    assert outcome.summary["failure"]["criterion"] == "runaway"
+    assert outcome.summary["failure"]["criterion"] == "speed"
 
 
 def test_body_force_moves_a_body_at_rest(tmp_path):

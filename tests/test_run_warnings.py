@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import library, load_material
-from hvisph.diagnostics.warnings import Holds, remarks, torn_without_damage
+from hvisph.diagnostics.warnings import ValidityRange, final_warnings, undamaged_crack_share
 from hvisph.materials.eos import IdealGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.validity_limits import outside_range, range_of
@@ -33,7 +33,7 @@ def plate():
 
 
 def said(now, start, whole=True):
-    return remarks(now, start, ["plate"], [whole], DX)
+    return final_warnings(now, start, ["plate"], [whole], DX)
 
 
 def test_a_sound_body_has_nothing_to_say(plate):
@@ -69,9 +69,9 @@ def test_cracks_between_sound_particles_are_told(plate):
     now = snapshot(plate + np.where(plate[:, :1] > 14.5 * DX, 5 * DX, 0.0))
     for sound in (0, 1, 10):
         now.fields["damage"] = np.where((np.abs(plate[:, 0] - 15 * DX) < 0.5 * DX) & (plate[:, 1] > (sound - 0.5) * DX), 1.0, 0.2)  # fmt: skip
-        texts = remarks(now, snapshot(plate), ["plate"], [False], DX, cracks=[True])
+        texts = final_warnings(now, snapshot(plate), ["plate"], [False], DX, cracks=[True])
         assert [text[:34] for text in texts] == (["plate: torn_without_damage 100 %: "] if sound == 10 else [])
-        share, torn = torn_without_damage(now.fields["position"], plate, now.fields["damage"], DX)
+        share, torn = undamaged_crack_share(now.fields["position"], plate, now.fields["damage"], DX)
         assert (share, torn) == (pytest.approx(0.1 * sound), sound)
 
 
@@ -97,7 +97,9 @@ def test_rings_clump_by_their_sections_whatever_their_radius(plate):
             now = snapshot(position)
             now.metadata["kinematics"] = "axisymmetric"
             now.fields["mass"] = now.fields["density"] * (scale * DX) ** 2 * 2.0 * np.pi * position[:, 1]
-            found.append([text for text in remarks(now, now, ["plate"], [False], scale * DX) if "clumped" in text])
+            found.append(
+                [text for text in final_warnings(now, now, ["plate"], [False], scale * DX) if "clumped" in text]
+            )
         assert found[0] == []
         assert len(found[1]) == 1
 
@@ -129,7 +131,7 @@ def test_vapour_that_flies_alone_keeps_its_pressure_and_says_so(plate):
 def aluminium(damage=False):
     material = material_of(load_material("aluminium-6061-t6"))
     found = range_of(material)
-    return Holds(partial(outside_range, material), found.words, None if damage else found.tension)
+    return ValidityRange(partial(outside_range, material), found.words, None if damage else found.tension)
 
 
 def pulled(plate, time, share, pressure=0.0, density=2700.0):
@@ -144,22 +146,22 @@ def pulled(plate, time, share, pressure=0.0, density=2700.0):
 def test_what_leaves_the_range_of_its_material_says_so_once(plate):
     moments = [pulled(plate, k * 1e-6, share, density=1200.0) for k, share in enumerate((0.0, 0.01, 0.05, 0.02))]
     *before, last = moments
-    (text,) = remarks(last, moments[0], ["plate"], [True], DX, [aluminium()], before)
+    (text,) = final_warnings(last, moments[0], ["plate"], [True], DX, [aluminium()], before)
     assert "5 % of its mass has left the range of its material at 2 us, first at 1 us" in text
     assert "density above 1815 and below 7712 kg/m^3, temperature above 1 K" in text
-    assert remarks(moments[0], moments[0], ["plate"], [True], DX, [aluminium()], []) == []
+    assert final_warnings(moments[0], moments[0], ["plate"], [True], DX, [aluminium()], []) == []
 
 
 def test_tension_beyond_what_a_material_bears_is_named_with_place_and_time(plate):
     moments = [pulled(plate, k * 1e-6, 0.1, pressure=p) for k, p in enumerate((-1e9, -4e9, -2e9))]
     *before, last = moments
-    (text,) = remarks(last, moments[0], ["plate"], [True], DX, [aluminium()], before)
+    (text,) = final_warnings(last, moments[0], ["plate"], [True], DX, [aluminium()], before)
     assert "tension of up to 4 GPa" in text
     assert "at (0, 0) mm and 1 us" in text
     assert "spalls below 2.69 GPa" in text
-    assert remarks(last, moments[0], ["plate"], [True], DX, [aluminium(damage=True)], before) == []
+    assert final_warnings(last, moments[0], ["plate"], [True], DX, [aluminium(damage=True)], before) == []
     before[1].fields["pressure"][-1] = np.nan  # of a run that failed there
-    assert remarks(last, moments[0], ["plate"], [True], DX, [aluminium()], before) == [text]
+    assert final_warnings(last, moments[0], ["plate"], [True], DX, [aluminium()], before) == [text]
 
 
 EXPLOSIVES = {"c-4", "composition-b", "pbx-9404", "petn", "tnt"}

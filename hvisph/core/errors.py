@@ -37,7 +37,7 @@ class OutputError(HvisphError):
 
 
 class RunError(HvisphError):
-    """A run failed while computing: non-finite value, runaway particle, collapsed time step."""
+    """A run failed while computing: value that is not finite, excessive speed, too short a time step."""
 
     exit_code = 3
 

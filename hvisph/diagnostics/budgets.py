@@ -44,7 +44,7 @@ ANGULAR_COLUMNS: dict[int, tuple[str, ...]] = {
 }
 ANGULAR_EVERY = 20
 NAN = float("nan")
-AT_ONCE = 4096  # particles summed at once: what numpy makes of so many stays in a cache
+BATCH = 4096  # particles summed at a time, so that temporary arrays fit a cache
 # Work against a contact algorithm since the start [J]: a separating contact keeps it, a repulsive one has made it heat.
 CONTACT_COLUMN = "contact_energy"
 FRACTURE_COLUMN = "fracture_work"  # work of fracture up to the record [J], a part of the internal energy
@@ -230,12 +230,12 @@ def angular_momentum(setup: Setup) -> np.ndarray:
     # a sum in whole numbers of the unit of momentum, a million smoothing lengths away
     unit = float(stepper.totals.units[column.MOMENTUM] * 2.0 ** (20.0 + np.floor(np.log2(stepper.support))))
     particles = stepper.particles
-    columns = len(ANGULAR_COLUMNS[_turns(particles)])
+    columns = len(ANGULAR_COLUMNS[_rotation_dimensions(particles)])
     if not columns:
         return np.zeros(0)
     parts = np.zeros((2, columns), np.int64)
-    for first in range(0, particles.count, AT_ONCE):
-        parts += encode_terms(turning(particles, slice(first, first + AT_ONCE)), unit)
+    for first in range(0, particles.count, BATCH):
+        parts += encode_terms(angular_momentum_of(particles, slice(first, first + BATCH)), unit)
     own = sum((rigid.own_spin for rigid in _rigid_bodies(setup)), np.zeros(3))
     return decode_sum(setup.subdomain.total(parts), unit) + own[3 - columns :]
 
@@ -257,15 +257,15 @@ def work_of_fracture(setup: Setup, of_energy: bool = True) -> float:
     return setup.subdomain.exact_sum(work)
 
 
-def turning(particles: Particles, some: slice = slice(None)) -> np.ndarray:
+def angular_momentum_of(particles: Particles, some: slice = slice(None)) -> np.ndarray:
     """Return the angular momentum of `some` particles about the origin (n, 0, 1 or 3) [kg m^2/s]."""
     x, momentum = particles["position"][some], particles["mass"][some, None] * particles["velocity"][some]
     pairs: dict[int, tuple[tuple[int, int], ...]] = {1: (), 2: ((0, 1),), 3: ((1, 2), (2, 0), (0, 1))}
-    columns = [x[:, a] * momentum[:, b] - x[:, b] * momentum[:, a] for a, b in pairs[_turns(particles)]]
+    columns = [x[:, a] * momentum[:, b] - x[:, b] * momentum[:, a] for a, b in pairs[_rotation_dimensions(particles)]]
     return np.stack(columns, 1) if columns else np.zeros((len(x), 0))
 
 
-def _turns(particles: Particles) -> int:
+def _rotation_dimensions(particles: Particles) -> int:
     """Return the dimensions of rotation; none of axisymmetric particles."""
     return 1 if particles.kinematics.axisymmetric else particles.dim
 
@@ -300,7 +300,7 @@ class Observer:
         )  # fmt: skip
         self._optional = [(names, values) for names, there, values in optional if there]
         names = (name for names, _ in self._optional for name in names)
-        self._angular = ANGULAR_COLUMNS[_turns(setup.particles)]
+        self._angular = ANGULAR_COLUMNS[_rotation_dimensions(setup.particles)]
         self.columns = (*self.BASE, *self._watched, *names, *self._angular, *setup.gauges.columns)
 
     def _total(self, number: int) -> int:

@@ -1,4 +1,4 @@
-"""Sanity checks that stop a run of unphysical state and report particle, position, time and cause."""
+"""Sanity checks that stop a run in an unphysical state and report particle, position, time and likely cause."""
 
 from math import isfinite
 from typing import Any
@@ -13,23 +13,23 @@ from hvisph.integrators.boundary_forces import Boundaries
 from hvisph.parallel.collectives import GlobalLimit, ParticleReport
 from hvisph.setup.build import Setup
 
-DENSITY_EVERY = 8  # steps between two looks at all densities
-# Share of the energy at the start that the internal energy may be below zero without a warning: a first step of contact
-# of bodies at zero energy ends so by 2e-5, for that step.
-UNNOTICED = 1e-4
+DENSITY_EVERY = 8  # steps between two checks of all densities
+# Negative internal energy over the initial energy that causes no warning: after the first step of contact of bodies at
+# zero energy it is 2e-5.
+NEGATIVE_ENERGY_TOLERANCE = 1e-4
 # Beyond the largest tension of its isentrope a liquid or metal collapses at any step.
-TORN = (
-    ". Nothing limits the tension of its material: at the end of its sound speed it is unstable at any step; "
-    "give it a damage, as {type: pressure_cutoff, pressure: ...}"
+TENSION_CAUSE = (
+    ". Nothing limits the tension of its material: where its sound speed vanishes it is unstable at any step; "
+    "give it a damage, such as {type: pressure_cutoff, pressure: ...}"
 )
 
-# What is wrong where these criteria limit a step.
-WRONG_STEPS = {
+# Criteria of a step limit that mean an invalid state.
+INVALID_STATES = {
     "not_finite": "a rate is not finite",
-    "inverted": "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
-    "bear; let particles turn Eulerian (formulation adaptive)",
+    "inverted": "a deformation gradient is inverted (J <= 0): the distortion is too large for Total Lagrangian "
+    "kernels; convert particles to Eulerian ones (formulation adaptive)",
     "passed_through": "bodies pass through each other: particles from within one are within another, "
-    "because the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
+    "because the contact force is too small for this impact; increase formulation.contact.stiffness, or use riemann",
 }
 
 
@@ -59,7 +59,7 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
 
 
 class SanityChecks:
-    """Checks that raise `Failure` for unphysical states; `weight` is the energy that gravity may give [J]."""
+    """Checks that raise `Failure` for unphysical states; `weight`: largest work of gravity [J]."""
 
     def __init__(self, setup: Setup, limits: Any, weight: float = 0.0):
         self._setup, self._limits = setup, limits
@@ -76,9 +76,9 @@ class SanityChecks:
         self._drifting: list[str] = []
 
     def check_step(self, limit: GlobalLimit, time: float, step: int) -> None:
-        """Check the step limit: finite rates, no collapse of the step."""
-        if limit.criterion in WRONG_STEPS:
-            seen, text = self._setup.subdomain.look_up(limit.number), WRONG_STEPS[limit.criterion]
+        """Check the step limit: rates are finite and the step is not much shorter than the first one."""
+        if limit.criterion in INVALID_STATES:
+            seen, text = self._setup.subdomain.look_up(limit.number), INVALID_STATES[limit.criterion]
             raise self._failure(limit.criterion, seen, time, step, text)
         if self.first is None:
             self.first = limit.dt
@@ -86,7 +86,7 @@ class SanityChecks:
         if limit.dt < smallest * self.first:
             text = f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
             seen = self._setup.subdomain.look_up(limit.number)
-            raise self._failure("step_collapse", seen, time, step, f"{text}'{limit.criterion}'")
+            raise self._failure("time_step", seen, time, step, f"{text}'{limit.criterion}'")
 
     def check_state(self, drift: float | None, time: float, step: int) -> None:
         """Check the state after a step: finite, bounded speeds and densities, total energy conserved."""
@@ -99,7 +99,7 @@ class SanityChecks:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
             fastest, most = sums[column.FASTEST], self.speed_limit
             text = f"a particle moves at {fastest:.4g} m/s, more than the limit of {most:.4g} m/s"
-            raise self._failure("runaway", self._setup.subdomain.worst(speed), time, step, text)
+            raise self._failure("speed", self._setup.subdomain.worst(speed), time, step, text)
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
         missing, allowed = self._missing_energy(), self._limits.negative_energy
@@ -125,11 +125,11 @@ class SanityChecks:
             self._drifting += new
             return (
                 f"warning: {', '.join(new)}: the matter beside it has moved at more than 1e-3 of the speed of sound "
-                "for ten transit times: an edge holds the stress of the start alone, and a load that stays drives the "
-                "body through it; support the body there"
+                "for ten transit times: an edge bears the initial stress only, and a lasting load drives the body "
+                "through it; support the body there"
             )
         missing = self._missing_energy()
-        if self._warned or not missing > UNNOTICED:
+        if self._warned or not missing > NEGATIVE_ENERGY_TOLERANCE:
             return ""
         self._warned = True
         return (
@@ -158,8 +158,8 @@ class SanityChecks:
             text = (
                 f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
                 f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3, as of {count} of "
-                f"{share.count} particles (where these are few, in a jet or a spike, limits.density: false goes on "
-                "without this limit)"
+                f"{share.count} particles (if these are few, in a jet or a spike, limits.density: false removes this "
+                "limit)"
             )
             raise self._failure("density", worst, time, step, text)
 
@@ -178,7 +178,7 @@ class SanityChecks:
         cells = np.floor(position / edge).astype(np.int64)
         _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
         crowded = self._setup.subdomain.worst(crowd[member.ravel()].astype(float))
-        return self._failure("collapse", crowded, time, step, str(error))
+        return self._failure("too_many_neighbours", crowded, time, step, str(error))
 
     def _failure(self, criterion: str, seen: ParticleReport | None, time: float, step: int, what: str) -> Failure:
         assert seen is not None  # there are particles
@@ -194,16 +194,16 @@ class SanityChecks:
 def _likely_cause(seen: ParticleReport, bears_any_tension: bool, criterion: str) -> str:
     density, energy = seen.density, seen.energy
     if not np.isfinite(density) or not np.isfinite(energy):
-        return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"
+        return "its state is not finite: the step is too long there; try a smaller time.cfl"
     if density <= 0.0:
-        return "its density is not positive: the equation of state has no answer there; try a smaller time.cfl"
+        return "its density is not positive: the equation of state has no solution there; try a smaller time.cfl"
     state = f"its density is {density:.4g} kg/m^3 and its energy {energy:.4g} J/kg; "
     if criterion == "negative_energy":
         return state + (
-            "the pairs take more work out of the material than it holds: too few particles across a body (6 and more "
-            "of an elastic ring), or the step is too long; try a smaller spacing, then a smaller time.cfl"
+            "pair forces extract more work from the material than its energy: too few particles across a body (an "
+            "elastic ring needs 6 or more), or the step is too long; try a smaller spacing, then a smaller time.cfl"
         )
     return (
         f"{state}the step is too long, or the material's equation of state is beyond its range there; "
-        "try a smaller time.cfl" + (TORN if bears_any_tension else "")
+        "try a smaller time.cfl" + (TENSION_CAUSE if bears_any_tension else "")
     )

@@ -28,9 +28,9 @@ from hvisph.precheck.correlation_input import correlations_of
 from hvisph.precheck.impact_pair import compare_peak_pressure
 from hvisph.setup.materials import material_of
 
-from .warnings import Holds, remarks
+from .warnings import ValidityRange, final_warnings
 
-BELOW_ZERO = 1e-9  # share of the mean energy of the start below which a negative energy is round-off
+NEGATIVE_ENERGY_SHARE = 1e-9  # share of the mean energy of the start below which a negative energy is round-off
 
 
 def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
@@ -57,7 +57,7 @@ def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dic
         squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
         energies = start.fields["mass"] * (0.5 * squared + np.abs(start.fields["internal_energy"]))
         mean = float(energies.sum() / start.fields["mass"].sum())
-        floor = min(0.0, float(start.fields["internal_energy"].min())) - BELOW_ZERO * mean
+        floor = min(0.0, float(start.fields["internal_energy"].min())) - NEGATIVE_ENERGY_SHARE * mean
         parts["negative_energy"] = float(mass[energy < floor].sum()) / whole
     return parts
 
@@ -127,7 +127,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
             for name in ("measures", "bodies", "layers", "projectile", "cloud", "whole", "profile")
             if name in plain
         },
-        "remarks": [*_remarks(case, whole, start, now, snapshots), *(() if restores else apart)],
+        "remarks": [*_final_warnings(case, whole, start, now, snapshots), *(() if restores else apart)],
         "correlations": [asdict(one) for one in correlations_of(case)[0]],
         "energies": {k: None if one is None else one * measured.whole.factor for k, one in (energies or {}).items()},
         **({} if crack_area is None else {"crack_area": crack_area * measured.whole.factor}),
@@ -138,7 +138,9 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
     }
 
 
-def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, files: Sequence[Path]) -> list[str]:
+def _final_warnings(
+    case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, files: Sequence[Path]
+) -> list[str]:
     unread: list[str] = []
 
     def moments() -> Iterator[Snapshot]:
@@ -152,18 +154,18 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
                 yield moment
 
     states = case.formulation.type != "projection"
-    holds = [_holds(body, case.units == "none") for body in case.bodies.values() if states]
+    holds = [_validity_range(body, case.units == "none") for body in case.bodies.values() if states]
     cracks = [bool(getattr(body.material.damage, "breaks", False)) for body in case.bodies.values()]
-    return [*remarks(now, start, list(case.bodies), whole, case.resolution, holds, moments(), cracks), *unread]
+    return [*final_warnings(now, start, list(case.bodies), whole, case.resolution, holds, moments(), cracks), *unread]
 
 
-def _holds(body: Body, unitless: bool) -> Holds:
+def _validity_range(body: Body, unitless: bool) -> ValidityRange:
     material = material_of(body.material, body.internal_energy)
     if body.rigid is not None:  # its density is that of its mass
-        return Holds(lambda density, *_, **__: np.zeros(len(density), bool), "", None)
+        return ValidityRange(lambda density, *_, **__: np.zeros(len(density), bool), "", None)
     holds = range_of(material)
     damage: Any = body.material.damage
     limited = [getattr(damage, key, None) for key in ("spall_strength", "pressure_cutoff")]
     knows_none = damage.type in ("none", "johnson_cook", "cockcroft_latham") and limited == [None, None]
     bears = holds.tension if knows_none else None
-    return Holds(partial(outside_range, material), holds.describe(unitless), bears)
+    return ValidityRange(partial(outside_range, material), holds.describe(unitless), bears)
