@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 
 from hvisph.case.consistency import problems_of
 from hvisph.case.formulations.projection import default_step
-from hvisph.case.formulations.riemann import gas_formulation, is_gas
+from hvisph.case.formulations.riemann import formulation_by_materials, is_gas
 from hvisph.case.output import LateStages, RunLimits, Time, Witness, default_courant
 from hvisph.core.catalogues import KINEMATICS, SHAPES, Kinematics, arrangements_of
 from hvisph.core.errors import CaseError
@@ -216,7 +216,7 @@ class Case(StrictModel):
             filled["bodies"] = {name: _fill_body(body, kinematics) for name, body in filled["bodies"].items()}
         if filled.get("measures") is None:
             filled["measures"] = measures_of(dim)
-        formulation = gas_formulation(filled | {"bodies": _with_materials(filled.get("bodies"), info.context)})
+        formulation = formulation_by_materials(filled | {"bodies": _with_materials(filled.get("bodies"), info.context)})
         if formulation is not None:
             filled["formulation"] = formulation
         step = default_step(filled)

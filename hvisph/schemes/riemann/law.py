@@ -83,7 +83,7 @@ from hvisph.compiler.vector.api import (
     neighbours,
 )
 from hvisph.sph.contact.contact_normal import is_other_body, is_rigid
-from hvisph.sph.contact.riemann_contact import contact_geometry
+from hvisph.sph.contact.riemann_contact import contact_geometry, pressed_gap_factor
 from hvisph.sph.terms.adjoint_operator import adjoint_tractions
 from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
 from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mirror_weight
@@ -246,6 +246,9 @@ def accumulate(near, n, rows, i, constants, out):
         if FRACTURES:
             traction = crack_limits(rows, i, b, e, crack, traction, ta_n, dt_n, other)
         if in_contact:
+            if GRAD_H:
+                gap_factor = pressed_gap_factor(gap_factor, traction[0], ta_n, dt_n, other)
+            weight = weight * (1.0 + other * (gap_factor - 1.0))
             contact, traction, opening, sliding = contact_states(
                 rows, i, b, contact, traction, velocity, own_traction, stress, (za, zb), constants[1], other, gap_factor
             )

@@ -178,7 +178,6 @@ def section_ratio(rows, i, b, dx, other, inverse_rest):
 
 def density_velocities(rows, i, b, us_n, du_n, t_n, zb, inverse_n, other):
     """Return the velocities [m/s] that the rates of density and of the number density count."""
-    lost = exchange_correction(
-        us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], 1.0 if GRAD_H else EXCHANGE_CUTOFF_MAX
-    )
+    limit, compression = (1.0, 0.5 * (rows[i, COMPRESSION] + b[COMPRESSION])) if GRAD_H else (EXCHANGE_CUTOFF_MAX, 0.0)
+    lost = exchange_correction(us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], compression, limit)
     return us_n - (1.0 - other) * lost, du_n * (0.5 + other * (zb * inverse_n - 0.5))

@@ -79,6 +79,7 @@ PACKED = (
     ("rest_area", "scalar", "axisymmetric", "corrects_density"),
     ("soft", "scalar", "fractures"),
     ("tension_limit", "scalar", "corrected_variant"),
+    ("compression", "scalar", "varies_smoothing"),
     ("m", "scalar"),  # pairs read neither m nor what follows
     ("gu_before", "gradient", "adjoint"),
     ("ahead_twice", "scalar", "adjoint"),
@@ -113,6 +114,7 @@ def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
     BODY, N_RAW, N_OTHER, N_SURFACE, N_PREVIOUS, DEPTH  body; normals and depth (`sph.contact.contact_normal`)
     RING, HOOP, REST_AREA   radius, hoop stress, section area at rest over h^2 of an axisymmetric particle
     INV_NUMBER_DENSITY, CORRECTION_DECAY, DENSITY_RELAXATION    `sph.terms.density_correction`
+    COMPRESSION             volumetric compression from the density at rest
     FREE_LENGTH             1 where h follows density within its bounds
     SOFT, CRACK             damage past the onset of fracture, and its direction (`sph.terms.crack`)
     GU, GT, GU_BEFORE       gradients of U and T, gradient of U of the evaluation before

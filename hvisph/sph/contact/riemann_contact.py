@@ -22,6 +22,8 @@ from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, clip_norm
 from .contact_normal import contact_frame
 from .variable_resolution import normal_inverse_length, stretched_distance
 
+# Share of the contact traction that both sides bear where there is no gap.
+PRESSED = 0.01
 # Stands for no limit of a traction [Pa].
 UNLIMITED = 1e300
 # Option of `contact_geometry`, off unless bound: bodies of unequal spacings.
@@ -29,7 +31,7 @@ VARIABLE_RESOLUTION = 0
 
 
 def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface):
-    """Return normal, kernel slope, weight in the velocity gradient, and gap factor of a vector of pairs in contact.
+    """Return normal, kernel slope, weight in the velocity gradient without gap, and gap factor of pairs in contact.
 
     A template: bound are DIM, WHOLE, the slots of the row, `scale` and `slope`. `other` is 1 for a pair of
     different bodies, else 0: nothing changes for it then.
@@ -38,15 +40,25 @@ def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surfac
     e, cosine, gap_factor = contact_frame(
         e, other, n_other, vector(full, N_OTHER, DIM), n_surface, vector(full, N_SURFACE, DIM)
     )
-    g, weight = g * cosine, 1.0 + other * (gap_factor - 1.0)
+    g, weight = g * cosine, 1.0
     if VARIABLE_RESOLUTION:
         reached = -scale(ih) * slope(np.sqrt(dot(dx, dx)) * ih)
         ik = normal_inverse_length(rows[i, DEPTH], rows[i, H], full[DEPTH], b[H])
         q, s_n, _ = stretched_distance(dx, e, ik, ih)
         unequal = -2.0 * scale(ih) / (ih * ih * rows[i, H] * b[H]) * slope(q) * s_n * ik / (q + TINY)
         unequal *= reached / (reached + TINY)  # lists hold more where h varies: the pair must be in both
-        g, weight = g + other * (unequal - g), weight * (1.0 + other * (ik * rows[i, H] - 1.0))
+        g, weight = g + other * (unequal - g), 1.0 + other * (ik * rows[i, H] - 1.0)
     return e, g, weight, gap_factor
+
+
+@inline
+def pressed_gap_factor(gap_factor, t, t_a, step, other):
+    """Return the gap factor, 1 where both sides bear at least `PRESSED` of the normal traction `t` [Pa].
+
+    `t_a`, `step`: own normal traction and its difference to the neighbour's [Pa]
+    """
+    push, least = max(-t, 0.0), max(-max(t_a, t_a + step), 0.0)
+    return max(gap_factor, other * min((1.0 / PRESSED) * least, push) / (push + TINY))
 
 
 @inline

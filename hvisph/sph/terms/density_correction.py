@@ -4,7 +4,8 @@ Density follows the rate of the number density sum W and an exchange of volume b
 u* - (u_a + u_b)/2. The exchange keeps density smooth across a front. In strong compression it would separate density
 from the number density permanently; pairs of one body therefore lose a part of it,
 
-    s = min((10 t*_n / rho c^2)^2, 1/2),   t*_n < 0        (at most 1 where h follows density)
+    s = min((10 t*_n / rho c^2)^2, 1/2),   t*_n < 0
+    s = min((10 max(|t*_n| / rho c^2, 1 - rho_rest/rho))^2, 1)     where h follows density
 
 The difference that remains, x = ln(rho/m) - ln(sum W), relaxes behind the front:
 
@@ -24,15 +25,16 @@ EXCHANGE_CUTOFF_MAX = 0.5
 
 
 @inline
-def exchange_correction(us, du, t, inverse, densities, limit):
+def exchange_correction(us, du, t, inverse, densities, compression, limit):
     """Return the part of the exchange velocity [m/s] that density does not take.
 
     `us`, `du`, `t`: contact velocity and velocity of the neighbour, relative to the own one [m/s]; normal traction [Pa]
     `inverse`, `densities`: 1 over the sum of both impedances, and the sum of both densities
+    `compression`: volumetric compression of the pair, for materials whose pores crush at a low traction, else 0
     `limit`: largest share
     """
-    compression = (1.0 / FRONT) * densities * inverse * inverse * min(t, 0.0)
-    return min(compression * compression, limit) * (us - 0.5 * du)
+    strain = max((-1.0 / FRONT) * densities * inverse * inverse * min(t, 0.0), (0.5 / FRONT) * compression)
+    return min(strain * strain, limit) * (us - 0.5 * du)
 
 
 @inline
