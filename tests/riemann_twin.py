@@ -3,6 +3,7 @@
 import numpy as np
 
 from hvisph.sph.contact.contact_normal import CLOSED, FACING_COSINE, NORMAL_COSINE_MIN, OPEN
+from hvisph.sph.contact.riemann_contact import PRESSED
 from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
 from hvisph.sph.terms.angular_momentum import STABLE
 from hvisph.sph.terms.free_surface_correction import SOUND
@@ -251,10 +252,15 @@ def contact(pairs, grad_u, grad_s, a, b):
                 pull -= max(pull, 0.0) * order * min(TENSION_GAIN * max(nearer - 1.0, 0.0), 1.0)
             if not has_contact:
                 stiffness = (za + zb) ** 2 / (cloud.rho[a] + cloud.rho[b])
-                counted = min(
-                    (min(pull, 0.0) / (FRONT * stiffness)) ** 2, 1.0 if formulation.smoothing.variable else 0.5
-                )
+                strain, most = max(-pull, 0.0) / (FRONT * stiffness), 0.5
+                if formulation.smoothing.variable:
+                    shrunk = 0.5 * (cloud.compression[a] + cloud.compression[b])
+                    strain, most = max(strain, 0.5 * shrunk / FRONT), 1.0
+                counted = min(strain**2, most)
                 exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
+            if has_contact and formulation.smoothing.variable and pull < 0.0:
+                borne = max(-max(ta @ e, tb @ e), 0.0)
+                gap_factor = max(gap_factor, min(borne / (PRESSED * -pull), 1.0))
             if has_contact:
                 pull, counts = gap_factor * min(pull, 0.0), 2.0 * zb / (za + zb)
             t, push = pull * e, -pull

@@ -39,6 +39,11 @@ class Cloud:
     fades: np.ndarray
 
     @property
+    def compression(self):
+        """Volumetric compression from a density at rest, here 0.9 of the mean."""
+        return np.maximum(1.0 - 0.9 * self.rho.mean() / self.rho, 0.0)
+
+    @property
     def dim(self):
         return self.x.shape[1]
 
@@ -179,6 +184,7 @@ def packed(cloud, formulation, planes=(), further=None):
         "SHEAR_LIMIT": cloud.shear,
         "LATTICE_ORDER": cloud.order,
         "FREE_LENGTH": cloud.grows,
+        "COMPRESSION": cloud.compression,
     }
     known |= {
         "N_PREVIOUS": cloud.face,
