@@ -46,33 +46,33 @@ CONSTANTS = {
     "MIN_LIMITER": (reconstruction, "cantilever"),
     "TENSION_GAIN": (tension_stabilization, "tension"),
     "DISORDER": (traction_limits, "tension"),
-    "WHOLE": (free_surface_correction, None),
-    "RANGE": (free_surface_correction, None),
-    "SOUND": (free_surface_correction, None),
+    "CORRECTION_ONSET": (free_surface_correction, None),
+    "CORRECTION_RANGE": (free_surface_correction, None),
+    "CORRECTABLE_MIN": (free_surface_correction, None),
     "FRONT": (riemann_solver, "noh"),
     "SINGULAR": (shape_matrix, None),
     "OPEN": (contact_normal, "bars"),
     "NORMAL_COSINE_MIN": (contact_normal, "walls"),
     "FACING_COSINE": (contact_normal, None),
     "SHEAR_IMPEDANCE_MIN": (riemann_solver, "separation"),
-    "LEAST": (variable_resolution, "spacings"),
-    "FAINTEST": (variable_resolution, "spacings"),
+    "DEPTH_MIN": (variable_resolution, "spacings"),
+    "DEPTH_RANGE": (variable_resolution, "spacings"),
     "GROWTH": (clock, None),
     "SLIVER": (clock, None),
     "LOOK_EVERY": (loop, None),
     "FLOOR_SHARE": (slots, None),
     "TINY": (limiters, None),
     "FILLER_VOLUME": (law, None),
-    "THIN": (scheme, "axisymmetric"),
-    "EDGES": (axisymmetric, "axisymmetric"),
+    "SECTION_RATIO_MIN": (scheme, "axisymmetric"),
+    "HOOP_ONSET": (axisymmetric, "axisymmetric"),
     "ON_AXIS": (particle_steps, "axisymmetric"),
-    "STEEPNESS": (particle_steps, "axisymmetric"),
-    "NEAR": (particle_steps, "axisymmetric"),
+    "HOOP_SLOPE": (particle_steps, "axisymmetric"),
+    "HOOP_OFFSET": (particle_steps, "axisymmetric"),
 }
 # Constants near 1 whose difference from 1 is what counts.
-FROM_ONE = ("OPEN", "CLOSED", "WHOLE", "GROWTH")
+FROM_ONE = ("OPEN", "CLOSED", "CORRECTION_ONSET", "GROWTH")
 # Constants that act in no other than the named verification problem.
-ELSEWHERE = ("LEAST", "FAINTEST", "THIN", "EDGES", "ON_AXIS", "STEEPNESS", "NEAR")
+ELSEWHERE = ("DEPTH_MIN", "DEPTH_RANGE", "SECTION_RATIO_MIN", "HOOP_ONSET", "ON_AXIS", "HOOP_SLOPE", "HOOP_OFFSET")
 MEASURES = ("crater_diameter", "extension", "penetration", "centre_pressure_peak")
 
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from hvisph.sph.contact.contact_normal import CLOSED, FACING_COSINE, NORMAL_COSINE_MIN, OPEN
 from hvisph.sph.contact.riemann_contact import PRESSED
-from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
-from hvisph.sph.terms.angular_momentum import STABLE
-from hvisph.sph.terms.free_surface_correction import SOUND
+from hvisph.sph.contact.variable_resolution import DEPTH_MIN, DEPTH_RANGE, depths
+from hvisph.sph.terms.angular_momentum import TORQUE_GAIN_MAX
+from hvisph.sph.terms.free_surface_correction import CORRECTABLE_MIN
 from hvisph.sph.terms.reconstruction import MIN_LIMITER
 from hvisph.sph.terms.riemann_solver import FRONT, SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
 from hvisph.sph.terms.shape_matrix import SINGULAR
@@ -57,8 +57,8 @@ class Pairs:
         if formulation.unequal_spacings:
             table = depths(self.kernel, formulation.h_over_dx).reshape(3, -1)[self.dim - 1]
             faint = np.sqrt(2 * np.maximum(-np.log(np.linalg.norm(self.ends, axis=1) * cloud.h / table[0] + 1e-30), 0))
-            depth = np.interp(faint, np.linspace(0, FAINTEST, len(table) - 1), table[1:])
-            self.depth = cloud.h * np.maximum(depth, LEAST)
+            depth = np.interp(faint, np.linspace(0, DEPTH_RANGE, len(table) - 1), table[1:])
+            self.depth = cloud.h * np.maximum(depth, DEPTH_MIN)
             for a, near in enumerate(self.near):
                 self.fills[a] = sum((self.filled(a, b) for b in near if self.other(a, b)), self.fills[a] * 0)
         self.fills = np.array([self.smooth(a) for a in range(len(cloud.x))])
@@ -291,7 +291,7 @@ def contact(pairs, grad_u, grad_s, a, b):
 def correctable(moment):
     """Return whether the neighbourhood tells all of a gradient."""
     dim = len(moment)
-    return np.linalg.det(moment) > SOUND**dim
+    return np.linalg.det(moment) > CORRECTABLE_MIN**dim
 
 
 def at_edges(gradient, rate, moment, calm, bear):
@@ -377,7 +377,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         if formulation.angular_momentum:
             mean = np.trace(own) / dim
             gain = mean + np.sqrt(((own - mean * np.eye(dim)) ** 2).sum() / 6.0)
-            spin = spin / gain if gain > STABLE else spin
+            spin = spin / gain if gain > TORQUE_GAIN_MAX else spin
             ordered = cloud.order[a] > 0.0 and np.trace(moment) > SINGULAR * dim
             if not (ordered or correctable(moment)):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]

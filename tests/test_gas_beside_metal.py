@@ -162,7 +162,7 @@ def test_omega_is_positive_for_any_neighbours():
     Neighbours at random, and at the edge of the kernel alone.
     """
     shape, slope, generator = CUBIC_SPLINE.shape.py_func, CUBIC_SPLINE.slope.py_func, np.random.default_rng(3)
-    of = {"DIM": 2, "scale": lambda inverse: inverse**3, "shape": shape, "slope": slope, "LEAST": grad_h.LEAST}
+    of = {"DIM": 2, "scale": lambda inverse: inverse**3, "shape": shape, "slope": slope, "OMEGA_MIN": grad_h.OMEGA_MIN}
     sums, rate = (type(one)(one.__code__, of | {"max": max}) for one in (grad_h.grad_h_sums, grad_h.grad_h_rate))
     for near in (generator.uniform(0.2, 1.9, 12), np.array([1.2, 1.3]), np.array([1.95])):
         h = 1.3
@@ -171,7 +171,7 @@ def test_omega_is_positive_for_any_neighbours():
         _, own, kernel, slopes = parts
         weights = np.array([-q * slope(q) for q in near])
         n, omega = kernel + shape(0.0) / h**2, (weights / h**2).sum() / 2.0
-        expected = 2.0 * (weights * jumps / r).sum() / weights.sum() * min(omega / n / grad_h.LEAST, 1.0)
+        expected = 2.0 * (weights * jumps / r).sum() / weights.sum() * min(omega / n / grad_h.OMEGA_MIN, 1.0)
         for volume in (1.0 / n, 20.0 / n):  # more than that of the number density counts as that
             assert rate(h, volume, 0.0, -own, kernel, slopes, 1.0) == pytest.approx(expected, rel=1e-12)
 

@@ -55,7 +55,7 @@ Limits = namedtuple("Limits", "tension shear failed order free at_rest soft")
 # Smallest radius over h of an axisymmetric particle; a smaller one is replaced by it.
 ON_AXIS = 0.07
 # Constants of the signal speed of the hoop stress (`hoop_signal`).
-STEEPNESS, NEAR = 0.8, 0.8
+HOOP_SLOPE, HOOP_OFFSET = 0.8, 0.8
 # Shares of the viscosity that a particle has: all, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 
@@ -212,7 +212,7 @@ def hoop_signal(h, ring):
     face the limit at 2.4 is 0.63 (Poisson's ratios 0 to 0.4). At the Courant number of axisymmetric cases, 0.3, the
     step is a tenth below that.
     """
-    return STEEPNESS * (h / ring - NEAR)
+    return HOOP_SLOPE * (h / ring - HOOP_OFFSET)
 
 
 def viscous_share(share, l, c, h, dt, coefficients):

@@ -36,7 +36,7 @@ PAIRING_DISTENSION, PORES_GROW = 1.3, 1.0
 def formulation_by_materials(data: Plain) -> Plain | None:
     """Return the formulation of a raw case with the defaults for gases and foams, None without a change.
 
-    `riemann` has a smoothing length that follows them. Where gases drive solids it gives no angular momentum back, which
+    `riemann` has a smoothing length that follows them. Where gases drive solids it returns no angular momentum, which
     throws detached pieces (a plate of 4340, at 5.9 km/s for 0.9). Standard SPH of gases alone has the density
     that keeps to the particles' spacing: behind a shock that squeezes fourfold the other form is a fifth off (Noh's
     problem), and none is better in Sod's tube.

@@ -51,7 +51,7 @@ OPTIONS = {
     "EDGES": "edges",
 }
 # Smallest section area at rest of an axisymmetric particle over its present one.
-THIN = 0.5
+SECTION_RATIO_MIN = 0.5
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,7 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     if GRAD_H:
         rows[s, FREE_LENGTH], rows[s, COMPRESSION] = limits.free, max(1.0 - limits.at_rest / rho, 0.0)
     if AXISYMMETRIC and DENSITY_CORRECTION:
-        rows[s, REST_AREA] = rows[s, V] * max(rho / limits.at_rest, THIN) / (rows[s, H] * rows[s, H])
+        rows[s, REST_AREA] = rows[s, V] * max(rho / limits.at_rest, SECTION_RATIO_MIN) / (rows[s, H] * rows[s, H])
     if ANISOTROPIC:
         square, lost = rho * c * rho * c, 1.0 if limits.failed else 0.0
         of_liquid = plane_components((lost * square, lost * square, lost * square, 0.0, 0.0, 0.0), DIM)

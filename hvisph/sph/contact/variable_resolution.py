@@ -36,10 +36,10 @@ from hvisph.sph.kernels import Kernel
 from hvisph.sph.terms.limiters import TINY
 
 # Length of the table of depths, and its largest sqrt(-2 ln(w(q)/w(0))).
-DEPTHS, FAINTEST = 257, 4.0
-ENTRIES = DEPTHS + 1
+DEPTH_POINTS, DEPTH_RANGE = 257, 4.0
+ENTRIES = DEPTH_POINTS + 1
 # Least depth over h.
-LEAST = 0.05
+DEPTH_MIN = 0.05
 # Slot of what rounding takes of the position, in single precision.
 X_REST = 0
 
@@ -47,7 +47,7 @@ X_REST = 0
 def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
     """Return tables of depth for 1, 2 and 3 dimensions, one after another, `ENTRIES` numbers each.
 
-    Each is w(0), and the depth over h at `DEPTHS` even steps of sqrt(-2 ln(|O| h/w(0))) from 0 to `FAINTEST`, straight
+    Each is w(0), and the depth over h at `DEPTH_POINTS` even steps of sqrt(-2 ln(|O| h/w(0))) to `DEPTH_RANGE`, linear
     between those of the layers of a lattice: there, not over the integral, the two sums are to be the same.
 
     `kernel`, `h_over_dx`: kernel, and smoothing length over spacing
@@ -57,10 +57,10 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
         lacks = kernel_deficit(kernel, h_over_dx, dim)
         at_face = _at_face(kernel, dim)
         faint = np.sqrt(2.0 * np.maximum(-np.log(lacks / at_face + TINY), 0.0))
-        known = np.minimum(faint, FAINTEST)
-        first = int(np.argmax(known >= FAINTEST)) + 1  # the first complete one stands for all deeper ones
+        known = np.minimum(faint, DEPTH_RANGE)
+        first = int(np.argmax(known >= DEPTH_RANGE)) + 1  # the first complete one stands for all deeper ones
         at = np.interp(
-            np.linspace(0.0, FAINTEST, DEPTHS), [0.0, *known[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
+            np.linspace(0.0, DEPTH_RANGE, DEPTH_POINTS), [0.0, *known[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
         )
         tables += [[at_face], at]
     return np.concatenate(tables)
@@ -88,10 +88,10 @@ def _at_face(kernel: Kernel, dim: int) -> float:
 def depth(ends, h, table):
     """Return the depth [m] under the face of a particle with missing kernel sum `ends` [1/m], at most the support."""
     lacks = np.sqrt(dot(ends, ends)) * h / table[0]
-    faint = np.sqrt(2.0 * max(-np.log(lacks + TINY), 0.0)) * ((DEPTHS - 1) / FAINTEST)
-    step = min(int(faint), DEPTHS - 2)
+    faint = np.sqrt(2.0 * max(-np.log(lacks + TINY), 0.0)) * ((DEPTH_POINTS - 1) / DEPTH_RANGE)
+    step = min(int(faint), DEPTH_POINTS - 2)
     share = min(faint - step, 1.0)
-    return h * max(table[1 + step] + share * (table[2 + step] - table[1 + step]), LEAST)
+    return h * max(table[1 + step] + share * (table[2 + step] - table[1 + step]), DEPTH_MIN)
 
 
 @inline

@@ -14,8 +14,8 @@ cannot be inverted either; solids that have not flowed keep s unless almost no n
 `sph.terms.shape_matrix`).
 
 A step returns the share g of s, the mean of the two largest eigenvalues of B. It is 1 inside a body and more beside
-neighbours of low density; above 2, s would grow from step to step. Above STABLE both terms are divided by an upper
-bound of g (Wolkowicz & Styan 1980, Linear Algebra Appl. 29, 471), so that the next step returns all that remains.
+neighbours of low density; above 2, s would grow from step to step. Above TORQUE_GAIN_MAX both terms are divided by an
+upper bound of g (Wolkowicz & Styan 1980, Linear Algebra Appl. 29, 471), so that the next step returns all that remains.
 
 Source: this code's own. Verification: `spinning_disc`, `random_collisions`.
 """
@@ -41,7 +41,7 @@ from .free_surface_correction import correctable
 from .shape_matrix import SINGULAR
 
 # Share returned in a step above which the rate of s is divided by it.
-STABLE = 1.5
+TORQUE_GAIN_MAX = 1.5
 
 
 @inline
@@ -63,7 +63,7 @@ def torque_residual(pair_torque, moment, contact_moment, spin, order):
     mean = mean_diagonal(matrix(own))
     deviator = add_identity(own, -mean)
     gain = mean + sqrt(double_dot(deviator, deviator) * (1.0 / 6.0))
-    share = 1.0 / gain if gain > STABLE else 1.0
+    share = 1.0 / gain if gain > TORQUE_GAIN_MAX else 1.0
     left = multiply(share, subtract(pair_torque, dot_rows(inertia(own), spin)))
     kept = correctable(b) or (order > 0.0 and mean_diagonal(b) > SINGULAR)
     return left if kept else multiply(-2.0, spin)

@@ -41,7 +41,7 @@ from hvisph.compiler.tensors import add_radial, multiply, radial_part, scale_rad
 
 from .limiters import TINY
 
-EDGES = 4.0  # inverse of the fullness of an edge
+HOOP_ONSET = 4.0  # inverse of the fullness of an edge
 
 
 @inline
@@ -109,4 +109,4 @@ def axis_regularization(radial_rate, hoop_rate, ring, h):
 @inline
 def hoop_share(fullness):
     """Return the share of hoop strain and force for `fullness` kappa: 1 inside, 1/2 at a face; 0 when alone."""
-    return min(max(EDGES * fullness, 0.0), 1.0)
+    return min(max(HOOP_ONSET * fullness, 0.0), 1.0)

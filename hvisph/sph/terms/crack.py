@@ -15,7 +15,7 @@ from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import add, dot, multiply
 
 # Damage of both sides at which neither is soft.
-SOUND = 1e-12
+SOFTENING_ONSET = 1e-12
 # Stands for no limit [Pa].
 UNLIMITED = 1e300
 
@@ -36,7 +36,7 @@ def crack_vector(cracks, sums):
 @inline
 def softened_bound(t, soft):
     """Return the largest traction [Pa] of a pair with a side of traction `t`, of damage `soft` past onset."""
-    return max(t, 0.0) + UNLIMITED * (1.0 - min(soft / SOUND, 1.0))
+    return max(t, 0.0) + UNLIMITED * (1.0 - min(soft / SOFTENING_ONSET, 1.0))
 
 
 @inline

@@ -23,17 +23,17 @@ from hvisph.compiler.tensors import (
     subtract,
 )
 
-# Determinant of B: with this and more a neighbourhood is whole; from here on down to WHOLE - RANGE it opens.
-WHOLE, RANGE = 0.95, 0.2
+# Determinant of B below which the correction begins, and the range below it over which it grows to its full share.
+CORRECTION_ONSET, CORRECTION_RANGE = 0.95, 0.2
 # Below this to the power of the dimensions det B is that of chains and fragments. B is positive, so that its mean
 # diagonal is no less than the root of det B.
-SOUND = 0.4
+CORRECTABLE_MIN = 0.4
 
 
 @inline
 def correctable(moment):
     """Return whether B, row by row, can be inverted: it is nearly singular in chains and fragments of few particles."""
-    return determinant(moment) > power_of_dimension(SOUND, moment)
+    return determinant(moment) > power_of_dimension(CORRECTABLE_MIN, moment)
 
 
 @inline
@@ -48,7 +48,7 @@ def free_surface_correction(l, rate, moment, smooth, tension_limit):
     if not (tension_limit > 0.0 and correctable(moment)):
         return l, rate
     size = determinant(moment)
-    opened = min(max((WHOLE - size) / RANGE, 0.0), 1.0) * smooth
+    opened = min(max((CORRECTION_ONSET - size) / CORRECTION_RANGE, 0.0), 1.0) * smooth
     change = subtract(multiply(1.0 / size, adjugate(moment)), identity(moment))
     l = add(l, multiply(opened, product(l, change)))
     return l, (1.0 - opened) * rate + opened * divergence(l)

@@ -6,7 +6,7 @@ The rate of n_a = sum W(r, h_a) contains the change of h, so that it is divided 
 
 With n_a itself, not 1/V_a, Omega is positive, and the rate by the own kernel is d times the mean of (u_b - u_a) . e/r
 with weights q |w'|. Without neighbours Omega is zero, and n is proportional to density for any h; the exchange with
-neighbours of longer reach is then divided by LEAST.
+neighbours of longer reach is then divided by OMEGA_MIN.
 
 The rate is that of ln n_a, so that V_a counts as 1/n_a at most: else a particle whose V_a n_a is above 1 thins faster
 than its neighbours leave it, by exp. At a free face V_a n_a is below 1, and V_a counts.
@@ -21,7 +21,7 @@ Source: Springel & Hernquist 2002; Springel 2005 has no correction below the sam
 from __future__ import annotations
 
 # Omega below which a particle counts as without neighbours.
-LEAST = 0.1
+OMEGA_MIN = 0.1
 
 
 def grad_h_sums(h, r, weight, du_n, other):
@@ -38,4 +38,4 @@ def grad_h_rate(h, volume, rate, own_number, kernel_sum, slope_sum, free):
     """Return the rate of volume [1/s] of the own kernel; `free` is the share by which h follows density."""
     n = kernel_sum + scale(1.0 / h) * h * shape(0.0)
     own = rate + volume * own_number
-    return own / (max(volume * n, 1.0) * max(1.0 - free * (1.0 + slope_sum / (DIM * n)), LEAST))
+    return own / (max(volume * n, 1.0) * max(1.0 - free * (1.0 + slope_sum / (DIM * n)), OMEGA_MIN))
