@@ -55,17 +55,17 @@ def formulation_by_materials(data: Plain) -> Plain | None:
         return None
     if formulation.get("reconstruction") == "none" and "variant" not in formulation:
         return None
-    gases = [is_gas(body) for body in bodies.values()]
-    if not any(gases) and not any(map(is_foam, bodies.values())):
+    gaseous = [is_gas(body) for body in bodies.values()]
+    if not any(gaseous) and not any(map(is_foam, bodies.values())):
         return None
-    if formulation.get("variant") == "elastic" and not any(gases):
+    if formulation.get("variant") == "elastic" and not any(gaseous):
         return None
-    free = {"conserve_angular_momentum": False} if any(gases) and not all(gases) else {}
+    free = {"conserve_angular_momentum": False} if any(gaseous) and not all(gaseous) else {}
     return {"smoothing_length": following(bodies.values(), str(data.get("kinematics")))} | free | formulation
 
 
 def following(bodies: Iterable[object], kinematics: str) -> Plain:
-    """Return how the smoothing length follows the gases, detonation products and foams among `bodies`."""
+    """Return how the smoothing length follows the gaseous, detonation products and foams among `bodies`."""
     bodies = list(bodies)
     if not any(map(is_gas, bodies)):
         return FOLLOWING | {"max_over_initial": PORES_GROW}
