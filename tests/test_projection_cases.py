@@ -134,7 +134,7 @@ def test_an_excessive_speed_stops_the_run(tmp_path):
     case = two(limits={"speed_over_initial": 1.01}, time={"end": 1e-6})
     outcome = run(case, tmp_path / "run", threads=1)
     assert outcome.exit_code == 3
-    assert outcome.summary["failure"]["criterion"] == "speed"
+    assert outcome.summary["failure"]["criterion"] == "runaway"
 
 
 def test_body_force_moves_a_body_at_rest(tmp_path):

@@ -86,7 +86,7 @@ class SanityChecks:
         if limit.dt < smallest * self.first:
             text = f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
             seen = self._setup.subdomain.look_up(limit.number)
-            raise self._failure("time_step", seen, time, step, f"{text}'{limit.criterion}'")
+            raise self._failure("step_collapse", seen, time, step, f"{text}'{limit.criterion}'")
 
     def check_state(self, drift: float | None, time: float, step: int) -> None:
         """Check the state after a step: finite, bounded speeds and densities, total energy conserved."""
@@ -99,7 +99,7 @@ class SanityChecks:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
             fastest, most = sums[column.FASTEST], self.speed_limit
             text = f"a particle moves at {fastest:.4g} m/s, more than the limit of {most:.4g} m/s"
-            raise self._failure("speed", self._setup.subdomain.worst(speed), time, step, text)
+            raise self._failure("runaway", self._setup.subdomain.worst(speed), time, step, text)
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
         missing, allowed = self._missing_energy(), self._limits.negative_energy
@@ -178,7 +178,7 @@ class SanityChecks:
         cells = np.floor(position / edge).astype(np.int64)
         _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
         crowded = self._setup.subdomain.worst(crowd[member.ravel()].astype(float))
-        return self._failure("too_many_neighbours", crowded, time, step, str(error))
+        return self._failure("collapse", crowded, time, step, str(error))
 
     def _failure(self, criterion: str, seen: ParticleReport | None, time: float, step: int, what: str) -> Failure:
         assert seen is not None  # there are particles
