@@ -14,7 +14,7 @@ from hvisph.measures.measure import add_variation, measure_scene, measure_snapsh
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result, entries, undefined_result
 from hvisph.measures.target_geometry import front_surface
-from hvisph.measures.targets import Moment, Timeline, layer_measures, verdict
+from hvisph.measures.targets import Moment, Timeline, layer_measures, perforation_text
 from hvisph.simulation.writer import _roles
 
 DX = 0.5 * MM
@@ -412,7 +412,9 @@ def test_spall_is_what_comes_off_the_rear():
     assert found["mass_loss"].value == pytest.approx(found["spall_mass"].value)
     # a wall that is not perforated yet has failed by its spall all the same: the verdict names it
     (layer, *_) = layer_measures(Scene(now, start))
-    assert verdict([layer]).endswith(f"not perforated, {1e3 * found['spall_mass'].value:.2g} g of spall behind it")
+    assert perforation_text([layer]).endswith(
+        f"not perforated, {1e3 * found['spall_mass'].value:.2g} g of spall behind it"
+    )
 
 
 @pytest.mark.parametrize("blister", [False, True])

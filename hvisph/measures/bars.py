@@ -1,13 +1,13 @@
 """Bars and rods: the shape of a Taylor bar after the impact, and the relative penetration of a rod.
 
-A bar is a projectile that strikes a rigid wall, or a body that is no wider than itself. All is measured on the largest
-fragment along the shot line, the foot being its front. Diameters are those of the solid section with the same spread of
-mass about its middle,
+A bar is a projectile that strikes a rigid wall, or a body that is no wider than the bar. Its largest fragment is
+measured along the shot line; its front is the foot. A diameter is that of the solid section with the same second moment
+of mass about its centre,
 
     D = D0 (r/r0),    r^2 = sum m (y - <y>)^2 / sum m  in a slice of one spacing,
 
-r0 and D0 being those of the start and D0 following from volume and length. The foot's surface is half of a particle's
-present thickness, dx (D0/D)^2, before the foremost particle.
+with r0 and D0 at the start, D0 from volume and length. The surface of the foot lies half of a particle's present
+thickness, dx (D0/D)^2, in front of the foremost particle.
 """
 
 import numpy as np
@@ -15,16 +15,16 @@ import numpy as np
 from .impact_geometry import PROJECTILE, members
 from .lengths import end_layers, initial_length
 from .measurement_frame import Scene
-from .residual_projectile import HALF
+from .residual_projectile import REPRESENTATIVE_SHARE
 from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 from .target_damage import crater_of
 
-WIDER = 1.5  # times the bar's width; a wider target is a plate
-SWOLLEN = 1.01  # times the initial diameter; a wider section has been deformed
-FOOT = 0.75  # [dx]; thickness of the layer of particles at the foot
-FEWEST = 2  # particles of a slice
-FLYING = 0.99  # of the impact velocity: that of the foot from which on nothing has slowed it
-AT_REST = 0.1  # of the impact velocity: mean velocity relative to the foot below which a bar is no longer deforming
+PLATE_WIDTH = 1.5  # times the bar's width; a wider target is a plate
+DEFORMED_DIAMETER = 1.01  # times the initial diameter; a wider section has been deformed
+FOOT_THICKNESS = 0.75  # [dx]; thickness of the layer of particles at the foot
+FEWEST_IN_SLICE = 2  # particles of a slice
+FREE_FLIGHT_SPEED = 0.99  # of the impact velocity: a bar with a faster foot has not struck yet
+REST_SPEED = 0.1  # of the impact velocity: mean velocity relative to the foot below which a bar is no longer deforming
 
 
 @measures("run", "final_length", "length_ratio", "foot_diameter", "diameter_at_fifth", "undeformed_length")
@@ -71,7 +71,7 @@ def _sections(scene: Scene, length: float) -> tuple[float, float, list[float], l
     def diameter(chosen: np.ndarray) -> float:
         return width * _spread(across[chosen], mass[chosen]) / first
 
-    foot = diameter(x > x.max() - FOOT * scene.spacing)
+    foot = diameter(x > x.max() - FOOT_THICKNESS * scene.spacing)
     power = 1.0 if scene.space == 2 else 2.0
     thinning = min((width / foot) ** power, 1.0) if foot > 0.0 else 1.0  # a tip may be one particle
     surface = float(x.max()) + 0.5 * scene.spacing * thinning
@@ -79,14 +79,14 @@ def _sections(scene: Scene, length: float) -> tuple[float, float, list[float], l
     number = np.floor((surface - x) / scene.spacing).astype(int)
     for k in np.unique(number):
         chosen = number == k
-        if chosen.sum() >= FEWEST:
+        if chosen.sum() >= FEWEST_IN_SLICE:
             distance.append(float(np.average(surface - x[chosen], weights=mass[chosen])))
             profile.append(diameter(chosen))
     return width, surface, distance, profile
 
 
 def _require_bar(scene: Scene) -> None:
-    """Raise `UndefinedMeasureError` where the projectile is no bar."""
+    """Raise `UndefinedMeasureError` if the projectile is not a bar."""
     needed = {"velocity", "mass", "density"}
     if scene.start is None or not needed <= scene.start.fields.keys() or "mass" not in scene.now.fields:
         raise UndefinedMeasureError("a single snapshot does not contain the bar before the impact")
@@ -94,42 +94,42 @@ def _require_bar(scene: Scene) -> None:
     mass, velocity = scene.start.fields["mass"][rows], scene.start.fields["velocity"][rows]
     mean = np.average(velocity, axis=0, weights=mass)
     if not mean[0] > 0.5 * np.sqrt(np.average((velocity**2).sum(axis=1), weights=mass)):
-        raise UndefinedMeasureError("the projectile does not fly at anything as a whole")
+        raise UndefinedMeasureError("the projectile does not move as a whole towards a target")
     own = float(np.ptp(scene.start.fields["position"][rows, 1]))
     if scene.has_target:
         across = scene.start.fields["position"][scene.start.body == scene.target, 1]
-        refuse_if(np.ptp(across) > WIDER * own + scene.spacing, "no bar on a rigid wall or an equal bar")
+        refuse_if(np.ptp(across) > PLATE_WIDTH * own + scene.spacing, "no bar on a rigid wall or an equal bar")
     share = float(scene.now.fields["mass"][scene.projectile].sum() / scene.shot_mass)
-    refuse_if(share < HALF, f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
+    refuse_if(share < REPRESENTATIVE_SHARE, f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
 
 
 def _motion_note(scene: Scene) -> str:
-    """Return how much of its impact velocity a bar still has; empty at rest. A foot that keeps it has not struck."""
+    """Return in words which share of the impact velocity a bar still has; empty at rest."""
     if "velocity" not in scene.now.fields or not scene.shot.speed:
         return ""
     main = scene.projectile
     x, axial, mass = scene.position[main, 0], scene.now.fields["velocity"][main, 0], scene.now.fields["mass"][main]
-    foot = x > x.max() - FOOT * scene.spacing
+    foot = x > x.max() - FOOT_THICKNESS * scene.spacing
     front = float(np.average(axial[foot], weights=mass[foot])) / scene.shot.speed
-    if front > FLYING:
+    if front > FREE_FLIGHT_SPEED:
         return f"the bar has not struck: its foot moves at {100.0 * front:.3g} % of its impact velocity"
     share = float(np.average(axial, weights=mass)) / scene.shot.speed - front
-    return f"the bar still moves at {100.0 * share:.2g} % of its impact velocity" if share > AT_REST else ""
+    return f"the bar still moves at {100.0 * share:.2g} % of its impact velocity" if share > REST_SPEED else ""
 
 
 def _spread(across: np.ndarray, mass: np.ndarray) -> float:
-    """Return the root of the mass mean of the squared distance from the middle [m]."""
+    """Return the root-mean-square distance from the centre of mass [m]."""
     middle = np.average(across, axis=0, weights=mass)
     return float(np.sqrt(np.average(((across - middle) ** 2).sum(axis=1), weights=mass)))
 
 
 def _undeformed_length(distance: np.ndarray, diameter: np.ndarray, width: float, final: float) -> float:
-    """Return the length from the rear over which the diameter is less than `SWOLLEN` of the initial one [m]."""
-    wide = np.flatnonzero(diameter > SWOLLEN * width)
+    """Return the length from the rear over which the diameter is below `DEFORMED_DIAMETER` of the initial one [m]."""
+    wide = np.flatnonzero(diameter > DEFORMED_DIAMETER * width)
     if len(wide) == 0:
         return final
     last = wide[-1]
     if last + 1 >= len(diameter):
         return 0.0
-    share = (diameter[last] - SWOLLEN * width) / (diameter[last] - diameter[last + 1])
+    share = (diameter[last] - DEFORMED_DIAMETER * width) / (diameter[last] - diameter[last + 1])
     return float(final - (distance[last] + share * (distance[last + 1] - distance[last])))

@@ -75,9 +75,9 @@ def _draw_discs(position: np.ndarray, cell: float, radius: float) -> np.ndarray:
     return covered
 
 
-HOLLOW = 0.2  # share of the greatest distance from the middle within which a hollow body has nothing
-AS_A_WHOLE = 0.1  # share of the root-mean-square speed that the mean velocity of a body that flies as a whole has
-HALVINGS = 60
+HOLLOW_SHARE = 0.2  # share of the outer radius within which a hollow body has no particles
+BULK_SPEED_SHARE = 0.1  # mean velocity over root-mean-square speed above which a body moves as a whole
+BISECTIONS = 60
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def radii(scene: Scene) -> Outcomes:
     centre = np.average(across[whole], axis=0, weights=mass[whole])
     mass, flat = mass[rows], across[rows] - np.average(across[rows], axis=0, weights=mass[rows])
     aside = np.hypot.reduce(np.average(across[rows] - centre, axis=0, weights=mass))
-    if aside > HOLLOW * np.hypot.reduce(across[rows] - centre, axis=1).mean():
+    if aside > HOLLOW_SHARE * np.hypot.reduce(across[rows] - centre, axis=1).mean():
         raise UndefinedMeasureError("the hollow body has broken: its largest fragment lies beside the middle")
     volume = float((mass / scene.now.fields["density"][rows]).sum())
     along = [axis for axis in range(scene.now.dimensions) if axis not in shell.axes]
@@ -124,7 +124,7 @@ def _particle_spread(scene: Scene, rows: np.ndarray, axes: int) -> float:
 def _sphere_radii(volume: float, square: float) -> tuple[float, float]:
     cube = 0.75 * volume / np.pi  # b^3 - a^3
     low, high = 0.0, float(np.sqrt(square / 0.6))
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         inner = 0.5 * (low + high)
         outer = (inner**3 + cube) ** (1.0 / 3.0)
         low, high = (inner, high) if 0.6 * (outer**5 - inner**5) / cube < square else (low, inner)
@@ -140,14 +140,14 @@ def _find_shell(scene: Scene) -> _Shell:
     rows = members(start, scene.shot.roles, PROJECTILE)
     mass, velocity = start.fields["mass"][rows], start.fields["velocity"][rows]
     speed = np.sqrt(np.average((velocity**2).sum(axis=1), weights=mass))
-    if np.sqrt((np.average(velocity, axis=0, weights=mass) ** 2).sum()) > AS_A_WHOLE * speed:
+    if np.sqrt((np.average(velocity, axis=0, weights=mass) ** 2).sum()) > BULK_SPEED_SHARE * speed:
         raise UndefinedMeasureError("a body flies as a whole")
     for body in start.present:
         position, weight = start.fields["position"][start.body == body], start.fields["mass"][start.body == body]
         for axes in _hollow_axes(scene):
             flat = position[:, axes]
             distance = np.sqrt(((flat - np.average(flat, axis=0, weights=weight)) ** 2).sum(axis=1))
-            if distance.min() > HOLLOW * distance.max() and scene.fragments(body):
+            if distance.min() > HOLLOW_SHARE * distance.max() and scene.fragments(body):
                 return _Shell(body, axes, len(axes) + scene.shot.whole.revolution == 3)
     raise UndefinedMeasureError("no body is hollow")
 

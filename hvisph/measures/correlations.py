@@ -27,35 +27,37 @@ from typing import NamedTuple
 import numpy as np
 
 CM, KM, KSI = 1e-2, 1e3, 6.894757e6
-CELLS = 2.0  # of a honeycomb, within which a cloud stays as if the gap were so wide
+HONEYCOMB_GAP = 2.0  # [cell widths]; largest effective gap of a honeycomb, whose cells confine the cloud
 RECHT = "Recht and Ipson 1963"
-DRIVEN = "final velocity of "  # and the name of the body
+FINAL_VELOCITY = "final velocity of "  # and the name of the body
 WHIPPLE = "NASA TM-2009-214785 eqs. 4-23 to 4-26"
 COUR_PALAIS = ("aluminium alloys, 0.5 to 8 km/s, 0 to 85 deg", "NASA TM-2009-214785 eqs. 4-1 to 4-6")
-THIN = "aluminium on aluminium, normal, 2 to 8 km/s, t/d below 0.5"
-POINT = "point source, above 1 km/s; layer twice as thick as the crater; a paraboloid as deep as 2/3 radius"
+THIN_PLATE_RANGE = "aluminium on aluminium, normal, 2 to 8 km/s, t/d below 0.5"
+POINT_SOURCE_RANGE = (
+    "point source, above 1 km/s; layer twice as thick as the crater; a paraboloid as deep as 2/3 radius"
+)
 HOLSAPPLE = "Holsapple 1993; editions differ by two in K1"
 CRITICAL = "critical diameter of the sphere"
 # By key: name, quantity with the body's name in place of {}, range and source.
 LAWS = {
     "crater": ("Cour-Palais", "crater depth in a thick {}", *COUR_PALAIS),
     "wall": ("Cour-Palais", "least thickness of {} that holds", *COUR_PALAIS),
-    "maiden": ("Maiden-McHugh", "hole in {}", THIN, "Maiden and McHugh 1963; coefficients from memory"),
-    "sawle": ("Sawle", "hole in {}", THIN, "Sawle 1969; coefficients from memory"),
+    "maiden": ("Maiden-McHugh", "hole in {}", THIN_PLATE_RANGE, "Maiden and McHugh 1963; coefficients from memory"),
+    "sawle": ("Sawle", "hole in {}", THIN_PLATE_RANGE, "Sawle 1969; coefficients from memory"),
     "whipple": ("Christiansen, Whipple", CRITICAL, "two aluminium walls, 1 to 15 km/s; +-25 % in diameter", WHIPPLE),
     "honeycomb": ("Christiansen, honeycomb", CRITICAL,
-                  f"aluminium faces on honeycomb, gap at most {CELLS:g} cells (from memory)", WHIPPLE),
+                  f"aluminium faces on honeycomb, gap at most {HONEYCOMB_GAP:g} cells (from memory)", WHIPPLE),
     "stuffed": ("Christiansen, stuffed Whipple", CRITICAL, "aluminium bumper, cloth, aluminium wall, 1 to 15 km/s",
                 "Christiansen and Kerr 2001"),
     "multi-wall": ("Christiansen, multi-wall", CRITICAL,
                    "four bumpers of cloth before an aluminium wall, 1 to 15 km/s",
                    "NASA/TP-2003-210788 eqs. 4-25 to 4-37"),
-    "radius": ("Holsapple", "crater radius in {}", POINT, HOLSAPPLE),
-    "depth": ("Holsapple", "crater depth in {}", POINT, HOLSAPPLE),
+    "radius": ("Holsapple", "crater radius in {}", POINT_SOURCE_RANGE, HOLSAPPLE),
+    "depth": ("Holsapple", "crater depth in {}", POINT_SOURCE_RANGE, HOLSAPPLE),
     "gault": ("Gault", "crater diameter in {}",
               "dense rock, craters up to 10 m; layer thicker than 2/3 of the diameter",
               "Gault 1973 as in Melosh's program; Gault's relation in cgs, from memory, gives 3.9 times as much"),
-    "gurney": ("Gurney", DRIVEN + "{}",
+    "gurney": ("Gurney", FINAL_VELOCITY + "{}",
                "final velocity, without losses at edges; metal of 0.1 to 10 times the mass of the explosive",
                "Gurney 1943; constant of the explosive from memory"),
 }  # fmt: skip
@@ -177,7 +179,7 @@ def crater_depth(impact: Impact, wall: Wall, alloy: Alloy) -> float:
 
 
 def crater_volume(impact: Impact, wall: Wall) -> float:
-    """Return the crater's volume by Holsapple [m^3], by the normal velocity; infinite where nothing stops it."""
+    """Return the crater's volume by Holsapple [m^3], by the normal velocity; infinite without strength and gravity."""
     ground, ratio = GROUNDS[wall.ground], wall.density / impact.density
     weight = impact.gravity * 0.5 * impact.diameter / impact.normal**2 * ratio ** (-1 / 3)
     held = weight + (ground.strength / (wall.density * impact.normal**2)) ** (1.0 + 0.5 * ground.exponent)
@@ -334,7 +336,7 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
         return
     bumper, wall = impact.walls
     if wall.cell:  # cells channel the cloud
-        wall = replace(wall, gap=min(wall.gap, CELLS * wall.cell))
+        wall = replace(wall, gap=min(wall.gap, HONEYCOMB_GAP * wall.cell))
     if bumper.alloy is None or wall.alloy is None or wall.gap <= 0.0 or not 1.0 * KM <= impact.speed <= 15.0 * KM:
         return
     least = 0.25 if wall.gap < 30.0 * impact.diameter else 0.20
@@ -342,10 +344,10 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
     if thin and impact.normal >= 7.0 * KM:
         return  # too thin a bumper to break the sphere: the curve does not hold there
     critical = critical_diameter(impact, bumper, wall, wall.alloy.strength)
-    yield _judge("honeycomb" if wall.cell else "whipple", impact, critical)
+    yield _critical_result("honeycomb" if wall.cell else "whipple", impact, critical)
 
 
-def _judge(key: str, impact: Impact, critical: float) -> Correlation:
+def _critical_result(key: str, impact: Impact, critical: float) -> Correlation:
     """Return the critical diameter [m] of a shield, and in words whether its last wall holds."""
     verdict = "perforated" if impact.diameter > critical else "holds"
     return correlation(key, "", critical, f"{impact.walls[-1].name} {verdict}")
@@ -363,9 +365,11 @@ def _cloth(impact: Impact) -> Iterator[Correlation]:
         share = stuffing / sum(one.areal_density for one in impact.walls)
         if LITTLE_STUFFING[0] <= share <= LITTLE_STUFFING[1]:
             law = law._replace(high=LITTLE_COEFFICIENT)
-        yield _judge("stuffed", impact, critical_diameter_of_cloth(law, impact, wall.alloy.strength))
+        yield _critical_result("stuffed", impact, critical_diameter_of_cloth(law, impact, wall.alloy.strength))
     elif front[0].cloth and len(front) == 4:
-        yield _judge("multi-wall", impact, critical_diameter_of_cloth(MULTI_WALL_SHIELD, impact, wall.alloy.strength))
+        yield _critical_result(
+            "multi-wall", impact, critical_diameter_of_cloth(MULTI_WALL_SHIELD, impact, wall.alloy.strength)
+        )
 
 
 def _cratering(impact: Impact) -> Iterator[Correlation]:

@@ -1,20 +1,21 @@
-"""Debris: the cloud behind the perforated layers, and the ejecta that rise from the struck face.
+"""Debris: the cloud behind the perforated layers, and the ejecta of the struck face.
 
-The cloud is all matter behind the rear face of the last perforated layer that moves away from it: the projectile's, and
-that of layers which is not attached to their rims. Velocities, lengths and angles are quantiles of its mass, so that
-they do not depend on single particles.
+The cloud is all material behind the rear face of the last perforated layer that moves away from it: that of the
+projectile, and that of layers if it is not attached to their rims. Velocities, lengths and angles are quantiles of its
+mass, so that they do not depend on single particles.
 
-Ejecta carry momentum away:
+Ejecta carry away momentum:
 
     beta = 1 + sum m (-v_n) / (m_s U_n)
 
-The sum is over all matter above the first layer's struck face by two spacings that moves away from it, with the
-velocity v_n along the normal n of the layer. m_s and U_n are mass and normal velocity of the projectile at the start.
-By conservation of momentum, beta is the momentum of what stays over that of the projectile, once all has left.
+The sum is over all material more than two spacings above the first layer's struck face that moves away from it, with
+the velocity v_n along the normal n of the layer. m_s and U_n are mass and normal velocity of the projectile at the
+start. By conservation of momentum, once all ejecta have left, beta is the momentum of the target over that of the
+projectile.
 
-Launch is where and how fast each particle crossed the struck face, on its ballistic way back: straight, and under
-`gravity` a parabola along the normal, with G M/R^2 of a sphere. What escapes is launched faster than `escape`, or has
-an energy m (v^2/2 - G M/r) above zero in the field of a sphere; in a uniform one nothing does.
+Launch position and speed are those at which each particle crossed the struck face, traced back along a straight line
+or, under `gravity`, a parabola along the normal, with G M/R^2 of a sphere. A particle escapes if it is launched faster
+than `escape`, or if its energy m (v^2/2 - G M/r) in the field of a sphere is above zero; in a uniform field none does.
 """
 
 from dataclasses import dataclass, field
@@ -40,7 +41,7 @@ from .result import (
 from .target_geometry import Plate
 
 BINS = 40
-LATE = 0.99  # mass fraction at whose arrival the load ends
+LOADED_MASS_SHARE = 0.99  # mass fraction after whose arrival the load ends
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def plane_loads(came: Arrivals, round_: bool, spacing: float) -> Plain:
     size = np.pi * np.diff(edges**2) if round_ else 2.0 * np.diff(edges)
     sums = {name: np.bincount(bins, getattr(came, name), number) for name in ("mass", "momentum", "energy")}
     areal = sums["momentum"] / size
-    first, last = float(came.when.min()), weighted_quantile(came.when, came.mass, LATE)
+    first, last = float(came.when.min()), weighted_quantile(came.when, came.mass, LOADED_MASS_SHARE)
     return {
         "x": came.x,
         "mass_share": came.share,
@@ -117,13 +118,15 @@ def _durations(came: Arrivals, bins: np.ndarray, number: int, whole: float) -> n
     for k in range(number):
         rows = order[starts[k] : starts[k + 1]]
         if len(rows) > 1:
-            lasts = weighted_quantile(came.when[rows], came.mass[rows], LATE) - float(came.when[rows].min())
+            lasts = weighted_quantile(came.when[rows], came.mass[rows], LOADED_MASS_SHARE) - float(
+                came.when[rows].min()
+            )
             lengths[k] = lasts if lasts > 0.0 else lengths[k]
     return lengths
 
 
 ANGLE_BIN = np.radians(2.0)
-FEWEST = 20  # particles of a cloud
+FEWEST_OF_CLOUD = 20  # particles of a cloud
 
 
 @dataclass(frozen=True)
@@ -161,7 +164,7 @@ def cloud_particles(scene: Scene) -> np.ndarray:
     free &= np.isin(scene.now.body, [body for body, role in enumerate(scene.shot.roles) if role != OTHER])
     free &= plate.depth(scene.position) > plate.thickness
     rows = np.flatnonzero(free & (scene.now.fields["velocity"] @ np.array(plate.basis[0]) > 0.0))
-    refuse_if(len(rows) < FEWEST, f"fewer than {FEWEST} particles fly behind the perforated layer")
+    refuse_if(len(rows) < FEWEST_OF_CLOUD, f"fewer than {FEWEST_OF_CLOUD} particles fly behind the perforated layer")
     return rows
 
 
@@ -212,7 +215,7 @@ def content(scene: Scene) -> Outcomes:
 
 
 def cloud(scene: Scene, witness: float | None = None) -> Cloud:
-    """Return the debris cloud, and what a witness plane at `witness` along the shot line [m] receives of it."""
+    """Return the debris cloud, and the loads on a witness plane at `witness` along the shot line [m]."""
     results = evaluate("cloud", scene)
     try:
         if scene.now.dimensions == 1:
@@ -238,8 +241,8 @@ def _angles(scene: Scene, rows: np.ndarray) -> np.ndarray:
     return np.asarray(np.arctan2(np.sqrt((velocity[:, 1:] ** 2).sum(axis=1)), velocity[:, 0]))
 
 
-ABOVE = 2.0  # least height over the struck face, in spacings: beyond the disorder of a free surface
-PER_DECADE = 10  # bins of the launch speed
+EJECTA_HEIGHT = 2.0  # [dx]; least height of ejecta over the struck face, above the disorder of a free surface
+BINS_PER_DECADE = 10  # bins of the launch speed
 
 
 @memoize
@@ -247,10 +250,10 @@ def _launch(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndar
     """Return the rising particles, their launch speed [m/s], angle from the face [rad] and radius [m], (n,) each."""
     normal = np.array(plate.basis[0])
     velocity, depth = scene.now.fields["velocity"], plate.depth(scene.position)
-    rows = np.flatnonzero((depth < -ABOVE * scene.spacing) & (velocity @ normal < 0.0))
+    rows = np.flatnonzero((depth < -EJECTA_HEIGHT * scene.spacing) & (velocity @ normal < 0.0))
     height, up = -depth[rows], -(velocity[rows] @ normal)
     along = velocity[rows] @ np.array(plate.basis[1:]).reshape(-1, len(normal)).T
-    pull = pull_of(scene, normal)
+    pull = gravity_towards_layer(scene, normal)
     first = np.sqrt(np.maximum(up**2 + 2.0 * pull * height, 0.0))
     since = 2.0 * height / (first + up)
     place = plate.in_plane(scene.position[rows]) - along * since[:, None]
@@ -258,8 +261,8 @@ def _launch(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndar
     return rows, np.hypot(first, across), np.arctan2(first, across), np.sqrt((place**2).sum(axis=1))
 
 
-def pull_of(scene: Scene, normal: np.ndarray) -> float:
-    """Return the acceleration towards the layer, along its normal [m/s^2]."""
+def gravity_towards_layer(scene: Scene, normal: np.ndarray) -> float:
+    """Return the acceleration of gravity towards the layer, along its normal [m/s^2]."""
     field: PlainMapping = scene.now.metadata.get("gravity", {})
     if "mass_parameter" in field:
         return float(field["mass_parameter"] / field["radius"] ** 2)
@@ -333,10 +336,10 @@ def ejecta_over_speed(scene: Scene) -> dict[str, list[float]]:
         return {}
     rows, speed, angle, radius = (one[own] for one in (rows, speed, angle, radius))
     mass, along = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
-    bins = np.floor(PER_DECADE * np.log10(speed) + 1e-9).astype(int)
+    bins = np.floor(BINS_PER_DECADE * np.log10(speed) + 1e-9).astype(int)
     first, bins = int(bins.min()), bins - bins.min()
     own_mass = np.bincount(bins, mass)
-    table: dict[str, np.ndarray] = {"speed": 10.0 ** ((first + np.arange(len(own_mass))) / PER_DECADE)}
+    table: dict[str, np.ndarray] = {"speed": 10.0 ** ((first + np.arange(len(own_mass))) / BINS_PER_DECADE)}
     kept = own_mass > 0.0
     for name, values in (("mass", own_mass), ("momentum", np.bincount(bins, -mass * along))):
         table[name] = np.cumsum(values[::-1])[::-1]

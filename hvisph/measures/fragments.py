@@ -11,12 +11,12 @@ import scipy
 from hvisph.core.text import Plain
 from hvisph.output.snapshot import Snapshot
 
-LINK = 2.0  # particles nearer than this many spacings belong together
-NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
-LIKE_SPACING = 1.2  # spacings of a body that differ by no more than this factor are one
+LINK_DISTANCE = 2.0  # [dx] below which particles are connected
+NEAREST_LINK = 1.3  # [dx] within which most neighbours of intact material are found, with few pairs each
+EQUAL_SPACING = 1.2  # largest ratio of spacings of a body that count as equal
 
 
-def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK) -> np.ndarray:
+def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK_DISTANCE) -> np.ndarray:
     """Return the group of each particle (n,): particles linked at `link` spacings, the mean of both [m].
 
     Groups are numbered by size, and by their first particle where that is the same; the largest is 0.
@@ -25,10 +25,10 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
         return np.zeros(0, dtype=np.int64)
     position = position.reshape(len(position), -1)
     spacing = np.broadcast_to(np.asarray(spacing, float), len(position))
-    classes = np.floor(np.log(spacing / spacing.min()) / np.log(LIKE_SPACING))
+    classes = np.floor(np.log(spacing / spacing.min()) / np.log(EQUAL_SPACING))
     members = [np.flatnonzero(classes == k) for k in np.unique(classes)]
     trees = [scipy.spatial.cKDTree(position[rows], balanced_tree=False, compact_nodes=False) for rows in members]
-    near = [min(NEAR, link) * spacing[rows].min() for rows in members]
+    near = [min(NEAREST_LINK, link) * spacing[rows].min() for rows in members]
     found = [
         rows[tree.query_pairs(reach, output_type="ndarray")]
         for rows, tree, reach in zip(members, trees, near, strict=True)
@@ -64,12 +64,12 @@ def by_size(labels: np.ndarray) -> np.ndarray:
 
 
 def main_body(position: np.ndarray, spacing: float | np.ndarray) -> np.ndarray:
-    """Return the indices of the particles of the largest group linked at `LINK` spacings."""
+    """Return the indices of the particles of the largest group linked at `LINK_DISTANCE` spacings."""
     return np.flatnonzero(connected_groups(position, spacing) == 0)
 
 
-FEWEST = 5  # particles of a fragment that is counted and listed
-ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums
+FEWEST_PARTICLES = 5  # particles of a fragment that is counted and listed
+EQUAL_MASS = 1e-9  # relative difference below which masses are equal, above the round-off of their sums
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class Fragments(Sequence[Fragment]):
 
     @property
     def heaviest(self) -> Fragment:
-        """The heaviest one, which need not have most particles: masses differ in axisymmetric and graded bodies."""
+        """The heaviest fragment; one of lighter particles may have more of them in axisymmetric and graded bodies."""
         most = self.masses.max()  # of those as heavy, but for rounding, the one of most particles
         return self[int(np.argmax(self.masses >= (1.0 - 1e-9) * most))]
 
@@ -228,7 +228,7 @@ class BodyFragments:
         """Mass of the body, as far as it has not been retired."""
         return float(self.masses.sum())
 
-    def number(self, fewest: int = FEWEST) -> int:
+    def number(self, fewest: int = FEWEST_PARTICLES) -> int:
         """Return how many fragments have `fewest` particles or more."""
         return int((self.counts >= fewest).sum())
 
@@ -242,10 +242,10 @@ class BodyFragments:
         masses = -np.sort(-self.masses)
         if not np.isfinite(masses).all() or not self.mass > 0.0:
             return MassDistribution(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
-        last = np.append(np.flatnonzero(masses[1:] < masses[:-1] * (1.0 - ALIKE)), len(masses) - 1)
+        last = np.append(np.flatnonzero(masses[1:] < masses[:-1] * (1.0 - EQUAL_MASS)), len(masses) - 1)
         return MassDistribution(masses[last], last + 1, np.cumsum(masses)[last] / self.mass)
 
-    def as_dict(self, fewest: int = FEWEST) -> Plain:
+    def as_dict(self, fewest: int = FEWEST_PARTICLES) -> Plain:
         """Return the plain form for JSON; fragments below `fewest` particles are summed up under `smaller`."""
         single, small = self.counts == 1, self.counts < fewest
         listed = []
@@ -285,7 +285,7 @@ class MassDistribution:
         """Return number and share of the fragments of `mass` or more; None where the distribution is not known."""
         if len(self.mass) == 0:
             return None
-        last = int((self.mass >= mass * (1.0 - ALIKE)).sum()) - 1
+        last = int((self.mass >= mass * (1.0 - EQUAL_MASS)).sum()) - 1
         return (int(self.number[last]), float(self.share[last])) if last >= 0 else (0, 0.0)
 
     def as_dict(self) -> Plain:

@@ -15,13 +15,13 @@ from hvisph.core.fields import transform_arrays
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.snapshot import Snapshot
 
-from .fragments import LIKE_SPACING
+from .fragments import EQUAL_SPACING
 from .symmetry_completion import Mirror, Whole, whole_of
-from .target_geometry import ALIGNED, Plate, plate_of, to_tuples, with_openings
+from .target_geometry import PARALLEL, Plate, plate_of, to_tuples, with_openings
 
 PROJECTILE, LAYER, OTHER = "projectile", "layer", "other"
 NUMBERS = ("frame", "speed", "masses", "energy", "drift")  # of the plain form of a shot
-STILL = 1e-6  # share of the highest speed below which a body stands still
+REST_SPEED = 1e-6  # share of the highest speed below which a body is at rest
 
 
 def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] = ()) -> tuple[str, ...]:
@@ -38,10 +38,10 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
         return tuple(role or roles[body] for body, role in enumerate(known))
     velocity = np.array([_mean(start, "velocity", start.body == body) for body in range(count)])
     speed = np.sqrt((velocity**2).sum(axis=1))
-    moves = speed > STILL * speed.max(initial=0.0)
+    moves = speed > REST_SPEED * speed.max(initial=0.0)
     free = [body for body in range(count) if known[body] is None]
     first = next((body for body in free if moves[body]), free[0] if free else 0)
-    alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= STILL * speed[first]
+    alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= REST_SPEED * speed[first]
     if alike[free].all() or not moves[first]:  # two bodies at rest do not strike each other
         alike[:] = False
     alike[first] = True
@@ -63,7 +63,7 @@ def shot_direction(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
     velocity = velocity - mean_of(start, "velocity", roles, LAYER)
     speed = float(np.sqrt((velocity**2).sum()))
     size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
-    return velocity / speed if speed > STILL * size else along
+    return velocity / speed if speed > REST_SPEED * size else along
 
 
 def mean_of(snapshot: Snapshot, field: str, roles: Sequence[str], role: str) -> np.ndarray:
@@ -202,7 +202,7 @@ def own_spacings(start: Snapshot, rows: np.ndarray, spacing: float) -> float | n
     if ratio is None or "smoothing_length" not in start.fields or not len(rows):
         return spacing
     own = start.fields["smoothing_length"][rows] / float(ratio)
-    return np.asarray(own) if own.min() < spacing / LIKE_SPACING or own.max() > spacing * LIKE_SPACING else spacing
+    return np.asarray(own) if own.min() < spacing / EQUAL_SPACING or own.max() > spacing * EQUAL_SPACING else spacing
 
 
 def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
@@ -213,14 +213,14 @@ def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
     """
     dim = start.dimensions
     along = shot_direction(start, roles)
-    if np.abs(along - np.eye(dim)[0]).max() < ALIGNED:
+    if np.abs(along - np.eye(dim)[0]).max() < PARALLEL:
         along = np.eye(dim)[0]
     if dim == 1:
         return np.eye(1)  # layers differ by their order
     if dim == 2:
         return np.array([along, [-along[1], along[0]]])
     across = _lateral_axis(start, roles, along)
-    if along[0] == 1.0 and np.sort(np.abs(across))[:2].max() < ALIGNED:
+    if along[0] == 1.0 and np.sort(np.abs(across))[:2].max() < PARALLEL:
         return np.eye(3)
     return np.array([along, across, np.cross(along, across)])
 
@@ -267,7 +267,11 @@ def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
     velocity = start.fields["velocity"][members(start, roles, LAYER)]
     size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
     mean = mean_of(start, "velocity", roles, LAYER)
-    if not len(velocity) or not np.abs(mean).max() > STILL * size or np.abs(velocity - mean).max() > STILL * size:
+    if (
+        not len(velocity)
+        or not np.abs(mean).max() > REST_SPEED * size
+        or np.abs(velocity - mean).max() > REST_SPEED * size
+    ):
         return ()
     return tuple(mean.tolist())
 

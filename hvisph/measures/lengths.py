@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .fragments import FEWEST
+from .fragments import FEWEST_PARTICLES
 from .impact_geometry import PROJECTILE, members, own_spacings
 from .measurement_frame import Scene
 from .perforation import NO, NOT_YET, layer_state
@@ -23,9 +23,9 @@ CRATER_BIN = 0.25e-3  # [m], along the plate's thickness
 AXIS_STRIP = 1.0e-3  # [m], half-width of the strip about the shot line
 LIP_PARTICLES = {2: 5, 3: 40}  # front-most attached particles: of each side in 2D, all round in 3D
 LIP_REACH = 2.5  # in projectile widths: distance from the shot line within which a lip is looked for
-SAME = 1e-6  # [dx]; particles of a layer are no farther apart along x
-LIP_IN_THE_PLANE = 10
-RUBBLE = 0.01  # failed mass fraction of the target from which on fragments may be uncounted
+LAYER_TOLERANCE = 1e-6  # [dx]; largest difference of x within a layer of particles
+FRONT_PARTICLES = 10  # of the lip in 2D
+UNCOUNTED_SHARE = 0.01  # failed mass fraction of the target above which fragments may be missed
 OBLIQUE = 0.05  # angle of a plate's normal to the shot line beyond which these measures are undefined [rad]
 
 
@@ -132,7 +132,7 @@ def end_layers(scene: Scene) -> tuple[float, float]:
     if np.ndim(own_spacings(start, rows, spacing)) == 0:
         return spacing, spacing
     x = np.sort(start.fields["position"].reshape(start.count, -1)[rows, 0])
-    gaps = np.diff(x)[np.diff(x) > SAME * spacing]
+    gaps = np.diff(x)[np.diff(x) > LAYER_TOLERANCE * spacing]
     if len(gaps) < 2 or gaps.min() < 0.5 * spacing:  # no layers
         return spacing, spacing
     ends = [2.0 * gap * gap / (gap + following) for gap, following in (gaps[:2], gaps[:-3:-1])]
@@ -209,7 +209,7 @@ def lip(scene: Scene) -> Outcomes:
     require_hole(scene)
     attached = scene.groups(scene.target).particles_of(scene.attached_groups(scene.target))
     near = attached[scene.radius[attached] <= 2.0 * scene.width]
-    around = LIP_IN_THE_PLANE if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
+    around = FRONT_PARTICLES if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
     refuse_if(len(near) < around, "too few particles of the plate are left near the shot line")
     x = scene.position[near, 0]
     front = np.lexsort((scene.radius[near], -x))[:around]  # by radius where they are level
@@ -232,9 +232,9 @@ def target_fragments(scene: Scene) -> Result:
         rows = groups.particles_of(held)
         mass = scene.now.fields["mass"]
         share = float(mass[rows][damage[rows] >= 1.0].sum()) / max(float(mass[scene.is_target].sum()), 1e-300)
-        if share > RUBBLE:
+        if share > UNCOUNTED_SHARE:
             note = f"{100.0 * share:.2g} % of its mass has failed and is not detached: rubble is not counted"
-    return Result(float((~held & (groups.counts >= FEWEST)).sum()), note=note)
+    return Result(float((~held & (groups.counts >= FEWEST_PARTICLES)).sum()), note=note)
 
 
 def plug_of(scene: Scene) -> int | None:
@@ -243,5 +243,9 @@ def plug_of(scene: Scene) -> int | None:
         return None
     target = scene.fragments(scene.target)
     # a velocity that is not known, or not finite, does not rule a fragment out
-    flies = ~scene.attached_groups(scene.target) & (target.groups.counts >= FEWEST) & ~(target.velocities[:, 0] <= 0.0)
+    flies = (
+        ~scene.attached_groups(scene.target)
+        & (target.groups.counts >= FEWEST_PARTICLES)
+        & ~(target.velocities[:, 0] <= 0.0)
+    )
     return int(np.argmax(flies)) if flies.any() else None

@@ -15,20 +15,20 @@ from hvisph.output import file_names, reader
 from hvisph.output.snapshot import Snapshot
 
 from .debris import Cloud, cloud, ejecta_over_speed
-from .fragments import FEWEST, BodyFragments, Fragments
+from .fragments import FEWEST_PARTICLES, BodyFragments, Fragments
 from .impact_geometry import PROJECTILE
 from .lengths import plug_of
 from .measurement_frame import InitialReference, Scene
 from .result import MASS_UNITS, Result, evaluate, plain_results, undefined_result
 from .symmetry_completion import Whole
-from .targets import LayerMeasures, Moment, Timeline, layer_measures, verdict
+from .targets import LayerMeasures, Moment, Timeline, layer_measures, perforation_text
 
 History = Mapping[str, np.ndarray]
 Read = Callable[[Path], Snapshot]
 Results = Mapping[str, Result]
-LATELY = 0.1  # share of the run over which a variation counts
-MOST = 3  # earlier moments that are measured for it
-LARGE = 300_000  # particles from which on one is enough
+VARIATION_PERIOD = 0.1  # share of the run over which the variation is measured
+MOST_MOMENTS = 3  # earlier moments that are measured for the variation
+LARGE_SNAPSHOT = 300_000  # particles above which one earlier moment is measured
 ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component is zero
 
 
@@ -73,8 +73,8 @@ class Measures:
 
     @property
     def answer(self) -> str:
-        """One line: which layers are perforated."""
-        return verdict(self.layers, self.unitless)
+        """Line that states which layers are perforated."""
+        return perforation_text(self.layers, self.unitless)
 
     @property
     def mass_unit(self) -> str:
@@ -100,7 +100,7 @@ class Measures:
             plain["series"] = [moment.as_dict() for moment in self.series]
         return plain
 
-    def fragments_as_dict(self, fewest: int = FEWEST) -> Plain:
+    def fragments_as_dict(self, fewest: int = FEWEST_PARTICLES) -> Plain:
         """Return the fragments of `fewest` particles or more in their plain form for JSON, others summed up; in SI."""
         plain = self._head() | {"mass_unit": self.mass_unit}
         plain["bodies"] = [part.as_dict(fewest) for part in self.fragments]
@@ -202,10 +202,10 @@ def undefined_measures(now: Snapshot, reason: str) -> Measures:
 
 def recent_moments(times: Sequence[float], end: float) -> list[int]:
     """Return the numbers of the moments before `end` [s] for the variation: one to three of the last tenth."""
-    recent = [number for number, time in enumerate(times) if time >= end * (1.0 - LATELY) * (1.0 - 1e-9)]
+    recent = [number for number, time in enumerate(times) if time >= end * (1.0 - VARIATION_PERIOD) * (1.0 - 1e-9)]
     if not recent:
         return [len(times) - 1] if len(times) else []
-    step = max(1, -(-len(recent) // MOST))
+    step = max(1, -(-len(recent) // MOST_MOMENTS))
     return recent[::step]
 
 
@@ -225,7 +225,7 @@ def add_variation(results: Results, end: float, earlier: Sequence[tuple[float, R
         if result.value is None or result.time is not None or name in ("perforated", "perforation_time") or not values:
             continue
         span = end - min(time for time, _ in known)
-        share = min(1.0, LATELY * end / span) if span > 0.0 else 1.0
+        share = min(1.0, VARIATION_PERIOD * end / span) if span > 0.0 else 1.0
         variation = 0.5 * share * (max(*values, result.value) - min(*values, result.value))
         varied[name] = replace(result, variation=variation)
     return varied
@@ -307,9 +307,9 @@ def measure_in_time(
     if not earlier:
         return measured
     recent = [read(earlier[-1])]
-    for file in reversed(earlier[-MOST:-1] if recent[0].count < LARGE else ()):
+    for file in reversed(earlier[-MOST_MOMENTS:-1] if recent[0].count < LARGE_SNAPSHOT else ()):
         before = read(file)
-        if before.time < (1.0 - LATELY) * now.time:
+        if before.time < (1.0 - VARIATION_PERIOD) * now.time:
             break
         recent.append(before)
     return _add_variation(measured, [measure_snapshot(one, initial) for one in reversed(recent)])

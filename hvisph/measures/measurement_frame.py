@@ -17,9 +17,9 @@ from hvisph.core.errors import OutputError
 from hvisph.core.text import Plain
 from hvisph.output.snapshot import Snapshot
 
-from .fragments import LINK, Fragments, Groups, connected_groups, main_body
+from .fragments import LINK_DISTANCE, Fragments, Groups, connected_groups, main_body
 from .impact_geometry import PROJECTILE, Shot, line_of, members, own_spacings, shot_of, spacing_of
-from .target_geometry import RIM, Plate, plate_of
+from .target_geometry import RIM_SHARE, Plate, plate_of
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -36,14 +36,14 @@ def rim_at_start(start: Snapshot, plate: Plate, spacing: float) -> Rim:
     """Return the rim of a layer at the start, and those of its parts that do not reach there; `spacing` is dx [m]."""
     own = np.flatnonzero(start.body == plate.body)
     position = start.fields["position"][own]
-    outer = plate.is_beyond(plate.in_plane(position), RIM)
+    outer = plate.is_beyond(plate.in_plane(position), RIM_SHARE)
     if plate.pieces > 1:
         groups = connected_groups(position, own_spacings(start, own, spacing))
         for group in range(groups.max() + 1):
             part = groups == group
             if not outer[part].any():
                 alone = plate_of(plate.body, position[part], position[part, 1:].mean(axis=0), spacing)
-                outer[part] = alone.is_beyond(alone.in_plane(position[part]), RIM)
+                outer[part] = alone.is_beyond(alone.in_plane(position[part]), RIM_SHARE)
     return Rim(start.id[own][outer], position[outer])
 
 
@@ -57,7 +57,7 @@ def rim_between(own: np.ndarray, lateral: np.ndarray, main: np.ndarray, axis: np
     basis = tuple(map(tuple, np.eye(len(axis) + 1).tolist()))
     flat = Plate(-1, basis, 0.0, 1.0, tuple(axis.tolist()), tuple(low.tolist()), tuple(high.tolist()))
     rim, outward = own.copy(), flat.outward(lateral[own])
-    rim[own] = (outward >= RIM) & (outward <= 1.0)
+    rim[own] = (outward >= RIM_SHARE) & (outward <= 1.0)
     return rim
 
 
@@ -298,7 +298,7 @@ class Scene:
         spacing = self.spacings(part)
         labels = connected_groups(self.now.fields["position"][part], spacing)
         case_axes = self.shot.back(self.position[part].reshape(len(part), -1))  # axes of the planes of symmetry
-        labels = self.shot.whole.join_groups(labels, case_axes, LINK * spacing)
+        labels = self.shot.whole.join_groups(labels, case_axes, LINK_DISTANCE * spacing)
         return Groups.from_labels((part[None] + count * np.arange(images)[:, None]).ravel(), labels)
 
     @cached_property

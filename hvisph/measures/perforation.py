@@ -1,16 +1,16 @@
 """State of a layer: perforated or not.
 
-A layer is perforated where a path leads through its attached part, the groups linked at 2 dx that hold
-particles of the rim. They are balls of 1.5 dx on a grid in the layer's own axes; the layer is open where the
-space before it and the space behind it, within its edges, are connected. A path is therefore wider than about three
-spacings, of any direction. Fragments stuck in the layer close it. Loose rubble does not: failed material of less than
-the density of the loosest packing of spheres (Onoda & Liniger 1990). A layer that was open before the impact is
-perforated by a path that was not there.
+A layer is perforated if a path leads through its attached part: the groups, linked at 2 dx, that contain particles of
+the rim. Each particle is represented by a ball of radius 1.5 dx on a grid in the layer's own axes; the layer is open if
+the space in front of it and the space behind it are connected within its edges. A path is therefore wider than about
+three spacings, in any direction. Fragments stuck in the layer close it. Loose failed material does not, if its density
+is below that of the loosest packing of spheres (Onoda & Liniger 1990). A layer that was open before the impact is
+perforated by a path that did not exist then.
 
 - ``yes``: open.
-- ``not yet``: closed, and bodies that fly at it carry more than a thousandth of the initial kinetic energy.
+- ``not yet``: closed, and bodies that approach it carry more than a thousandth of the initial kinetic energy.
 - ``no``: closed otherwise.
-- empty: without a new path the projectile passes through an initial opening.
+- empty: there is no new path, and the projectile passes through an initial opening.
 """
 
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ from .result import weighted_quantile
 from .target_geometry import Plate, has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
-SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come
-LOOSE = 0.56  # share of the density at the start below which grains do not touch
-SLOW = 0.03  # share of the shot's speed below which a fragment is stuck
+LEAST_ENERGY_SHARE = 1e-3  # share of the initial kinetic energy below which approaching bodies cannot perforate
+LOOSE_DENSITY_SHARE = 0.56  # share of the initial density below which grains do not touch
+STUCK_SPEED_SHARE = 0.03  # share of the impact speed below which a fragment is stuck
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Perforation:
 
     state: str  # ``yes``, ``no`` or ``not yet``; empty where a perforation is undefined
     reason: str  # why it is not perforated; empty where it is
-    # indices of the particles of the layer that are attached to its rim, without loose rubble, and what that alone
-    # holds, where the layer would be closed by it; None where they are not known
+    # indices of the particles attached to the layer's rim; without loose failed material, and what only that connects,
+    # where the layer is open without these; None if unknown
     attached: np.ndarray | None = None
 
     @property
@@ -60,7 +60,7 @@ def layer_state(scene: Scene, body: int) -> Perforation:
 
 
 def perforation(scene: Scene, plate: Plate) -> Perforation:
-    """Return the state of a layer in 2D or 3D; a projectile that is still within it has perforated an open one."""
+    """Return the state of a layer in 2D or 3D; the projectile may still be within an open one."""
     fixed = scene.groups(plate.body).particles_of(scene.attached_groups(plate.body))
     if plate.open and scene.start is None:
         return Perforation("", "it had openings, and a single snapshot does not contain their place", fixed)
@@ -81,7 +81,7 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
         speed = scene.shot.speed
         if speed is None:
             speed = float(np.sqrt((scene.now.fields["velocity"] ** 2).sum(axis=1).max()))
-        stuck = within[np.abs(_relative_velocity(scene, plate, within, fixed)) < SLOW * speed]
+        stuck = within[np.abs(_relative_velocity(scene, plate, within, fixed)) < STUCK_SPEED_SHARE * speed]
         if len(fixed) == 0 or len(stuck) == 0 or _is_open(scene, plate, np.concatenate([fixed, stuck])):
             return Perforation(YES, "", fixed)
     reason = "its attached part has no opening" if closed else "a fragment is stuck in it"
@@ -91,7 +91,7 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
             through = "was open along the projectile's path" if plate.clear else "let the projectile pass as it was"
             return Perforation("", f"it {through}: {reason}", fixed)
     share = _approaching_energy(scene, plate, fixed)
-    if share > SPENT:
+    if share > LEAST_ENERGY_SHARE:
         percent = f"{100.0 * share:.2g} % of the initial kinetic energy"
         return Perforation(NOT_YET, f"{reason}, and bodies that approach it carry {percent}", fixed)
     return Perforation(NO, f"{reason}, and nothing approaches it", fixed)
@@ -102,12 +102,14 @@ def _is_closed(scene: Scene, plate: Plate, fixed: np.ndarray) -> bool:
 
 
 def _is_loose(scene: Scene) -> np.ndarray:
-    """Return whether a particle is loose rubble, shape (n,); none is where damage or initial density is unknown."""
+    """Return which particles are loose failed material, shape (n,); none if damage or initial density is unknown."""
     now, start = scene.now, scene.start
     if start is None or not scene.permanent or not now.fields.keys() >= {"damage", "density"} <= start.fields.keys():
         return np.zeros(now.count, dtype=bool)
     place = scene.rows_at_start(slice(None))
-    return np.asarray((now.fields["damage"] >= 1.0) & (now.fields["density"] < LOOSE * start.fields["density"][place]))
+    return np.asarray(
+        (now.fields["damage"] >= 1.0) & (now.fields["density"] < LOOSE_DENSITY_SHARE * start.fields["density"][place])
+    )
 
 
 def _normal_velocity(scene: Scene, plate: Plate) -> np.ndarray:

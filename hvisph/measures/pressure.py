@@ -23,7 +23,7 @@ from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, 
 
 CENTRE_RADIUS = 0.3e-3  # [m]
 CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"
-MOST_OF_THE_MASS = 0.999  # mass fraction that does not exceed the maximum
+MAXIMUM_MASS_SHARE = 0.999  # mass fraction that does not exceed the maximum
 
 
 def centre_particles(position: np.ndarray, spacing: float, axis: np.ndarray | None = None) -> np.ndarray:
@@ -136,9 +136,12 @@ def _fall(time: np.ndarray, velocity: np.ndarray, until: float) -> tuple[float, 
     return None
 
 
-NEAR, FAR = 10.0, 0.5  # nearest [dx] and farthest [share of the nearer end's distance] particle taken
-FEWEST = 5  # particles for a mean
-WHOLE = 0.97  # of the highest mean stress of any moment: lower stresses have been released
+PLATEAU_BEGIN, PLATEAU_END = (
+    10.0,
+    0.5,
+)  # plateau: from this distance [dx] to this share of the distance of the nearer end
+FEWEST_IN_PLATEAU = 5  # particles
+UNRELEASED_SHARE = 0.97  # share of the highest mean stress of any moment, below which the plateau has been released
 
 
 @dataclass(frozen=True)
@@ -180,8 +183,8 @@ def plateau(scene: Scene) -> Plateau:
     level = 0.5 * float(np.median(stress[(projectile | target) & (stress > 0.1 * top)]))
     reach = min(_reach(x[body] - interface, stress[body], level) for body in (projectile, target))
     distance = np.abs(x - interface)
-    chosen = (projectile | target) & (distance >= NEAR * scene.spacing) & (distance <= FAR * reach)
-    refuse_if(chosen.sum() < FEWEST, "the compressed region is too short, or releases have overtaken it")
+    chosen = (projectile | target) & (distance >= PLATEAU_BEGIN * scene.spacing) & (distance <= PLATEAU_END * reach)
+    refuse_if(chosen.sum() < FEWEST_IN_PLATEAU, "the compressed region is too short, or releases have overtaken it")
     velocity = scene.now.fields["velocity"].reshape(len(x), -1)[chosen, 0]
     return Plateau(_mean(stress[chosen]), _mean(velocity), int(chosen.sum()))
 
@@ -189,7 +192,7 @@ def plateau(scene: Scene) -> Plateau:
 def before_release(plateaus: Sequence[tuple[float, Plateau]]) -> Plateau:
     """Return the longest plateau, before releases from the free faces reached it, from times [s] and plateaus."""
     highest = max(one.stress.value or 0.0 for _, one in plateaus)
-    whole = min(WHOLE * highest, highest)  # in tension only the least
+    whole = min(UNRELEASED_SHARE * highest, highest)  # in tension only the least
     time, best = max(
         ((time, one) for time, one in plateaus if (one.stress.value or 0.0) >= whole),
         key=lambda pair: (pair[1].count, pair[0]),
@@ -223,7 +226,9 @@ def temperatures(scene: Scene) -> Outcomes:
         if not known.any():
             return "its material has no heat capacity" if rows.any() else "there is no layer"
         own, weights = fields["temperature"][known], fields["mass"][known]
-        return weighted_quantile(own, weights, MOST_OF_THE_MASS) if maximum else float(np.average(own, weights=weights))
+        return (
+            weighted_quantile(own, weights, MAXIMUM_MASS_SHARE) if maximum else float(np.average(own, weights=weights))
+        )
 
     return {
         "projectile_temperature": value(scene.is_projectile),

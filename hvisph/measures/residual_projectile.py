@@ -10,11 +10,11 @@ from .measurement_frame import Scene
 from .perforation import NO, NOT_YET, is_behind, layer_state
 from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 
-HALF = 0.5  # mass fraction below which the heaviest fragment does not stand for the projectile
+REPRESENTATIVE_SHARE = 0.5  # least mass fraction of the heaviest fragment for it to represent the projectile
 
 
 def retention_reason(scene: Scene) -> str:
-    """Return why nothing is residual: a layer is not perforated or not passed; empty where the projectile is behind.
+    """Return why there is no residual projectile: a layer is not perforated or not passed; empty if it is behind all.
 
     A layer that was open along the projectile's path need not be perforated, but it must be passed.
     """
@@ -38,17 +38,21 @@ def retention_reason(scene: Scene) -> str:
 def fragmentation_reason(scene: Scene) -> str:
     """Return why the heaviest fragment does not represent the projectile; empty where it does."""
     share = scene.shot_groups.heaviest.mass / scene.shot_mass
-    return "" if share >= HALF else f"the projectile's heaviest fragment holds {100.0 * share:.2g} % of its mass"
+    return (
+        ""
+        if share >= REPRESENTATIVE_SHARE
+        else f"the projectile's heaviest fragment holds {100.0 * share:.2g} % of its mass"
+    )
 
 
-LARGE = 0.01  # mass fraction of the projectile from which on a fragment is a large one
+LARGE_FRAGMENT_SHARE = 0.01  # mass fraction of the projectile above which a fragment is large
 
 
 @measures("run", "residual_velocity")
 def residual_velocity(scene: Scene) -> Outcomes:
     """Return mass-mean axial velocities of the projectile behind all layers [m/s].
 
-    The main body and the heaviest fragment stand for the projectile where they hold half of its mass or more. The
+    The main body and the heaviest fragment represent the projectile if they have half of its mass or more. The
     scatter is the standard error of the mean over the particles.
     """
     refuse_if(reason := retention_reason(scene), reason)
@@ -77,7 +81,7 @@ def momentum_transfer(scene: Scene) -> Result:
 def _large_fragments(scene: Scene) -> np.ndarray:
     """Return the particles of all large fragments; of the heaviest one where none is large."""
     groups = scene.shot_groups
-    large = groups.masses >= LARGE * scene.shot_mass
+    large = groups.masses >= LARGE_FRAGMENT_SHARE * scene.shot_mass
     return groups.groups.particles_of(large) if large.any() else groups.heaviest.particles
 
 
@@ -116,7 +120,7 @@ def residual_angle(scene: Scene) -> float:
 def fragment_mass_fraction(scene: Scene) -> Outcomes:
     """Return the mass fractions of the heaviest fragment and of all large ones."""
     masses, whole = scene.shot_groups.masses, scene.shot_mass
-    large = np.flatnonzero(masses >= LARGE * whole)
+    large = np.flatnonzero(masses >= LARGE_FRAGMENT_SHARE * whole)
     return {"heaviest": scene.shot_groups.heaviest.mass / whole, "large_fragments": sum(masses[large].tolist()) / whole}
 
 

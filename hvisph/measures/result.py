@@ -16,7 +16,7 @@ from hvisph.core.text import Plain, PlainMapping
 from .measurement_frame import Scene
 from .target_geometry import Plate
 
-SETTLED = 0.02  # relative change over the last tenth of the run below which a number is settled
+SETTLED_CHANGE = 0.02  # relative change over the last tenth of the run below which a number is settled
 MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}  # per area in 1D and per depth in 2D
 
 
@@ -75,7 +75,7 @@ class Result:
             return self.final
         kinds = self.uncertainty_by
         rest = float(np.hypot(kinds.get("spacing", 0.0), kinds.get("scatter", 0.0)))
-        return self.final and self.variation <= max(rest, SETTLED * abs(self.value))
+        return self.final and self.variation <= max(rest, SETTLED_CHANGE * abs(self.value))
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON; optional entries appear only where they have a value."""

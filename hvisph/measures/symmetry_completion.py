@@ -1,12 +1,11 @@
 """Whole model from its computed part: a half, a quarter, an eighth, or the section of a solid of revolution.
 
-Everything is measured on the whole: `Whole.complete` adds the mirror images, so that lengths, masses, energies and
-counts need no factor of their own anywhere else. The costly search for connected groups is done on the
-part that was computed, and `Whole.join_groups` extends its result: a group and its image are one where they touch the
-plane between them.
+All measures refer to the whole: `Whole.complete` adds the mirror images, so that lengths, masses, energies and counts
+need no factors. The costly search for connected groups is done on the computed part, and `Whole.join_groups` extends
+its result: a group and its image are one group if they touch the plane between them.
 
-Only planes that cut the projectile are planes of the whole. One across the shot line is a rigid wall, one beside
-the projectile the edge of a plate; the images behind those are not material.
+Only planes that cut the projectile divide the whole. A plane normal to the shot line is a rigid wall, one beside the
+projectile is the edge of a plate; images behind those are no material.
 """
 
 from collections.abc import Sequence
@@ -18,9 +17,9 @@ from hvisph.core.fields import transform_arrays
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.snapshot import Snapshot
 
-TOUCH = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
+CONTACT_DISTANCE = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
 # Tensors and torques, which no measure of a whole model needs.
-SKIPPED = ("deviator", "velocity_gradient", "deformation_gradient", "torque_residual")
+OMITTED_FIELDS = ("deviator", "velocity_gradient", "deformation_gradient", "torque_residual")
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,9 @@ class Whole:
             tiled = np.tile(values, (images, *[1] * (values.ndim - 1)))
             return tiled / images if self.revolution and name == "mass" else tiled
 
-        fields = transform_arrays(snapshot.fields, mirror, [name for name in snapshot.fields if name not in SKIPPED])
+        fields = transform_arrays(
+            snapshot.fields, mirror, [name for name in snapshot.fields if name not in OMITTED_FIELDS]
+        )
         number = (snapshot.id[None] * images + np.arange(images)[:, None]).ravel()
         return replace(
             snapshot,
@@ -142,7 +143,7 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
     moving = start.fields["velocity"].reshape(start.count, -1)[projectile] if "velocity" in start.fields else None
     kept = []
     for plane in planes:
-        touching = np.abs(shot[:, plane.axis] - plane.at) <= TOUCH * spacing
+        touching = np.abs(shot[:, plane.axis] - plane.at) <= CONTACT_DISTANCE * spacing
         if not touching.any():
             continue
         # a projectile that moves along the axis, beside the plane too, strikes a wall; an imploding body does not
@@ -158,4 +159,6 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
 
 def _half(coordinate: np.ndarray, spacing: float) -> bool:
     low, high = coordinate.min(), coordinate.max()
-    return bool((low > 0.0 and low <= TOUCH * spacing) or (high < 0.0 and high >= -TOUCH * spacing))
+    return bool(
+        (low > 0.0 and low <= CONTACT_DISTANCE * spacing) or (high < 0.0 and high >= -CONTACT_DISTANCE * spacing)
+    )

@@ -11,16 +11,16 @@ from hvisph.core.measure_catalogue import HEADLINES, PER_DEPTH, NumberFormat, fo
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.atomic_write import write_csv
 
-from .correlations import DRIVEN
-from .fragments import FEWEST
+from .correlations import FINAL_VELOCITY
+from .fragments import FEWEST_PARTICLES
 from .measure import Measures
 from .result import Result
 
 # Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
-UNSIZED = ("", "%", "deg")
-LEAST = 1e-6
-KILO = 1e4  # [J]; kinetic energies of bodies from here on are shown in kJ
-MOST_HEADLINES = 8  # measures that end a run
+UNITLESS = ("", "%", "deg")
+LEAST_SPREAD = 1e-6
+KILOJOULE_RANGE = 1e4  # [J]; kinetic energies above it are shown in kJ
+MOST_HEADLINES = 8  # measures printed at the end of a run
 _TIME = NumberFormat("time", "t", "us", 2)
 
 
@@ -84,7 +84,7 @@ def _row(name: str, result: Result, entry: PlainMapping | None, unitless: bool) 
 
 def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, str, str, str]]:
     """Return every body's name, mass, velocity (and Gurney's, if driven) and kinetic energy as text."""
-    known = {one["quantity"].removeprefix(DRIVEN): one["value"] for one in plain.get("correlations") or []}
+    known = {one["quantity"].removeprefix(FINAL_VELOCITY): one["value"] for one in plain.get("correlations") or []}
     table = []
     for name, body in (plain.get("bodies") or {}).items():
         space = 3 if plain["whole"]["kind"] == "revolution" else len(body["velocity"])
@@ -100,7 +100,9 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
         rate = sum(one * one for one in turns) ** 0.5
         velocity += f", turning at {rate:.4g}{'' if unitless else ' rad/s'}" if rate > 0.0 else ""
         velocity += f", Gurney {known[name]:.4g} m/s" if name in known else ""
-        table.append((name, quantity(body["mass"], "g"), velocity, quantity(energy, "kJ" if energy >= KILO else "J")))
+        table.append(
+            (name, quantity(body["mass"], "g"), velocity, quantity(energy, "kJ" if energy >= KILOJOULE_RANGE else "J"))
+        )
     return table
 
 
@@ -136,7 +138,7 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
     # a size may be too small for the digits of its kind, and known better: of dust, or of a gas
     last, size = 10.0**-display.decimals, abs(value) * display.factor
     known = abs(spread or 0.0) * display.factor < 0.5 * last
-    is_tiny = display.unit not in UNSIZED and known and LEAST < size < 10.0 * last
+    is_tiny = display.unit not in UNITLESS and known and LEAST_SPREAD < size < 10.0 * last
     fixed = display.decimals >= 0 and not is_tiny
 
     def number(figure: float) -> str:
@@ -177,7 +179,7 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
         for part in moment.fragments:
             head, largest = f"fragments.{part.body}.", part.fragments[0]
             row[head + "number"] = "", part.number()
-            row[head + "loose_mass_share"] = "", part.share(part.counts < FEWEST)
+            row[head + "loose_mass_share"] = "", part.share(part.counts < FEWEST_PARTICLES)
             row[head + "largest_mass_share"] = "", part.share([0])
             for axis, speed in zip("xyz", largest.velocity, strict=False):
                 row[f"{head}largest_velocity_{axis}"] = "m/s", float(speed)

@@ -8,23 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .debris import pull_of
-from .fragments import FEWEST, NEAR, connected_groups
+from .debris import gravity_towards_layer
+from .fragments import FEWEST_PARTICLES, NEAREST_LINK, connected_groups
 from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
 from .result import Outcome, Outcomes, Result, measures, refuse_if
-from .target_geometry import RIM, Plate, front_surface, place_of
+from .target_geometry import RIM_SHARE, Plate, front_surface, place_of
 
-RECENTRED = 8  # goes at the centroid
+CENTRING_ITERATIONS = 8  # for the centroid of an opening
 FEWEST_SECTORS, MOST_SECTORS = 8, 128
-BORDER = 1e-7  # sectors; a particle so near to the border of two is in both
+BORDER_WIDTH = 1e-7  # [sectors]; a particle nearer to the border of two sectors belongs to both
 
 
 @dataclass(frozen=True)
 class Opening:
     """An opening at one depth."""
 
-    # from its centre to its edge, one a sector, the first opposite to the one half-way on, shape (k,) [m]
+    # distances from centre to edge (k,) [m], one for each sector; sector i is opposite to sector i + k/2
     radii: np.ndarray
     centre: np.ndarray  # of the opening in the plane, shape (dim - 1,) [m]
 
@@ -44,7 +44,7 @@ def opening(across: np.ndarray, centre: np.ndarray, spacing: float) -> Opening |
     """Return the opening about `centre` among particles at `across` [m]; None where they do not enclose one."""
     centre = np.array(centre, dtype=float)
     radii, number = np.zeros(0), FEWEST_SECTORS
-    for _ in range(RECENTRED):
+    for _ in range(CENTRING_ITERATIONS):
         radii_found = _radii(across - centre, number)
         if radii_found is None:
             return None
@@ -57,7 +57,7 @@ def opening(across: np.ndarray, centre: np.ndarray, spacing: float) -> Opening |
 
 
 def openings(plate: Plate, depth: np.ndarray, across: np.ndarray, spacing: float) -> list[Opening]:
-    """Return the openings at depths from the struck to the rear face, as the plate was; those that are enclosed."""
+    """Return the enclosed openings in slices from the struck to the rear face of the undeformed plate."""
     number = max(1, round(plate.thickness / max(spacing, plate.thickness / 8.0)))
     bins = np.floor(depth * number / plate.thickness + 1e-9).astype(int)
     holes, basis = [], np.array(plate.basis)
@@ -79,7 +79,7 @@ def _radii(across: np.ndarray, number: int) -> np.ndarray | None:
     radius = np.sqrt((across**2).sum(axis=1))
     place = np.arctan2(across[:, 1], across[:, 0]) / (2.0 * np.pi) * number
     edge = np.full(number, np.inf)
-    for shift in (-BORDER, BORDER):
+    for shift in (-BORDER_WIDTH, BORDER_WIDTH):
         np.minimum.at(edge, np.floor(place + shift).astype(int) % number, radius)
     empty = ~np.isfinite(edge)
     if not empty.any():
@@ -99,9 +99,11 @@ def _centroid(radii: np.ndarray, lateral: int) -> np.ndarray:
     return np.array([(radii**3 * np.cos(angle)).sum(), (radii**3 * np.sin(angle)).sum()]) * (2.0 / 3.0) / area
 
 
-# Over the clear width: mean diameter of all slices, and diameter of one, from which on the layer may be bent there.
-WIDER, MUCH_WIDER = 1.5, 2.0
-FILLED = 0.8  # share of the layer's volume between clear width and slice from which on it is bent and not gone
+# Mean diameter of all slices, and diameter of one slice, over the clear width, above which the layer may be bent there.
+WIDENING, LOCAL_WIDENING = 1.5, 2.0
+BENT_VOLUME_SHARE = (
+    0.8  # share of the volume between clear width and slice that is filled if the layer is bent, not lost
+)
 
 
 @memoize
@@ -155,7 +157,7 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
         return False
     width, inner = float(clear.diameters.mean()), float(clear.radii.max())
     depth, across = plate.depth(scene.position[fixed]), plate.in_plane(scene.position[fixed])
-    if float(np.mean([one.diameters.mean() for one in slices])) > WIDER * width:
+    if float(np.mean([one.diameters.mean() for one in slices])) > WIDENING * width:
         edge = depth[np.sqrt((across**2).sum(axis=1)) < inner + 2.0 * scene.spacing]
         outside = (edge < -0.5 * scene.spacing) | (edge > plate.thickness + 0.5 * scene.spacing)
         if len(edge) and outside.all():
@@ -164,10 +166,10 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
     radius = np.sqrt(((across - clear.centre) ** 2).sum(axis=1))
     for one in slices:
         outer = float(one.radii.mean())
-        if float(one.diameters.mean()) > MUCH_WIDER * width and outer > inner:
+        if float(one.diameters.mean()) > LOCAL_WIDENING * width and outer > inner:
             flat = scene.now.dimensions == 2
             volume = plate.thickness * (2.0 * (outer - inner) if flat else np.pi * (outer**2 - inner**2))
-            if float(sizes[(radius > inner) & (radius < outer)].sum()) > FILLED * volume:
+            if float(sizes[(radius > inner) & (radius < outer)].sum()) > BENT_VOLUME_SHARE * volume:
                 return True
     return False
 
@@ -186,10 +188,10 @@ class Crater:
     time: float  # [s]
 
 
-EARTH = 9.81  # gravity where the case has none [m/s^2]
-WIDE = 2.0  # [dx] width of a cell
-FLOOR = 0.8  # of the greatest depth: cells as deep are the floor
-GROWING = 0.1  # share of the depth that the floor would go on in the time so far, from which on it grows
+EARTH_GRAVITY = 9.81  # [m/s^2], for cases without gravity
+CELL_WIDTH = 2.0  # [dx], of the cells of the crater surface
+FLOOR_DEPTH_SHARE = 0.8  # of the greatest depth: deeper cells form the floor
+GROWTH_SHARE = 0.1  # share of the depth: a floor that would move further in the time since impact still grows
 
 
 @memoize
@@ -207,22 +209,22 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     if scene.start is not None and isinstance(scene.spacings(rows), np.ndarray):  # the longest edges, also along a face
         place = scene.start.fields["position"][scene.rows_at_start(rows)]
         half = np.minimum(half, np.maximum(plate.depth(place), 0.5 * spacing))
-    bulge = float((depth + 0.5 * own)[~plate.is_beyond(across, RIM)].max(initial=0.0)) - plate.thickness
+    bulge = float((depth + 0.5 * own)[~plate.is_beyond(across, RIM_SHARE)].max(initial=0.0)) - plate.thickness
     velocity = scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
     flies = (depth < -2.0 * spacing) & (velocity * scene.now.time < depth)
     if emptied:
         flies |= _is_loose(scene, plate, rows, velocity)
     rows, depth, across, velocity, own, half = (one[~flies] for one in (rows, depth, across, velocity, own, half))
-    refuse_if(plate.is_beyond(across, RIM).all(), "nothing of the layer is left within its rim")
-    surface, mean, middle = front_surface(depth - half, across, own / spacing, WIDE * spacing)
-    inner = ~plate.is_beyond(middle, RIM)
+    refuse_if(plate.is_beyond(across, RIM_SHARE).all(), "nothing of the layer is left within its rim")
+    surface, mean, middle = front_surface(depth - half, across, own / spacing, CELL_WIDTH * spacing)
+    inner = ~plate.is_beyond(middle, RIM_SHARE)
     surface, mean, middle = surface[inner], mean[inner], middle[inner]
     radius = np.sqrt((middle**2).sum(axis=1))
     deepest = max(float(surface.max()), 0.0)
     if scene.now.dimensions == 2 and scene.space == 3:  # both sides of the section of a solid of revolution
-        area = np.pi * radius * WIDE * spacing
+        area = np.pi * radius * CELL_WIDTH * spacing
     else:
-        area = np.full(len(radius), (WIDE * spacing) ** (scene.now.dimensions - 1))
+        area = np.full(len(radius), (CELL_WIDTH * spacing) ** (scene.now.dimensions - 1))
     hollow = area * np.maximum(mean, 0.0)
     first = (depth > -own) & (depth < own)
     place = place_of(plate, scene.position[rows[first]], scene.spacings(rows[first]), spacing)
@@ -234,14 +236,18 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     crest = 0.0
     if not whole:
         centre = hollow @ middle / hollow.sum()
-        bins = np.floor(np.sqrt(((middle - centre) ** 2).sum(axis=1)) / (WIDE * spacing)).astype(int)
+        bins = np.floor(np.sqrt(((middle - centre) ** 2).sum(axis=1)) / (CELL_WIDTH * spacing)).astype(int)
         weights = np.bincount(bins, area)
         profile = np.bincount(bins, area * surface)[weights > 0.0] / weights[weights > 0.0]
         crest = max(-float(profile.min()), 0.0)
         if crest > 0.5 * spacing:
-            rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * WIDE * spacing
-    reach = float(radius[surface >= FLOOR * deepest].max(initial=0.0))  # none where the face is whole
-    floor = (depth >= FLOOR * deepest) & (depth < deepest + WIDE * own) & ((across**2).sum(axis=1) <= reach**2)
+            rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * CELL_WIDTH * spacing
+    reach = float(radius[surface >= FLOOR_DEPTH_SHARE * deepest].max(initial=0.0))  # none where the face is whole
+    floor = (
+        (depth >= FLOOR_DEPTH_SHARE * deepest)
+        & (depth < deepest + CELL_WIDTH * own)
+        & ((across**2).sum(axis=1) <= reach**2)
+    )
     edge = scene.rim(plate.body)[rows]
     rest = float(velocity[edge].mean()) if edge.any() else 0.0
     speed = float(velocity[floor].mean()) - rest if floor.any() else 0.0
@@ -256,14 +262,14 @@ def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray
     """
     assert scene.start is not None
     place = scene.start.fields["position"].reshape(scene.start.count, -1)[scene.rows_at_start(rows)]
-    pull = pull_of(scene, np.array(plate.basis[0])) or EARTH
+    pull = gravity_towards_layer(scene, np.array(plate.basis[0])) or EARTH_GRAVITY
     edge = scene.rim(plate.body)[rows]
     rest = float(velocity[edge].mean()) if edge.any() else 0.0
     rises = rest - velocity > np.sqrt(2.0 * max(pull, 0.0) * np.maximum(plate.depth(place), 0.0))
     loose = (scene.now.fields.get("damage", np.zeros(scene.now.count))[rows] >= 1.0) & rises
     holds = np.flatnonzero(~loose)
     sizes = scene.spacings(rows)
-    groups = connected_groups(place[holds], sizes[holds] if isinstance(sizes, np.ndarray) else sizes, NEAR)
+    groups = connected_groups(place[holds], sizes[holds] if isinstance(sizes, np.ndarray) else sizes, NEAREST_LINK)
     loose[holds] = ~np.isin(groups, groups[edge[holds]])
     return loose
 
@@ -282,7 +288,7 @@ def _transient(scene: Scene, plate: Plate) -> Crater | str:
 def crater(scene: Scene, plate: Plate) -> Outcomes:
     """Return the crater's depth, diameter and volume and the rear's bulge; not final while the floor moves on."""
     now = crater_of(scene, plate)
-    grows = now.depth > scene.spacing and now.floor_speed * scene.now.time > GROWING * now.depth
+    grows = now.depth > scene.spacing and now.floor_speed * scene.now.time > GROWTH_SHARE * now.depth
     note = f"still grows: its floor moves on at {now.floor_speed:.3g} m/s" if grows else ""
     to_rim = now.rim_diameter if isinstance(now.rim_diameter, str) else now.depth + now.rim_height
     variants: dict[str, dict[str, Outcome]] = {
@@ -317,7 +323,7 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
         return float(depth[fixed][there].max(initial=-np.inf))
 
     parts = scene.fragments(plate.body)
-    loose = np.flatnonzero(~scene.attached_groups(plate.body) & (parts.groups.counts >= FEWEST))
+    loose = np.flatnonzero(~scene.attached_groups(plate.body) & (parts.groups.counts >= FEWEST_PARTICLES))
     pieces = [
         piece
         for piece in map(parts.__getitem__, loose.tolist())

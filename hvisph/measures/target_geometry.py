@@ -1,10 +1,10 @@
 """Geometry of a layer before the impact, and paths through it.
 
-The geometry is the normal, the faces, the point that the shot line enters at, the edges, and the initial openings.
+The geometry is the normal, the faces, the point where the shot line enters, the edges, and the initial openings.
 
-A path leads through a layer where the space before it and the space behind it are connected, within its edges.
-Particles are balls on a grid in the layer's own axes. A layer that was open before the impact - a mesh, a honeycomb, a
-plate with holes or of several parts - has a new path where one leads through space that is wider than it was then.
+A path leads through a layer if the space in front of it and the space behind it are connected within its edges.
+Particles are balls on a grid in the layer's own axes. In a layer that was open before the impact - a mesh, a honeycomb,
+a plate with holes or of several parts - a path is new if it leads through an opening that is wider than it was then.
 
 The surface of a crater is the foremost particle of each cell of the plane.
 """
@@ -23,8 +23,8 @@ from hvisph.core.text import Plain
 from .fragments import connected_groups
 
 PLATE_LIKE = 0.5  # a body is a plate where its least extent is below this share of the next
-ALIGNED = 1e-7  # directions that differ by less are one
-RIM = 0.9  # of the way from the shot line to the layer's edges: beyond it the impact has no effect
+PARALLEL = 1e-7  # directions that differ by less are one
+RIM_SHARE = 0.9  # share of the distance from the shot line to the edges beyond which the impact has no effect
 DIRECTIONS = np.round([[np.cos(a), np.sin(a)] for a in np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)], 15)
 
 
@@ -157,7 +157,7 @@ def _normal(position: np.ndarray, spacing: float) -> np.ndarray:
     if extents[0] > PLATE_LIKE * extents[1:].min() or abs(normal[0]) < 0.02:
         return along
     normal = normal * np.sign(normal[0])
-    return along if np.abs(normal - along).max() < ALIGNED else normal
+    return along if np.abs(normal - along).max() < PARALLEL else normal
 
 
 def _basis(normal: np.ndarray) -> np.ndarray:
@@ -168,19 +168,21 @@ def _basis(normal: np.ndarray) -> np.ndarray:
     if dim == 2:
         return np.array([normal, [-normal[1], normal[0]]])
     along = np.eye(3)[0]
-    if np.abs(normal - along).max() < ALIGNED:
+    if np.abs(normal - along).max() < PARALLEL:
         return np.eye(3)
     first = along - normal[0] * normal
     first /= np.sqrt((first**2).sum())
     return np.array([normal, first, np.cross(normal, first)])
 
 
-RADIUS = 1.5  # [dx] of the balls: half the width of a way
-WIDER = 3.0  # [dx] by which a new way's half width is more than that at the start; walls that bend do less
-CELL = {2: 0.5, 3: 1.0}  # [dx]
-SHIFT = 0.37  # [cells]; keeps the particles of a lattice off the borders of cells
+BALL_RADIUS = 1.5  # [dx]; half the width of a path
+NEW_PATH_WIDENING = (
+    3.0  # [dx] by which half the width of a new path exceeds that at the start; bent walls change it by less
+)
+CELL_WIDTH = {2: 0.5, 3: 1.0}  # [dx]
+GRID_SHIFT = 0.37  # [cells], so that particles of a lattice do not lie on borders of cells
 MOST_CELLS = 40_000_000
-LINED_UP = 0.75  # [dx] across the shot line: nearer is in the way, and what fits a hole is a spacing off
+SHOT_LINE_DISTANCE = 0.75  # [dx]; particles nearer to the shot line obstruct it
 
 
 @dataclass(frozen=True)
@@ -194,12 +196,12 @@ class Grid:
     pad: int  # cells beyond the particles along the normal, where there is space, and beyond the edges across it
 
     @classmethod
-    def about(cls, plate: Plate, spacing: float, places: Sequence[np.ndarray], radius: float = RADIUS) -> "Grid":
+    def about(cls, plate: Plate, spacing: float, places: Sequence[np.ndarray], radius: float = BALL_RADIUS) -> "Grid":
         """Return the grid about particles at `places`, each of shape (n, dim), in the axes of the layer [m]."""
         dim = places[0].shape[1]
-        low = np.concatenate([[min(place[:, 0].min() for place in places)], RIM * np.array(plate.low)])
-        high = np.concatenate([[max(place[:, 0].max() for place in places)], RIM * np.array(plate.high)])
-        reach, cell = radius * spacing, CELL[dim] * spacing
+        low = np.concatenate([[min(place[:, 0].min() for place in places)], RIM_SHARE * np.array(plate.low)])
+        high = np.concatenate([[max(place[:, 0].max() for place in places)], RIM_SHARE * np.array(plate.high)])
+        reach, cell = radius * spacing, CELL_WIDTH[dim] * spacing
         cell = max(cell, float((np.prod(high - low + 4.0 * reach) * len(places) / MOST_CELLS) ** (1.0 / dim)))
         pad = int(np.ceil(reach / cell)) + 2
         shape = tuple((np.ceil((high - low) / cell).astype(int) + 2 * pad).tolist())
@@ -207,7 +209,7 @@ class Grid:
 
     def fill(self, place: np.ndarray) -> np.ndarray:
         """Return the cells that hold a particle."""
-        index = np.floor((place - self.low) / self.cell + SHIFT).astype(int) + self.pad
+        index = np.floor((place - self.low) / self.cell + GRID_SHIFT).astype(int) + self.pad
         inside = ((index >= 0) & (index < self.shape)).all(axis=1)
         cells = np.zeros(self.shape, dtype=bool)
         cells[tuple(index[inside].T)] = True
@@ -234,11 +236,11 @@ class Grid:
         if not self.plate.edges:
             return np.ones(counts, dtype=bool)
         axes = [
-            corner + (np.arange(count) + 0.5 - SHIFT) * self.cell
+            corner + (np.arange(count) + 0.5 - GRID_SHIFT) * self.cell
             for corner, count in zip(self.low[1:], counts, strict=True)
         ]
         middles = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(counts))
-        return np.asarray((self.plate.outward(middles) <= RIM).reshape(counts))
+        return np.asarray((self.plate.outward(middles) <= RIM_SHARE).reshape(counts))
 
     def connects_sides(self, free: np.ndarray) -> bool:
         """Whether free cells connect the space before the layer with that behind it."""
@@ -274,15 +276,15 @@ def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacin
 def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
     """Whether a path leads through particles at `solid` (n, dim) in the axes of the layer [m]."""
     grid = Grid.about(plate, spacing, [solid])
-    return grid.connects_sides(grid.free(solid, RADIUS * spacing))
+    return grid.connects_sides(grid.free(solid, BALL_RADIUS * spacing))
 
 
 def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: float) -> bool:
     """Return whether places `solid` now leave a path that those of the start, `before`, did not (n, dim) [m]."""
-    grid = Grid.about(plate, spacing, [solid, before], RADIUS + WIDER)
-    least = np.full_like(now := grid.clearance(solid), RADIUS * spacing)
+    grid = Grid.about(plate, spacing, [solid, before], BALL_RADIUS + NEW_PATH_WIDENING)
+    least = np.full_like(now := grid.clearance(solid), BALL_RADIUS * spacing)
     within = grid.layer_slice(before)
-    least[within] = np.maximum(least[within], grid.clearance(before)[within] + WIDER * spacing)
+    least[within] = np.maximum(least[within], grid.clearance(before)[within] + NEW_PATH_WIDENING * spacing)
     return grid.connects_sides(now > least)
 
 
@@ -299,7 +301,7 @@ def with_openings(
     place = place_of(plate, position, own, spacing)
     grid = Grid.about(plate, spacing, [place])
     cells = grid.fill(place)
-    free = grid.free(place, RADIUS * spacing)
+    free = grid.free(place, BALL_RADIUS * spacing)
     if (~(free & grid.edge_mask)).reshape(len(free), -1).all(axis=1).any():  # a slice across it is closed
         return plate
     _, pieces = scipy.ndimage.label(cells, structure=np.ones([3] * cells.ndim))
@@ -307,7 +309,9 @@ def with_openings(
         pieces = len(np.unique(connected_groups(position, own)))
     if not (opened := grid.connects_sides(free)):
         return replace(plate, pieces=max(pieces, 1))
-    way = scipy.spatial.cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=LINED_UP * spacing)[0]
+    way = scipy.spatial.cKDTree(position[:, 1:]).query(
+        projectile[:, 1:], distance_upper_bound=SHOT_LINE_DISTANCE * spacing
+    )[0]
     return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(way).any()))
 
 

@@ -15,7 +15,7 @@ from .impact_geometry import PROJECTILE
 from .lengths import length_of
 from .measurement_frame import Scene, memoize
 from .perforation import NO, NOT_YET, YES, is_behind, layer_state
-from .residual_projectile import HALF
+from .residual_projectile import REPRESENTATIVE_SHARE
 from .result import (
     Outcomes,
     Result,
@@ -82,12 +82,12 @@ def target_perforation(scene: Scene) -> float:
     return 1.0
 
 
-def verdict(layers: Sequence[LayerMeasures], unitless: bool = False) -> str:
-    """Return in one line which layers are perforated, in the order along the shot line; empty where undefined."""
-    return "; ".join(f"{one.body}: {_layer_verdict(one, unitless)}" for one in layers if one.state or one.opening)
+def perforation_text(layers: Sequence[LayerMeasures], unitless: bool = False) -> str:
+    """Return a line that states which layers are perforated, in order along the shot line; empty where undefined."""
+    return "; ".join(f"{one.body}: {_layer_text(one, unitless)}" for one in layers if one.state or one.opening)
 
 
-def _layer_verdict(layer: LayerMeasures, unitless: bool) -> str:
+def _layer_text(layer: LayerMeasures, unitless: bool) -> str:
     if layer.opening:
         return "open from the start, without a new path through it"
     time, mass = layer.results["perforation_time"], layer.results.get("spall_mass")
@@ -104,9 +104,9 @@ def _layer_verdict(layer: LayerMeasures, unitless: bool) -> str:
     return f"{text}, {display.factor * mass.value:.2g} {display.unit}".rstrip() + " of spall behind it"
 
 
-NEAR = 2.0  # [dx] before the struck face
-MOST = 0.9  # fraction of the arrived mass within the loaded diameter
-LEAST = 1e-4  # share of the projectile's mass that must have arrived
+ARRIVAL_DISTANCE = 2.0  # [dx] in front of the struck face, from which on a particle has arrived
+LOADED_MASS_SHARE = 0.9  # fraction of the arrived mass within the loaded diameter
+LEAST_MASS_SHARE = 1e-4  # share of the projectile's mass that must have arrived
 
 
 @memoize
@@ -114,13 +114,13 @@ def arrived_particles(scene: Scene, plate: Plate) -> np.ndarray:
     """Return the indices of the particles of the projectile and earlier layers that have reached a layer."""
     before = scene.layers[: scene.layers.index(plate.body)]
     flying = [body for body, role in enumerate(scene.shot.roles) if role == PROJECTILE or body in before]
-    reach = plate.depth(scene.position) > -NEAR * scene.spacing
+    reach = plate.depth(scene.position) > -ARRIVAL_DISTANCE * scene.spacing
     return np.flatnonzero(np.isin(scene.now.body, flying) & reach)
 
 
 def is_struck(scene: Scene, plate: Plate) -> bool:
     """Return whether enough mass has reached a layer."""
-    return bool(scene.now.fields["mass"][arrived_particles(scene, plate)].sum() > LEAST * scene.shot_mass)
+    return bool(scene.now.fields["mass"][arrived_particles(scene, plate)].sum() > LEAST_MASS_SHARE * scene.shot_mass)
 
 
 @measures("layer", "impulse", needs=("start",))
@@ -136,7 +136,7 @@ def loaded_diameter(scene: Scene, plate: Plate) -> float:
     refuse_if(not is_struck(scene, plate), "nothing has reached the layer")
     rows = arrived_particles(scene, plate)
     across = np.sqrt((plate.in_plane(scene.position[rows]) ** 2).sum(axis=1))
-    return 2.0 * weighted_quantile(across, scene.now.fields["mass"][rows], MOST) + scene.spacing
+    return 2.0 * weighted_quantile(across, scene.now.fields["mass"][rows], LOADED_MASS_SHARE) + scene.spacing
 
 
 @measures("layer", "mean_pressure", needs=("start",))
@@ -192,7 +192,7 @@ class Moment:
         return {
             "exit_velocity": float(mass @ scene.now.fields["velocity"][:, 0] / mass.sum()),
             "exit_mass_fraction": share,
-            "exit_length": length if share >= HALF else broken,
+            "exit_length": length if share >= REPRESENTATIVE_SHARE else broken,
         }
 
 

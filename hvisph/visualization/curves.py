@@ -13,7 +13,7 @@ from hvisph.core.fields import CATALOGUE, field_of
 from hvisph.core.measure_catalogue import axis_unit, format_of
 from hvisph.core.text import Plain
 from hvisph.measures.debris import Cloud
-from hvisph.measures.fragments import FEWEST
+from hvisph.measures.fragments import FEWEST_PARTICLES
 from hvisph.measures.measure import Measures
 from hvisph.measures.tables import columns, moments
 from hvisph.output.reader import read_history
@@ -197,7 +197,7 @@ KINDS = {
 }
 # Columns of the fragments that are drawn, with their labels.
 FRAGMENT_COLUMNS = {
-    "number": f"fragments of {FEWEST} particles or more",
+    "number": f"fragments of {FEWEST_PARTICLES} particles or more",
     "largest_mass_share": "mass share of the largest",
     "largest_velocity_x": "largest, axial velocity",
 }

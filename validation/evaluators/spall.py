@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
-from hvisph.measures.fragments import FEWEST
+from hvisph.measures.fragments import FEWEST_PARTICLES
 from hvisph.sweeps.statistics import bracket
 from hvisph.verification.problem import vectors
 
@@ -30,7 +30,7 @@ def _states(shot: Shot) -> tuple[float, bool, bool, bool]:
     thickness = float(np.ptp(x) + shot.ran.dx)
     rear = start.id[own][x > x.min() + REAR * thickness]
     there = np.isin(end.id, rear)
-    failed = (there & (end.fields["damage"] >= 1.0)).sum() >= FEWEST
+    failed = (there & (end.fields["damage"] >= 1.0)).sum() >= FEWEST_PARTICLES
     perforated = (measure_of(layer, "perforated").value or 0.0) > 0.5
     detached = perforated or bool(measure_of(layer, "spall_mass").value)
     return thickness, bool(failed or detached), bool(detached), perforated

@@ -11,7 +11,7 @@ from hvisph.cli.results_table import bodies_table, fragments_series, fragments_t
 from hvisph.core.errors import CaseError
 from hvisph.core.text import Plain, sanitize
 from hvisph.measures.compare import compare_expected
-from hvisph.measures.fragments import FEWEST
+from hvisph.measures.fragments import FEWEST_PARTICLES
 from hvisph.measures.measure import Measures
 from hvisph.measures.measure import measure as measure_source
 from hvisph.measures.tables import rows, write_fragments, write_series
@@ -53,7 +53,7 @@ def measure(
             series_picture(measured, plot)
         if witness is not None:
             witness_picture(measured.cloud, witness, measured.title)
-    fewest = smallest or FEWEST
+    fewest = smallest or FEWEST_PARTICLES
     if as_json:
         echo_json(measured.fragments_as_dict(fewest) if fragments else measured.as_dict())
         return

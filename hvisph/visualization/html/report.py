@@ -14,7 +14,7 @@ import numpy as np
 from hvisph.casefile.document import symmetry_axes
 from hvisph.core.measure_catalogue import format_share, format_time
 from hvisph.core.text import Plain
-from hvisph.measures.fragments import FEWEST
+from hvisph.measures.fragments import FEWEST_PARTICLES
 from hvisph.measures.measure import debris, measure
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result
@@ -141,7 +141,7 @@ class RunReport(RunFiles):
             (body, fragment, role)
             for body in debris(Scene.from_snapshot(self.last, read_snapshot(self.paths[0])))
             for fragment, role in zip(body.fragments, body.roles, strict=True)
-            if fragment.count >= FEWEST
+            if fragment.count >= FEWEST_PARTICLES
         ]
         rows = []
         for body, fragment, role in sorted(pieces, key=lambda one: -one[1].count)[:MOST_PIECES]:
