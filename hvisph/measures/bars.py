@@ -15,7 +15,7 @@ import numpy as np
 from .impact_geometry import PROJECTILE, members
 from .lengths import end_layers, initial_length
 from .measurement_frame import Scene
-from .residual_projectile import REPRESENTATIVE_SHARE
+from .residual_projectile import LEAST_SHARE
 from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 from .target_damage import crater_of
 
@@ -100,7 +100,7 @@ def _require_bar(scene: Scene) -> None:
         across = scene.start.fields["position"][scene.start.body == scene.target, 1]
         refuse_if(np.ptp(across) > PLATE_WIDTH * own + scene.spacing, "no bar on a rigid wall or an equal bar")
     share = float(scene.now.fields["mass"][scene.projectile].sum() / scene.shot_mass)
-    refuse_if(share < REPRESENTATIVE_SHARE, f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
+    refuse_if(share < LEAST_SHARE, f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
 
 
 def _motion_note(scene: Scene) -> str:

@@ -33,9 +33,7 @@ FINAL_VELOCITY = "final velocity of "  # and the name of the body
 WHIPPLE = "NASA TM-2009-214785 eqs. 4-23 to 4-26"
 COUR_PALAIS = ("aluminium alloys, 0.5 to 8 km/s, 0 to 85 deg", "NASA TM-2009-214785 eqs. 4-1 to 4-6")
 THIN_PLATE_RANGE = "aluminium on aluminium, normal, 2 to 8 km/s, t/d below 0.5"
-POINT_SOURCE_RANGE = (
-    "point source, above 1 km/s; layer twice as thick as the crater; a paraboloid as deep as 2/3 radius"
-)
+POINT_SOURCE = "point source, above 1 km/s; layer twice as thick as the crater; a paraboloid as deep as 2/3 radius"
 HOLSAPPLE = "Holsapple 1993; editions differ by two in K1"
 CRITICAL = "critical diameter of the sphere"
 # By key: name, quantity with the body's name in place of {}, range and source.
@@ -52,8 +50,8 @@ LAWS = {
     "multi-wall": ("Christiansen, multi-wall", CRITICAL,
                    "four bumpers of cloth before an aluminium wall, 1 to 15 km/s",
                    "NASA/TP-2003-210788 eqs. 4-25 to 4-37"),
-    "radius": ("Holsapple", "crater radius in {}", POINT_SOURCE_RANGE, HOLSAPPLE),
-    "depth": ("Holsapple", "crater depth in {}", POINT_SOURCE_RANGE, HOLSAPPLE),
+    "radius": ("Holsapple", "crater radius in {}", POINT_SOURCE, HOLSAPPLE),
+    "depth": ("Holsapple", "crater depth in {}", POINT_SOURCE, HOLSAPPLE),
     "gault": ("Gault", "crater diameter in {}",
               "dense rock, craters up to 10 m; layer thicker than 2/3 of the diameter",
               "Gault 1973 as in Melosh's program; Gault's relation in cgs, from memory, gives 3.9 times as much"),
@@ -344,10 +342,10 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
     if thin and impact.normal >= 7.0 * KM:
         return  # too thin a bumper to break the sphere: the curve does not hold there
     critical = critical_diameter(impact, bumper, wall, wall.alloy.strength)
-    yield _critical_result("honeycomb" if wall.cell else "whipple", impact, critical)
+    yield _critical("honeycomb" if wall.cell else "whipple", impact, critical)
 
 
-def _critical_result(key: str, impact: Impact, critical: float) -> Correlation:
+def _critical(key: str, impact: Impact, critical: float) -> Correlation:
     """Return the critical diameter [m] of a shield, and in words whether its last wall holds."""
     verdict = "perforated" if impact.diameter > critical else "holds"
     return correlation(key, "", critical, f"{impact.walls[-1].name} {verdict}")
@@ -365,9 +363,9 @@ def _cloth(impact: Impact) -> Iterator[Correlation]:
         share = stuffing / sum(one.areal_density for one in impact.walls)
         if LITTLE_STUFFING[0] <= share <= LITTLE_STUFFING[1]:
             law = law._replace(high=LITTLE_COEFFICIENT)
-        yield _critical_result("stuffed", impact, critical_diameter_of_cloth(law, impact, wall.alloy.strength))
+        yield _critical("stuffed", impact, critical_diameter_of_cloth(law, impact, wall.alloy.strength))
     elif front[0].cloth and len(front) == 4:
-        yield _critical_result(
+        yield _critical(
             "multi-wall", impact, critical_diameter_of_cloth(MULTI_WALL_SHIELD, impact, wall.alloy.strength)
         )
 

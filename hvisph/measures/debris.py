@@ -41,7 +41,7 @@ from .result import (
 from .target_geometry import Plate
 
 BINS = 40
-LOADED_MASS_SHARE = 0.99  # mass fraction after whose arrival the load ends
+LOAD_SHARE = 0.99  # mass fraction after whose arrival the load ends
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def plane_loads(came: Arrivals, round_: bool, spacing: float) -> Plain:
     size = np.pi * np.diff(edges**2) if round_ else 2.0 * np.diff(edges)
     sums = {name: np.bincount(bins, getattr(came, name), number) for name in ("mass", "momentum", "energy")}
     areal = sums["momentum"] / size
-    first, last = float(came.when.min()), weighted_quantile(came.when, came.mass, LOADED_MASS_SHARE)
+    first, last = float(came.when.min()), weighted_quantile(came.when, came.mass, LOAD_SHARE)
     return {
         "x": came.x,
         "mass_share": came.share,
@@ -118,9 +118,7 @@ def _durations(came: Arrivals, bins: np.ndarray, number: int, whole: float) -> n
     for k in range(number):
         rows = order[starts[k] : starts[k + 1]]
         if len(rows) > 1:
-            lasts = weighted_quantile(came.when[rows], came.mass[rows], LOADED_MASS_SHARE) - float(
-                came.when[rows].min()
-            )
+            lasts = weighted_quantile(came.when[rows], came.mass[rows], LOAD_SHARE) - float(came.when[rows].min())
             lengths[k] = lasts if lasts > 0.0 else lengths[k]
     return lengths
 

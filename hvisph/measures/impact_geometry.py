@@ -21,7 +21,7 @@ from .target_geometry import PARALLEL, Plate, plate_of, to_tuples, with_openings
 
 PROJECTILE, LAYER, OTHER = "projectile", "layer", "other"
 NUMBERS = ("frame", "speed", "masses", "energy", "drift")  # of the plain form of a shot
-REST_SPEED = 1e-6  # share of the highest speed below which a body is at rest
+AT_REST = 1e-6  # share of the highest speed below which a body is at rest
 
 
 def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] = ()) -> tuple[str, ...]:
@@ -38,10 +38,10 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
         return tuple(role or roles[body] for body, role in enumerate(known))
     velocity = np.array([_mean(start, "velocity", start.body == body) for body in range(count)])
     speed = np.sqrt((velocity**2).sum(axis=1))
-    moves = speed > REST_SPEED * speed.max(initial=0.0)
+    moves = speed > AT_REST * speed.max(initial=0.0)
     free = [body for body in range(count) if known[body] is None]
     first = next((body for body in free if moves[body]), free[0] if free else 0)
-    alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= REST_SPEED * speed[first]
+    alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= AT_REST * speed[first]
     if alike[free].all() or not moves[first]:  # two bodies at rest do not strike each other
         alike[:] = False
     alike[first] = True
@@ -63,7 +63,7 @@ def shot_direction(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
     velocity = velocity - mean_of(start, "velocity", roles, LAYER)
     speed = float(np.sqrt((velocity**2).sum()))
     size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
-    return velocity / speed if speed > REST_SPEED * size else along
+    return velocity / speed if speed > AT_REST * size else along
 
 
 def mean_of(snapshot: Snapshot, field: str, roles: Sequence[str], role: str) -> np.ndarray:
@@ -267,11 +267,7 @@ def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
     velocity = start.fields["velocity"][members(start, roles, LAYER)]
     size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
     mean = mean_of(start, "velocity", roles, LAYER)
-    if (
-        not len(velocity)
-        or not np.abs(mean).max() > REST_SPEED * size
-        or np.abs(velocity - mean).max() > REST_SPEED * size
-    ):
+    if not len(velocity) or not np.abs(mean).max() > AT_REST * size or np.abs(velocity - mean).max() > AT_REST * size:
         return ()
     return tuple(mean.tolist())
 

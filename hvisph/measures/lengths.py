@@ -243,9 +243,6 @@ def plug_of(scene: Scene) -> int | None:
         return None
     target = scene.fragments(scene.target)
     # a velocity that is not known, or not finite, does not rule a fragment out
-    flies = (
-        ~scene.attached_groups(scene.target)
-        & (target.groups.counts >= FEWEST_PARTICLES)
-        & ~(target.velocities[:, 0] <= 0.0)
-    )
+    large = target.groups.counts >= FEWEST_PARTICLES
+    flies = ~scene.attached_groups(scene.target) & large & ~(target.velocities[:, 0] <= 0.0)
     return int(np.argmax(flies)) if flies.any() else None

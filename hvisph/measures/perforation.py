@@ -26,7 +26,7 @@ from .target_geometry import Plate, has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
 LEAST_ENERGY_SHARE = 1e-3  # share of the initial kinetic energy below which approaching bodies cannot perforate
-LOOSE_DENSITY_SHARE = 0.56  # share of the initial density below which grains do not touch
+LOOSE_DENSITY = 0.56  # share of the initial density below which grains do not touch
 STUCK_SPEED_SHARE = 0.03  # share of the impact speed below which a fragment is stuck
 
 
@@ -107,9 +107,8 @@ def _is_loose(scene: Scene) -> np.ndarray:
     if start is None or not scene.permanent or not now.fields.keys() >= {"damage", "density"} <= start.fields.keys():
         return np.zeros(now.count, dtype=bool)
     place = scene.rows_at_start(slice(None))
-    return np.asarray(
-        (now.fields["damage"] >= 1.0) & (now.fields["density"] < LOOSE_DENSITY_SHARE * start.fields["density"][place])
-    )
+    thin = now.fields["density"] < LOOSE_DENSITY * start.fields["density"][place]
+    return np.asarray((now.fields["damage"] >= 1.0) & thin)
 
 
 def _normal_velocity(scene: Scene, plate: Plate) -> np.ndarray:

@@ -23,7 +23,7 @@ from .result import Outcome, Outcomes, Result, UndefinedMeasureError, measures, 
 
 CENTRE_RADIUS = 0.3e-3  # [m]
 CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"
-MAXIMUM_MASS_SHARE = 0.999  # mass fraction that does not exceed the maximum
+QUANTILE = 0.999  # mass fraction that does not exceed a maximum
 
 
 def centre_particles(position: np.ndarray, spacing: float, axis: np.ndarray | None = None) -> np.ndarray:
@@ -136,10 +136,7 @@ def _fall(time: np.ndarray, velocity: np.ndarray, until: float) -> tuple[float, 
     return None
 
 
-PLATEAU_BEGIN, PLATEAU_END = (
-    10.0,
-    0.5,
-)  # plateau: from this distance [dx] to this share of the distance of the nearer end
+PLATEAU_BEGIN, PLATEAU_END = 10.0, 0.5  # distances from the interface: [dx], and over that of the nearer end
 FEWEST_IN_PLATEAU = 5  # particles
 UNRELEASED_SHARE = 0.97  # share of the highest mean stress of any moment, below which the plateau has been released
 
@@ -226,9 +223,7 @@ def temperatures(scene: Scene) -> Outcomes:
         if not known.any():
             return "its material has no heat capacity" if rows.any() else "there is no layer"
         own, weights = fields["temperature"][known], fields["mass"][known]
-        return (
-            weighted_quantile(own, weights, MAXIMUM_MASS_SHARE) if maximum else float(np.average(own, weights=weights))
-        )
+        return weighted_quantile(own, weights, QUANTILE) if maximum else float(np.average(own, weights=weights))
 
     return {
         "projectile_temperature": value(scene.is_projectile),

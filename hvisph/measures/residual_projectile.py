@@ -10,7 +10,7 @@ from .measurement_frame import Scene
 from .perforation import NO, NOT_YET, is_behind, layer_state
 from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 
-REPRESENTATIVE_SHARE = 0.5  # least mass fraction of the heaviest fragment for it to represent the projectile
+LEAST_SHARE = 0.5  # least mass fraction of the heaviest fragment for it to represent the projectile
 
 
 def retention_reason(scene: Scene) -> str:
@@ -38,11 +38,7 @@ def retention_reason(scene: Scene) -> str:
 def fragmentation_reason(scene: Scene) -> str:
     """Return why the heaviest fragment does not represent the projectile; empty where it does."""
     share = scene.shot_groups.heaviest.mass / scene.shot_mass
-    return (
-        ""
-        if share >= REPRESENTATIVE_SHARE
-        else f"the projectile's heaviest fragment holds {100.0 * share:.2g} % of its mass"
-    )
+    return "" if share >= LEAST_SHARE else f"the projectile's heaviest fragment holds {100.0 * share:.2g} % of its mass"
 
 
 LARGE_FRAGMENT_SHARE = 0.01  # mass fraction of the projectile above which a fragment is large

@@ -17,9 +17,9 @@ from hvisph.core.fields import transform_arrays
 from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.snapshot import Snapshot
 
-CONTACT_DISTANCE = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
+TOUCHING = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
 # Tensors and torques, which no measure of a whole model needs.
-OMITTED_FIELDS = ("deviator", "velocity_gradient", "deformation_gradient", "torque_residual")
+OMITTED = ("deviator", "velocity_gradient", "deformation_gradient", "torque_residual")
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,7 @@ class Whole:
             tiled = np.tile(values, (images, *[1] * (values.ndim - 1)))
             return tiled / images if self.revolution and name == "mass" else tiled
 
-        fields = transform_arrays(
-            snapshot.fields, mirror, [name for name in snapshot.fields if name not in OMITTED_FIELDS]
-        )
+        fields = transform_arrays(snapshot.fields, mirror, [name for name in snapshot.fields if name not in OMITTED])
         number = (snapshot.id[None] * images + np.arange(images)[:, None]).ravel()
         return replace(
             snapshot,
@@ -143,7 +141,7 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
     moving = start.fields["velocity"].reshape(start.count, -1)[projectile] if "velocity" in start.fields else None
     kept = []
     for plane in planes:
-        touching = np.abs(shot[:, plane.axis] - plane.at) <= CONTACT_DISTANCE * spacing
+        touching = np.abs(shot[:, plane.axis] - plane.at) <= TOUCHING * spacing
         if not touching.any():
             continue
         # a projectile that moves along the axis, beside the plane too, strikes a wall; an imploding body does not
@@ -159,6 +157,4 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
 
 def _half(coordinate: np.ndarray, spacing: float) -> bool:
     low, high = coordinate.min(), coordinate.max()
-    return bool(
-        (low > 0.0 and low <= CONTACT_DISTANCE * spacing) or (high < 0.0 and high >= -CONTACT_DISTANCE * spacing)
-    )
+    return bool((low > 0.0 and low <= TOUCHING * spacing) or (high < 0.0 and high >= -TOUCHING * spacing))

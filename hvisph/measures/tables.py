@@ -17,9 +17,9 @@ from .measure import Measures
 from .result import Result
 
 # Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
-UNITLESS = ("", "%", "deg")
-LEAST_SPREAD = 1e-6
-KILOJOULE_RANGE = 1e4  # [J]; kinetic energies above it are shown in kJ
+UNSCALED_UNITS = ("", "%", "deg")
+NEGLIGIBLE = 1e-6
+KILOJOULES = 1e4  # [J]; kinetic energies above it are shown in kJ
 MOST_HEADLINES = 8  # measures printed at the end of a run
 _TIME = NumberFormat("time", "t", "us", 2)
 
@@ -100,9 +100,8 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
         rate = sum(one * one for one in turns) ** 0.5
         velocity += f", turning at {rate:.4g}{'' if unitless else ' rad/s'}" if rate > 0.0 else ""
         velocity += f", Gurney {known[name]:.4g} m/s" if name in known else ""
-        table.append(
-            (name, quantity(body["mass"], "g"), velocity, quantity(energy, "kJ" if energy >= KILOJOULE_RANGE else "J"))
-        )
+        unit = "kJ" if energy >= KILOJOULES else "J"
+        table.append((name, quantity(body["mass"], "g"), velocity, quantity(energy, unit)))
     return table
 
 
@@ -138,7 +137,7 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
     # a size may be too small for the digits of its kind, and known better: of dust, or of a gas
     last, size = 10.0**-display.decimals, abs(value) * display.factor
     known = abs(spread or 0.0) * display.factor < 0.5 * last
-    is_tiny = display.unit not in UNITLESS and known and LEAST_SPREAD < size < 10.0 * last
+    is_tiny = display.unit not in UNSCALED_UNITS and known and NEGLIGIBLE < size < 10.0 * last
     fixed = display.decimals >= 0 and not is_tiny
 
     def number(figure: float) -> str:

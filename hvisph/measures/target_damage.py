@@ -101,9 +101,7 @@ def _centroid(radii: np.ndarray, lateral: int) -> np.ndarray:
 
 # Mean diameter of all slices, and diameter of one slice, over the clear width, above which the layer may be bent there.
 WIDENING, LOCAL_WIDENING = 1.5, 2.0
-BENT_VOLUME_SHARE = (
-    0.8  # share of the volume between clear width and slice that is filled if the layer is bent, not lost
-)
+BENT_VOLUME_SHARE = 0.8  # least filled share of the volume between clear width and slice of a bent layer
 
 
 @memoize
@@ -189,8 +187,8 @@ class Crater:
 
 
 EARTH_GRAVITY = 9.81  # [m/s^2], for cases without gravity
-CELL_WIDTH = 2.0  # [dx], of the cells of the crater surface
-FLOOR_DEPTH_SHARE = 0.8  # of the greatest depth: deeper cells form the floor
+CELL = 2.0  # [dx], of the cells of the crater surface
+FLOOR_SHARE = 0.8  # of the greatest depth: deeper cells form the floor
 GROWTH_SHARE = 0.1  # share of the depth: a floor that would move further in the time since impact still grows
 
 
@@ -216,15 +214,15 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
         flies |= _is_loose(scene, plate, rows, velocity)
     rows, depth, across, velocity, own, half = (one[~flies] for one in (rows, depth, across, velocity, own, half))
     refuse_if(plate.is_beyond(across, RIM_SHARE).all(), "nothing of the layer is left within its rim")
-    surface, mean, middle = front_surface(depth - half, across, own / spacing, CELL_WIDTH * spacing)
+    surface, mean, middle = front_surface(depth - half, across, own / spacing, CELL * spacing)
     inner = ~plate.is_beyond(middle, RIM_SHARE)
     surface, mean, middle = surface[inner], mean[inner], middle[inner]
     radius = np.sqrt((middle**2).sum(axis=1))
     deepest = max(float(surface.max()), 0.0)
     if scene.now.dimensions == 2 and scene.space == 3:  # both sides of the section of a solid of revolution
-        area = np.pi * radius * CELL_WIDTH * spacing
+        area = np.pi * radius * CELL * spacing
     else:
-        area = np.full(len(radius), (CELL_WIDTH * spacing) ** (scene.now.dimensions - 1))
+        area = np.full(len(radius), (CELL * spacing) ** (scene.now.dimensions - 1))
     hollow = area * np.maximum(mean, 0.0)
     first = (depth > -own) & (depth < own)
     place = place_of(plate, scene.position[rows[first]], scene.spacings(rows[first]), spacing)
@@ -236,18 +234,14 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     crest = 0.0
     if not whole:
         centre = hollow @ middle / hollow.sum()
-        bins = np.floor(np.sqrt(((middle - centre) ** 2).sum(axis=1)) / (CELL_WIDTH * spacing)).astype(int)
+        bins = np.floor(np.sqrt(((middle - centre) ** 2).sum(axis=1)) / (CELL * spacing)).astype(int)
         weights = np.bincount(bins, area)
         profile = np.bincount(bins, area * surface)[weights > 0.0] / weights[weights > 0.0]
         crest = max(-float(profile.min()), 0.0)
         if crest > 0.5 * spacing:
-            rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * CELL_WIDTH * spacing
-    reach = float(radius[surface >= FLOOR_DEPTH_SHARE * deepest].max(initial=0.0))  # none where the face is whole
-    floor = (
-        (depth >= FLOOR_DEPTH_SHARE * deepest)
-        & (depth < deepest + CELL_WIDTH * own)
-        & ((across**2).sum(axis=1) <= reach**2)
-    )
+            rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * CELL * spacing
+    reach = float(radius[surface >= FLOOR_SHARE * deepest].max(initial=0.0))  # none where the face is whole
+    floor = (depth >= FLOOR_SHARE * deepest) & (depth < deepest + CELL * own) & ((across**2).sum(axis=1) <= reach**2)
     edge = scene.rim(plate.body)[rows]
     rest = float(velocity[edge].mean()) if edge.any() else 0.0
     speed = float(velocity[floor].mean()) - rest if floor.any() else 0.0

@@ -176,13 +176,11 @@ def _basis(normal: np.ndarray) -> np.ndarray:
 
 
 BALL_RADIUS = 1.5  # [dx]; half the width of a path
-NEW_PATH_WIDENING = (
-    3.0  # [dx] by which half the width of a new path exceeds that at the start; bent walls change it by less
-)
+NEW_PATH_WIDENING = 3.0  # [dx] by which half the width of a new path exceeds that at the start; bent walls: less
 CELL_WIDTH = {2: 0.5, 3: 1.0}  # [dx]
 GRID_SHIFT = 0.37  # [cells], so that particles of a lattice do not lie on borders of cells
 MOST_CELLS = 40_000_000
-SHOT_LINE_DISTANCE = 0.75  # [dx]; particles nearer to the shot line obstruct it
+OBSTRUCTED = 0.75  # [dx]; particles nearer to the shot line obstruct it
 
 
 @dataclass(frozen=True)
@@ -309,9 +307,7 @@ def with_openings(
         pieces = len(np.unique(connected_groups(position, own)))
     if not (opened := grid.connects_sides(free)):
         return replace(plate, pieces=max(pieces, 1))
-    way = scipy.spatial.cKDTree(position[:, 1:]).query(
-        projectile[:, 1:], distance_upper_bound=SHOT_LINE_DISTANCE * spacing
-    )[0]
+    way = scipy.spatial.cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=OBSTRUCTED * spacing)[0]
     return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(way).any()))
 
 

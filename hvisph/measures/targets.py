@@ -15,7 +15,7 @@ from .impact_geometry import PROJECTILE
 from .lengths import length_of
 from .measurement_frame import Scene, memoize
 from .perforation import NO, NOT_YET, YES, is_behind, layer_state
-from .residual_projectile import REPRESENTATIVE_SHARE
+from .residual_projectile import LEAST_SHARE
 from .result import (
     Outcomes,
     Result,
@@ -192,7 +192,7 @@ class Moment:
         return {
             "exit_velocity": float(mass @ scene.now.fields["velocity"][:, 0] / mass.sum()),
             "exit_mass_fraction": share,
-            "exit_length": length if share >= REPRESENTATIVE_SHARE else broken,
+            "exit_length": length if share >= LEAST_SHARE else broken,
         }
 
 
