@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from hvisph_validation.problems.porous import beside_the_face, porous
 
 from hvisph.core.text import Plain
 from hvisph.exact.plate_impact import layered_impact
@@ -18,17 +19,12 @@ from hvisph.verification.problem import (
     body_material,
     fluid,
     limit,
-    stress_xx,
-    vectors,
 )
 from hvisph.verification.problems.hugoniot import flat_impact
 from hvisph.verification.problems.shock_tubes import GasState, tube
 
 ALUMINIUM, COPPER = "aluminium-howell-ball-mie-gruneisen", "copper-ofhc"
 LONG = 200  # particles along a plate
-POROUS = {"stress": 0.03, "density": 0.01, "energy": 0.03}
-POROUS_WHY = "jump conditions; where pores crush, stress is three times as sensitive to density as in the solid"
-FACE, BESIDE = 0.025, 3  # particles next to the interface
 FLYER, FLYER_SPEED = 3, 3000.0  # particles along the thin flyer; [m/s]
 # Densities [kg/m^3], bulk moduli [Pa] and thicknesses [m] of three layers, of which the first moves at 100 m/s.
 LAYERS = ((8000.0, 200e9, 6e-3), (2700.0, 75e9, 4e-3), (19000.0, 300e9, 8e-3))
@@ -38,10 +34,10 @@ LAYERS_SPEED = 100.0
 def shocks(options: Options) -> Iterator[Trial]:
     """Yield the trials."""
     dx = options.dx(25e-6, 50e-6)
-    foam, light, powder = _porous(2.0, 0.05e9), _porous(2.5, 0.05e9), _porous(1.6, 0.0)
-    yield _beside_the_face(flat_impact("foam of distension 2", foam, foam, 1500.0, dx, LONG))
-    yield _beside_the_face(flat_impact("copper on foam of distension 2.5", fluid(COPPER), light, 2000.0, dx, LONG))
-    yield _beside_the_face(flat_impact("powder of distension 1.6", powder, powder, 3000.0, dx, LONG))
+    foam, light, powder = porous(COPPER, 1.8, 0.5e9), porous(COPPER, 4.0, 0.3e9), porous(COPPER, 1.4, 1e9)
+    yield beside_the_face(flat_impact("copper foam of distension 1.8", foam, foam, 1000.0, dx, LONG))
+    yield beside_the_face(flat_impact("aluminium on copper foam of 4", fluid(ALUMINIUM), light, 2500.0, dx, LONG))
+    yield beside_the_face(flat_impact("copper powder of distension 1.4", powder, powder, 2500.0, dx, LONG))
     yield flat_impact("aluminium", fluid(ALUMINIUM), fluid(ALUMINIUM), 40e3, dx, LONG)
     yield flat_impact("aluminium", fluid(ALUMINIUM), fluid(ALUMINIUM), 300.0, dx, LONG)
     steel = fluid("steel-howell-ball-mie-gruneisen")
@@ -52,29 +48,6 @@ def shocks(options: Options) -> Iterator[Trial]:
     yield replace(
         tube(gases, 0.08, (1.0, 0.8), options.dx(0.0025, 0.005)), name="gases of one density, pressures 20 : 1"
     )
-
-
-def _porous(distension: float, elastic_pressure: float) -> Plain:
-    pores = {"distension": distension, "elastic_pressure": elastic_pressure, "solid_pressure": 0.7e9}
-    return fluid(ALUMINIUM) | {"porosity": pores}
-
-
-def _beside_the_face(trial: Trial) -> Trial:
-    """Return the trial of porous material with the stress beside the interface over that behind the front."""
-
-    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        (ran,) = runs
-        away, stress = np.abs(vectors(ran.first, "position")[:, 0]), stress_xx(ran.last)
-        for figure in trial.figures(runs):
-            what, _, where = figure.name.partition(" in the ")
-            yield replace(figure, tolerance=POROUS[what], why=POROUS_WHY) if where else figure
-            if what == "stress":
-                own = np.flatnonzero(ran.last.body == ("projectile", "target").index(where))
-                near = stress[own[np.argsort(away[own])[:BESIDE]]].mean()
-                yield Figure(f"stress beside the face of the {where}", float(near / figure.found), 1.0, FACE,
-                             why="stress is continuous; wall heating must not show in it")  # fmt: skip
-
-    return replace(trial, figures=figures)
 
 
 def _three_impedances(dx: float) -> Trial:
