@@ -272,6 +272,19 @@ def test_detonation_products_are_followed_like_gases():
                for text in advice(row_of([tnt, METAL], formulation={"type": "total_lagrangian"})))  # fmt: skip
 
 
+def test_foams_are_followed_where_particles_would_pair():
+    foam = "aluminium-foam-6101-t6"
+    followed = row_of([foam, METAL]).formulation
+    assert (followed.smoothing_length.max_over_initial, followed.conserve_angular_momentum) == (1.0, True)
+    for formulation in ({"type": "riemann", "variant": "original"}, {"type": "riemann", "variant": "elastic"}):
+        assert row_of([foam, METAL], formulation=formulation).formulation.smoothing_length.type == "fixed"
+    light = {"density": 2700.0, "eos": {"type": "linear", "bulk_modulus": 70e9},
+             "porosity": {"distension": 1.3, "elastic_pressure": 1e6, "solid_pressure": 1e9}}  # fmt: skip
+    assert row_of([light, METAL]).formulation.smoothing_length.type == "fixed"
+    fixed = row_of([foam, METAL], formulation={"type": "riemann", "smoothing_length": {"type": "fixed"}})
+    assert any("pores that crush" in text for text in advice(fixed))
+
+
 def test_nothing_is_punched_where_nothing_can_be():
     def named(materials, speed, **further):
         return [text for text in advice(row_of(materials, speed=speed, **further)) if "plug" in text]

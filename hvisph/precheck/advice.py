@@ -11,7 +11,7 @@ import numpy as np
 from hvisph.case.bodies import Body
 from hvisph.case.case import Case
 from hvisph.case.formulations.options import PenaltyContact
-from hvisph.case.formulations.riemann import following
+from hvisph.case.formulations.riemann import following, is_foam
 from hvisph.case.output import COURANT_OF
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import locate
@@ -135,11 +135,15 @@ def _stress(facts: Facts) -> float:
 
 
 def _fixed_smoothing_length(facts: Facts) -> Found:
-    """Gases whose smoothing length does not follow their density."""
-    if not facts.gases or facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed":
+    """Gases and foams whose smoothing length does not follow their density."""
+    if facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed":
         return False
-    wanted = following(facts.bodies.values(), facts.case.kinematics)
-    return {"gases": facts.gases, "wanted": "{" + ", ".join(f"{key}: {value}" for key, value in wanted.items()) + "}"}
+    corrected = facts.scheme == "riemann" and facts.model.variant == "corrected"
+    named = facts.gases or ", ".join(name for name, body in facts.bodies.items() if corrected and is_foam(body))
+    wanted = ", ".join(
+        f"{key}: {value}" for key, value in following(facts.bodies.values(), facts.case.kinematics).items()
+    )
+    return {"bodies": named, "wanted": f"{{{wanted}}}"} if named else False
 
 
 def _initial_overlap(facts: Facts) -> Found:
