@@ -60,5 +60,7 @@ def _trials(options: Options) -> Iterator[Trial]:
     yield beside_the_face(flat_impact("powder of distension 1.6", powder, powder, 3000.0, dx, ALONG))
 
 
-PROBLEM = Problem("porous", "flat impacts of foams and powders: state behind the shocks and beside the face", _trials,
-                  EULERIAN)  # fmt: skip
+PROBLEM = Problem(
+    "porous", "flat impacts of foams and powders: state behind the shocks and beside the face", _trials, EULERIAN,
+    why_not="its density at rest is below that of the solid",
+)  # fmt: skip
