@@ -22,7 +22,7 @@ from hvisph.sweeps.plan import load_plan
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 MOST_LINES = 3780  # of the prose documentation: all pages but those made from code and results
-MOST_LINES_OF_ALL = 5450  # of all pages of docs/
+MOST_LINES_OF_ALL = 5470  # of all pages of docs/
 GENERATED = ("case-file/", "models/", "commands.md", "verification.md", "validation.md")
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 PROSE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(DOCS / page for page in PAGES)]
