@@ -160,7 +160,7 @@ def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run") / "run"
     output = {"every": 2e-7, "checkpoint_every": 1e-6}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hvisph.simulation.checkpoint.MOST_TIME", float("inf"))  # one every step, whatever it costs
+        patch.setattr("hvisph.simulation.checkpoint.TIME_SHARE", float("inf"))  # one every step, whatever it costs
         run(row_of([METAL, LIQUID], formulation={"type": "eulerian"}, output=output), folder, threads=1)
     return folder
 

@@ -54,7 +54,7 @@ def test_a_snapshot_read_lazily_is_the_same(done, monkeypatch):
 def test_what_stands_in_another_snapshot_is_read_lazily_too(done, tmp_path, monkeypatch):
     first, *_, last = map(read_snapshot, list_snapshots(done[1]))
     hdf5.write_hdf5(tmp_path / "000000.vtkhdf", first)
-    hdf5.write_hdf5(tmp_path / "000001.vtkhdf", last, hdf5.Form(constants_in="000000.vtkhdf"))
+    hdf5.write_hdf5(tmp_path / "000001.vtkhdf", last, hdf5.StorageOptions(constants_in="000000.vtkhdf"))
     monkeypatch.setattr(hdf5, "_SMALL", 0)
     lazy = read_snapshot(tmp_path / "000001.vtkhdf", lazily=True)
     assert isinstance(lazy.fields, Derived)

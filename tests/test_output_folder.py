@@ -21,7 +21,7 @@ COLUMNS = ["step", "time", "energy", "limited_by"]
 def test_a_folder_is_made_once(tmp_path):
     path = tmp_path / "deep" / "run"
     with RunFolder.create(path) as run:
-        assert {p.name for p in path.iterdir()} == {file_names.LOCK, *file_names.MADE}
+        assert {p.name for p in path.iterdir()} == {file_names.LOCK, *file_names.CREATED_FIRST}
         run.write_json(file_names.SUMMARY, {"particles": 3, "größe": [1.5, None]})
         assert json.loads((path / file_names.SUMMARY).read_text()) == {"particles": 3, "größe": [1.5, None]}
         run.write_text(file_names.CASE, "title: x\n")
@@ -38,7 +38,7 @@ def test_force_replaces_a_run_and_spares_what_is_not_its(tmp_path):
         run.snapshot_path(0).write_bytes(b"old")
     (path / "notes.txt").write_text("mine")
     RunFolder.create(path, force=True).close()
-    assert {p.name for p in path.iterdir()} == {file_names.LOCK, "notes.txt", *file_names.MADE}
+    assert {p.name for p in path.iterdir()} == {file_names.LOCK, "notes.txt", *file_names.CREATED_FIRST}
     assert list((path / file_names.SNAPSHOTS).iterdir()) == []
 
 
@@ -73,7 +73,7 @@ def test_nothing_is_written_or_deleted_through_a_link(name, dangling, tmp_path):
         precious.write_text("keep")
     path = tmp_path / "run"
     RunFolder.create(path).close()
-    if name in file_names.MADE:
+    if name in file_names.CREATED_FIRST:
         (path / name).rmdir()
     (path / name).parent.mkdir(exist_ok=True)
     (path / name).unlink(missing_ok=True)

@@ -10,7 +10,7 @@ from small_runs import HARDENING, METAL, row_of
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.measure import measure
-from hvisph.output.hdf5 import Form, write_hdf5
+from hvisph.output.hdf5 import StorageOptions, write_hdf5
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import run
 
@@ -79,7 +79,9 @@ def test_compression_and_single_precision_take_less_room(runs, tmp_path):
     many = replace(shown.part(np.tile(np.arange(shown.count), 60)), id=np.arange(60 * shown.count))
     single = replace(many, fields={name: values.astype(np.float32) for name, values in many.fields.items()})
     sizes = []
-    for number, (one, form) in enumerate([(many, Form()), (single, Form()), (single, Form(compress=True))]):
+    for number, (one, form) in enumerate(
+        [(many, StorageOptions()), (single, StorageOptions()), (single, StorageOptions(compress=True))]
+    ):
         path = tmp_path / f"{number:06d}.vtkhdf"
         write_hdf5(path, one, form)
         assert read_snapshot(path).count == many.count

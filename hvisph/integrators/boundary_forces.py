@@ -1,20 +1,20 @@
-"""Forces at faces: pressures over time, and edges that let waves out.
+"""Forces at faces: pressures over time, and open edges, through which waves leave.
 
 A face gives each particle a of its outermost row, with the share A_a of the face and the outward normal n, the force
 
     F_a = A_a [t0 - p(t) n - Z_n (u - u0)_n n - Z_t (u - u0)_t]
 
-A pressure load has p alone. A viscous edge has the traction t0 and the velocity u0 of the start, and the impedances
-rho c_l and rho c_t: it absorbs plane waves of normal incidence, and most of the energy of others.
+A pressure load has only p. A viscous edge has the initial traction t0 and velocity u0, and the impedances rho c_l and
+rho c_t: it absorbs plane waves of normal incidence, and most of the energy of others.
 
-In contact SPH an ambient layer continues the body beyond the edge, as deep as the kernel reaches, in the state of the
-start. With the impedances of its partner a in a pair, without slopes, and with the traction of an outgoing wave in
-place of Z (u0 - u_a) (`sph.terms.riemann_solver.outgoing_jump`), a wave with the normal of the edge has
+In contact SPH an ambient layer in the initial state continues the body beyond the edge, as deep as the kernel support.
+It has the impedances of its partner a in a pair, no slopes, and the traction of an outgoing wave in place of
+Z (u0 - u_a) (`sph.terms.riemann_solver.outgoing_jump`). For a wave along the normal of the edge then
 
     t* = (t_a + t0)/2 + (t_a - t0)/2 = t_a,        u* = u_a
 
-so that nothing returns, whatever the direction of the pair. Places of the layer follow the mean displacement of the
-particles beside the edge. What its particles would receive from their pairs is the momentum and the energy that leave.
+so that nothing is reflected, for any direction of the pair. Positions of the layer follow the mean displacement of the
+particles beside the edge. Momentum and energy that its particles would receive from their pairs are those that leave.
 
 Source: Lysmer & Kuhlemeyer 1969 (viscous edge).
 """
@@ -32,7 +32,7 @@ from .prescribed_motion import Motion
 
 # Strength [Pa]: its partner in a pair is the weaker one.
 UNLIMITED = 1e30
-# A row that moves faster than this share of the speed of sound, for so many transit times, bears a load that stays on.
+# A row that moves faster than this share of the speed of sound for so many transit times is under a lasting load.
 STEADY, TRANSITS = 1e-3, 10.0
 # Rows and columns of the stress whose components the field of deviators has.
 COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -77,14 +77,14 @@ class AmbientLayer:
     normals: np.ndarray  # outward normal of the edge before each particle (k, dim)
 
     def follow(self, positions: np.ndarray, moved: np.ndarray) -> np.ndarray:
-        """Return places (k, dim) [m] for those of the sources; planes of symmetry have `moved` (dim,) [m]."""
+        """Return positions (k, dim) [m] from those of the sources; planes of symmetry have `moved` (dim,) [m]."""
         displacement = (positions - self.at_start)[self.terms] * self.signs + (1.0 - self.signs) * moved
         return np.asarray(self.places + np.add.reduceat(displacement * self.weights[:, None], self.starts, axis=0))
 
 
 @dataclass
 class EdgeRow:
-    """Particles beside an open edge, which a load that stays on drives through it."""
+    """Particles beside an open edge, which a lasting load drives through it."""
 
     name: str  # of the edge in the case
     numbers: np.ndarray  # permanent numbers (k,)
@@ -150,7 +150,7 @@ class Boundaries:
         return self.layer is not None or any(face.impedances is not None for face in self.faces)
 
     def drifting(self) -> list[str]:
-        """Return the names of the edges through which a load that stays on drives a body."""
+        """Return the names of the edges through which a lasting load drives a body."""
         rows = [row for row in self.edge_rows if 0.0 <= row.since < self.time - TRANSITS * row.transit]
         return list(dict.fromkeys(row.name for row in rows))
 

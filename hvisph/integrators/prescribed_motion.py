@@ -1,15 +1,15 @@
 """Prescribed motion of clamped particles: a velocity over time, and the work that it takes.
 
-Over a step from t to t + dt the particles of a group move by the integral of their table v(t), whatever the step. With
-the forces F that the others exert on the group, what drives it does the work
+In a step from t to t + dt the particles of a group move by the integral of their table v(t), for any step. If other
+particles exert the force F on the group, the drive does the work
 
     W = M (v(t + dt)^2 - v(t)^2)/2 - F . integral of v
 
-and gives it the momentum M (v(t + dt) - v(t)) - dt F. With W the energy of all particles is balanced to round-off.
+and adds the momentum M (v(t + dt) - v(t)) - dt F. With W the energy of all particles is balanced to round-off.
 
 A rigid body is a group, too (`integrators.rigid_body`). Its particles have neither stress nor strain, and an impedance
-beyond that of any material: the Riemann problem of a pair with one of them then has the velocity of the body and the
-traction of a rigid wall, which is returned to it. All rigid particles show the number `RIGID` for that of their body.
+far above that of any material: the Riemann problem of a pair with one of them then has the velocity of the body and the
+traction of a rigid wall, which acts on the body. In packed rows, all rigid particles have the body number `RIGID`.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ GROUP_SHIFT = 2
 RIGID_GROUP = 1000
 # Group of the particles of an ambient layer beyond an open edge.
 LAYER_GROUP = 2000
-# Impedance of a rigid particle over that of its material: round-off is all that a contact differs from a rigid wall.
-STIFFER = 1e18
+# Impedance of a rigid particle over that of its material: a contact differs from a rigid wall by round-off only.
+IMPEDANCE_FACTOR = 1e18
 # Shear strength [Pa].
 UNLIMITED = 1e30
 # Speed of its signals [m/s]: it limits no step.
@@ -91,12 +91,12 @@ class PrescribedMotion:
         return [motion for motion in self._motions if isinstance(motion, RigidMotion)]
 
     def look_ahead(self, stepper: Any) -> None:
-        """Find what limits the first step of rigid bodies, from the first evaluation."""
+        """Find the step limit of rigid bodies for the first step, from the first evaluation."""
         for motion in self.rigid:
             motion.find_relaxation(stepper)
 
     def note_contacts(self, stepper: Any) -> None:
-        """Note what rigid bodies are near to, after an evaluation."""
+        """Record the particles in contact with rigid bodies, after an evaluation."""
         self._found.clear()
         for motion in self.rigid:
             motion.note_contact(stepper, self._rows(stepper.particles, motion), self.time)
@@ -128,14 +128,14 @@ class PrescribedMotion:
         self.time = end
 
     def hide_rigid(self, stepper: Any) -> None:
-        """Let rigid particles rest without rates while all are shown to the neighbours, so that no sum counts them."""
+        """Set velocities and rates of rigid particles to zero while rows are packed, so that no sum counts them."""
         for motion in self.rigid:
             rows = self._rows(stepper.particles, motion)
             stepper.rates[stepper.place[rows]] = 0.0
             stepper.particles["velocity"][rows] = 0.0
 
     def finish(self, stepper: Any, stage: float, shown: bool) -> None:
-        """Give all groups their velocity, that of the time `stage` [s] ahead in the packed rows, that are `shown` anew.
+        """Set the velocity of all groups; in packed rows that `stage` [s] later. `shown`: rows are packed anew.
 
         The update packs no rows of rigid particles when it completes a step: they stay as they were.
         """
@@ -154,10 +154,11 @@ class PrescribedMotion:
         """Write impedance, strength and body of rigid particles into their packed rows, which have no stress."""
         at, packed = stepper.row_slots, stepper.rows
         if "ZN" in at:
-            packed[rows, at["ZN"]] *= STIFFER
+            packed[rows, at["ZN"]] *= IMPEDANCE_FACTOR
             packed[rows, at["ZT"]] = packed[rows, at["ZN"]]
         if "Z_SQUARED" in at:
-            packed[rows, at["Z_SQUARED"] : at["Z_SQUARED"] + {1: 1, 2: 3, 3: 6}[stepper.particles.dim]] *= STIFFER**2
+            count = {1: 1, 2: 3, 3: 6}[stepper.particles.dim]
+            packed[rows, at["Z_SQUARED"] : at["Z_SQUARED"] + count] *= IMPEDANCE_FACTOR**2
         if "SHEAR_LIMIT" in at:  # that of the other side counts
             packed[rows, at["SHEAR_LIMIT"]] = UNLIMITED
         if "BODY" in at:
@@ -165,12 +166,12 @@ class PrescribedMotion:
         stepper.pressures[rows], stepper.signals[rows] = 0.0, SLOWEST_SIGNAL
 
     def complete_sums(self, sums: np.ndarray) -> None:
-        """Add to `sums`, which counted the mean velocities of a step, what those at its end have more."""
+        """Correct `sums`, computed with mean velocities of a step, to the velocities at its end."""
         sums[KINETIC] += self._excess[0]
         sums[MOMENTUM : MOMENTUM + len(self.momentum)] += self._excess[1:]
 
     def forget_step(self) -> None:
-        """Take the sums for those of the state, not of a step."""
+        """Forget the correction of the last step: sums are those of the state."""
         self._found.clear()
         self._excess[:] = 0.0
 

@@ -29,9 +29,9 @@ from .rotation import flow, quaternion, rotation, turn_about
 CENTRE, VELOCITY, TURN, SPIN = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)
 FORCE, TORQUE, AHEAD, RELAXATION, STATE = slice(13, 16), slice(16, 19), 19, 20, 21
 # Largest step times the rate at which the velocity of a contact relaxes: velocities of the stage are predicted.
-RELAXED = 0.5
-# Largest way of a particle by rotation in a step, over the spacing.
-TURNED = 0.1
+MOST_RELAXATION = 0.5
+# Largest displacement of a particle by rotation in a step, over the spacing.
+MOST_ROTATION = 0.1
 
 
 @dataclass(frozen=True)
@@ -198,10 +198,10 @@ class RigidMotion:
         return np.asarray(self.state[SPIN] - axes @ (self._of_points @ (axes.T @ self.angular_velocity)))
 
     def limits(self) -> list[tuple[float, str, int]]:
-        """Return what limits the step, see `Stepper.limits`."""
+        """Return the step limits of the body, see `Stepper.limits`."""
         speed = float(np.linalg.norm(self.angular_velocity)) * self._radius
-        times = [TURNED * self._spacing / speed] if speed > 0.0 else []
-        times += [RELAXED / self.state[RELAXATION]] if self.state[RELAXATION] > 0.0 else []
+        times = [MOST_ROTATION * self._spacing / speed] if speed > 0.0 else []
+        times += [MOST_RELAXATION / self.state[RELAXATION]] if self.state[RELAXATION] > 0.0 else []
         return [(float(time), "rigid_body", -1) for time in times]
 
     def hold(self) -> tuple[Any, ...]:

@@ -1,8 +1,8 @@
 """Atomic writing of files by renaming.
 
-Everything goes to `NAME.partial` in the same folder, is forced to the disk, and only then takes its
-name. A kill at any moment leaves at most a `.partial` file, which the next write of that name replaces.
-Nothing is written through a link, or over one.
+Content is written to `NAME.partial` in the same folder, forced to the disk, and then renamed. A process
+killed at any moment leaves at most a `.partial` file, which the next write of that name replaces.
+Links are neither followed nor overwritten.
 """
 
 import csv
@@ -19,12 +19,12 @@ from hvisph.core.errors import CaseError, OutputError
 
 from .file_names import PARTIAL
 
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opens no link, where the system can tell (Windows cannot)
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # refuses links, where the system can (Windows cannot)
 
 
 @contextmanager
 def write_errors(path: str | Path) -> Iterator[None]:
-    """Raise `OutputError` that names `path` where it cannot be written in this block."""
+    """Raise an `OutputError` that names `path` for errors of writing it in this block."""
     try:
         yield
     except OSError as error:
@@ -33,7 +33,7 @@ def write_errors(path: str | Path) -> Iterator[None]:
 
 @contextmanager
 def read_errors(path: str | Path, what: str) -> Iterator[None]:
-    """Raise `OutputError` for any error of this block, as of reading `path`, a file of the kind `what`."""
+    """Raise an `OutputError` on reading `path`, a file of the kind `what`, for any error of this block."""
     try:
         yield
     except (CaseError, MemoryError):
@@ -49,9 +49,9 @@ def read_errors(path: str | Path, what: str) -> Iterator[None]:
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[BinaryIO]:
-    """Give a binary file, open for writing and reading, that becomes `path` when the block ends well.
+    """Return a context with a binary file that replaces `path` if the block ends without an error.
 
-    Raises `OutputError` when anything of it fails: disk full, folder read-only or gone. `path` is then as before.
+    Raises `OutputError` for any failure: disk full, folder read-only or missing. `path` is then unchanged.
     """
     target = Path(path)
     partial = target.with_name(target.name + PARTIAL)
@@ -73,7 +73,7 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
 
 
 def _new(path: Path) -> BinaryIO:
-    """Return a new file `path`, open for writing and reading, in place of what a kill left there."""
+    """Return a new file `path`, open for writing and reading; remains of a killed process are replaced."""
     try:
         if stat.S_ISREG(path.lstat().st_mode):
             path.unlink()
@@ -85,25 +85,25 @@ def _new(path: Path) -> BinaryIO:
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:
-    """Write `content` to `path`, beside and renamed; raises `OutputError` as `replacing`."""
+    """Write `content` to `path` atomically; raises `OutputError` as `replacing`."""
     with replacing(path) as file:
         file.write(content)
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write `text` to `path` as UTF-8, beside and renamed; raises `OutputError` as `replacing`."""
+    """Write `text` to `path` as UTF-8, atomically; raises `OutputError` as `replacing`."""
     write_bytes(path, text.encode("utf-8"))
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as CSV, floats with the fewest digits that give them back exactly."""
+    """Return rows as CSV; floats have the fewest digits that represent them exactly."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
 
 
 def write_csv(path: str | Path, rows: Iterable[Iterable[object]]) -> None:
-    """Write rows as CSV, beside and renamed; raises `OutputError` as `replacing`."""
+    """Write rows as CSV, atomically; raises `OutputError` as `replacing`."""
     write_text(path, csv_text(rows))
 
 

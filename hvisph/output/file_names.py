@@ -1,6 +1,6 @@
 """Names of the files of a run.
 
-Own is what hvisph writes, by its exact name, and no link: nothing else is ever deleted or written over.
+Own files are those with exactly the names that hvisph writes, and no links: others are never deleted or replaced.
 """
 
 import re
@@ -13,12 +13,12 @@ REGIONS = "regions"
 CHECKPOINT = "checkpoint"
 CASE = "case.yaml"
 SERIES = "series.pvd"
-TIME_SERIES = "series.vtkhdf"  # all snapshots as one file, which refers to theirs
+TIME_SERIES = "series.vtkhdf"  # one file that refers to all snapshots
 HISTORY = "history.csv"
 SUMMARY = "summary.json"
 LOG = "run.log"
 REPORT = "report.html"
-LOCK = ".hvisph"  # marks the folder as a run's, and is locked while one writes it
+LOCK = ".hvisph"  # marks the folder of a run, and is locked while a process writes there
 CASE_HEAD = "# Effective case of a run by hvisph"  # how `CASE` begins
 POST_MORTEM = "post_mortem"  # stem of the snapshot of a failure
 SNAPSHOT_ENDING = ".vtkhdf"
@@ -26,7 +26,7 @@ OLD_ENDING = ".h5"  # of snapshots by earlier versions
 PARTIAL = ".partial"  # ends the name of a file that is being written
 
 FOLDERS = (SNAPSHOTS, VTU, REGIONS, CHECKPOINT)
-MADE = (SNAPSHOTS, CHECKPOINT)  # from the beginning; the others with the first file in them
+CREATED_FIRST = (SNAPSHOTS, CHECKPOINT)  # created with the run; others with their first file
 FILES = (CASE, SERIES, TIME_SERIES, HISTORY, SUMMARY, LOG, REPORT)
 # What each sub-folder holds.
 PATTERNS = {
@@ -38,19 +38,19 @@ PATTERNS = {
 
 
 def is_own(path: Path) -> bool:
-    """Tell whether `path`, in a sub-folder of a run, is named as hvisph names its files there, whole or partial."""
+    """Return whether `path`, in a sub-folder of a run, has the name of a file of hvisph, complete or partial."""
     pattern = PATTERNS.get(path.parent.name)
     return pattern is not None and pattern.fullmatch(path.name.removesuffix(PARTIAL)) is not None
 
 
 def number_of(path: Path) -> int | None:
-    """Return the number of a snapshot's file, of the whole or of a region; None of any other."""
+    """Return the number in the name of a snapshot, of the whole or of a region; None for other files."""
     number = path.stem.rpartition(".")[2]
     return int(number) if number.isdecimal() else None
 
 
 def own_files(folder: Path) -> Iterator[Path]:
-    """Yield hvisph's own files in a run's folder but its mark, unfinished ones and links of their names too."""
+    """Yield hvisph's own files in a run's folder except the lock; also unfinished files and links of these names."""
     for name in FILES:
         for path in (folder / name, folder / (name + PARTIAL)):
             if path.is_symlink() or path.exists():

@@ -36,9 +36,9 @@ QUANTITIES = {
     "material": ((0, 0, 0), "material materialid mat type"),
     "id": ((0, 0, 0), "id particleid gid globalids tag"),
 }
-WHOLE = ("body", "material", "id")  # quantities whose arrays hold whole numbers
+INTEGER_QUANTITIES = ("body", "material", "id")  # quantities whose arrays contain integers
 VELOCITY_COMPONENTS = (("vx", "vy", "vz"), ("u", "v", "w"))
-GREATEST = 1e100  # of a coordinate, so that its square can be taken
+LARGEST_COORDINATE = 1e100  # so that its square is finite
 UNLIKELY_DENSITY = 50.0  # [kg/m^3], less than that of any solid
 # Usual systems of units by the power of ten of a solid's density in them.
 LIKELY_UNITS = {0: "cm,g,us", -3: "mm,g,us", -6: "mm,kg,ms", -9: "mm,t,s"}
@@ -46,7 +46,7 @@ LIKELY_UNITS = {0: "cm,g,us", -3: "mm,g,us", -6: "mm,kg,ms", -9: "mm,t,s"}
 Array = tuple[str, np.ndarray]  # own name and values
 
 
-def bare(name: str) -> str:
+def normalized(name: str) -> str:
     """Return a name without case, blanks, dashes and underscores."""
     return re.sub(r"[ _-]", "", name.lower())
 
@@ -64,21 +64,21 @@ class Convention:
         known = [name for name in QUANTITIES if name != "position"]
         for quantity in self.names:
             if quantity not in known:
-                raise OutputError(f"'{quantity}' is no quantity that measures know{suggest_nearest(quantity, known)}")
+                raise OutputError(f"'{quantity}' is no quantity that measures use{suggest_nearest(quantity, known)}")
 
     def aliases(self, quantity: str) -> list[str]:
         """Return the bare names of a quantity's array: the given one, or the usual ones."""
-        return [bare(self.names[quantity])] if quantity in self.names else QUANTITIES[quantity][1].split()
+        return [normalized(self.names[quantity])] if quantity in self.names else QUANTITIES[quantity][1].split()
 
     def factor(self, quantity: str) -> float:
         """Return the SI value of a quantity's unit in these files."""
         powers = QUANTITIES[quantity][0] if quantity in QUANTITIES else (0, 0, 0)
         return math.prod(unit**power for unit, power in zip(self.units or (1.0, 1.0, 1.0), powers, strict=True))
 
-    def refuse_own(self) -> None:
+    def refuse_for_own_files(self) -> None:
         """Raise `OutputError` where names or units are given for a snapshot of hvisph."""
         if self.names or self.units:
-            raise OutputError("it is a snapshot of hvisph, which says names and units itself: give none")
+            raise OutputError("it is a snapshot of hvisph, which contains names and units: give none")
 
 
 SI = Convention()
@@ -102,9 +102,9 @@ def snapshot_of_another_code(
     arrays: dict[str, Array] = {}
     for name, values in point_data.items():
         column = np.asarray(values)
-        arrays[bare(name)] = (name, column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column)
+        arrays[normalized(name)] = (name, column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column)
     for quantity, name in convention.names.items():
-        if bare(name) not in arrays:
+        if normalized(name) not in arrays:
             hint = sanitize(suggest_nearest(name, list(point_data)))
             raise OutputError(f"it has no array '{name}' for the {quantity}{hint}")
     dim = max((axis for axis in range(points.shape[1]) if points[:, axis].any()), default=0) + 1
@@ -112,7 +112,7 @@ def snapshot_of_another_code(
     velocity, used = _velocity(arrays, dim, convention.aliases("velocity"))
     if velocity is not None:
         fields["velocity"] = velocity
-    for name in (name for name in QUANTITIES if name not in ("position", "velocity", *WHOLE)):
+    for name in (name for name in QUANTITIES if name not in ("position", "velocity", *INTEGER_QUANTITIES)):
         known = (key for key in convention.aliases(name) if key in arrays and key not in used)
         key = next((key for key in known if arrays[key][1].ndim == 1), None)
         if key is not None:
@@ -124,10 +124,10 @@ def snapshot_of_another_code(
         _refuse_unlikely(fields["density"])
     body, bodies = _groups(arrays, convention, n, "body")
     material, materials = _groups(arrays, convention, n, "material")
-    number = _whole(arrays, convention.aliases("id"))
+    number = _integers(arrays, convention.aliases("id"))
     number = np.arange(n) if number is None or len(np.unique(number)) != n else number
     order = np.argsort(number, kind="stable")
-    times = [np.ravel(values) for name, values in field_data.items() if bare(name) in ("timevalue", "time")]
+    times = [np.ravel(values) for name, values in field_data.items() if normalized(name) in ("timevalue", "time")]
     time = float(times[0][0]) if times and len(times[0]) else 0.0
     return Snapshot(
         time=time * (convention.units or (1.0, 1.0, 1.0))[2],
@@ -149,10 +149,11 @@ def _refuse_impossible(fields: Mapping[str, np.ndarray]) -> None:
     """Raise `OutputError` for positions that are no places, and for masses and densities that no matter has."""
     for name in fields.keys() & {"position", "mass", "density"}:
         values = fields[name].reshape(len(fields[name]), -1)
-        wrong = ~(np.abs(values) < GREATEST if name == "position" else (values > 0.0) & (values < np.inf)).all(axis=1)
+        fits = np.abs(values) < LARGEST_COORDINATE if name == "position" else (values > 0.0) & (values < np.inf)
+        wrong = ~fits.all(axis=1)
         if wrong.any():
             k = int(np.argmax(wrong))
-            allowed = f"below {GREATEST:g} in size" if name == "position" else "above zero and finite"
+            allowed = f"below {LARGEST_COORDINATE:g} in size" if name == "position" else "above zero and finite"
             shown = ", ".join(f"{value:.3g}" for value in values[k])
             raise OutputError(f"the {name} of point {k} is {shown}, but must be {allowed}")
 
@@ -182,7 +183,7 @@ def _velocity(arrays: Mapping[str, Array], dim: int, names: list[str]) -> tuple[
     return None, []
 
 
-def _whole(arrays: Mapping[str, Array], names: list[str]) -> np.ndarray | None:
+def _integers(arrays: Mapping[str, Array], names: list[str]) -> np.ndarray | None:
     """Return the first array of `names` that holds whole numbers, as integers."""
     for name in names:
         values = arrays.get(name, ("", np.zeros((0, 0))))[1]
@@ -193,7 +194,7 @@ def _whole(arrays: Mapping[str, Array], names: list[str]) -> np.ndarray | None:
 
 def _groups(arrays: Mapping[str, Array], convention: Convention, n: int, word: str) -> tuple[np.ndarray, list[str]]:
     """Return the index of each point's group, counted from 0 in the order of their numbers, and names."""
-    values = _whole(arrays, convention.aliases(word))
+    values = _integers(arrays, convention.aliases(word))
     if values is None:
         return np.zeros(n, dtype=np.int64), [f"{word} 0"]
     numbers, index = np.unique(values, return_inverse=True)

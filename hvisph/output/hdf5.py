@@ -2,8 +2,8 @@
 
 Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
 Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata, and the CRC-32 of each array, by which one
-that is read alone is known to be whole. Numbers are stored as they are unless asked for otherwise (`Form`); a seal
-(`hvisph.output.sealed_hdf5`) ends the file. Units and meanings are attributes, names of bodies and materials texts
+that is read alone is verified. Numbers are stored unchanged by default (`StorageOptions`); the file ends with a seal
+(`hvisph.output.sealed_hdf5`). Units and meanings are attributes, names of bodies and materials texts
 of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
 
@@ -26,14 +26,14 @@ from hvisph.output.sealed_hdf5 import LABELS, reading, writing
 from .snapshot import FORMAT_VERSION, INDICES, Snapshot, header_text, snapshot_from, to_vtk
 
 _VTK_VERTEX = 1
-CONSTANTS = ("mass", "body", "material")  # what never changes of a particle, and may stand in the first snapshot alone
+CONSTANTS = ("mass", "body", "material")  # constant data of particles, which may be stored in the first snapshot only
 # Particles in a compressed piece, and those that are written at a time where none is.
-PIECE, _AT_ONCE = 65536, 8192
+PIECE, _ROWS = 65536, 8192
 _SMALL = 30_000  # particles of a snapshot that is read at once
 
 
 @dataclass(frozen=True)
-class Form:
+class StorageOptions:
     """Storage options of a snapshot."""
 
     compress: bool = False  # whether arrays are compressed by gzip
@@ -41,10 +41,10 @@ class Form:
     constants_in: str | None = None
 
 
-PLAIN = Form()
+PLAIN = StorageOptions()
 
 
-def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None:
+def write_hdf5(path: str | Path, snapshot: Snapshot, form: StorageOptions = PLAIN) -> None:
     """Write a snapshot; raises `OutputError` where it cannot be written, and leaves an earlier file untouched."""
     with writing(path) as h5:
         more: Plain = {"constants_in": form.constants_in} if form.constants_in else {}
@@ -154,7 +154,7 @@ def write_labels(root: h5py.Group, bodies: Sequence[str], materials: Sequence[st
         root.create_dataset(f"FieldData/{label}", data=np.array(texts, dtype=object), dtype=kind)
 
 
-def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
+def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: StorageOptions) -> dict[str, int]:
     """Write what ParaView reads, and return the CRC-32 of each array's values by its place."""
     n, sums = snapshot.count, dict[str, int]()
     root = mark_vtk(h5)
@@ -169,7 +169,7 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: Form) -> dict[str, int]:
             else {}
         )
         made = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
-        size, total = PIECE if form.compress else _AT_ONCE, 0
+        size, total = PIECE if form.compress else _ROWS, 0
         for begin in range(0, len(values), size):
             piece = to_vtk(name, values[begin : begin + size], snapshot.dimensions)
             made[begin : begin + size] = piece
@@ -206,7 +206,7 @@ def _describe(made: h5py.Dataset, name: str, units: bool) -> None:
 
 NAMES = ("density", "temperature", "pressure", "energy")
 SUFFIXES = (".h5", ".hdf5")
-MOST = 20_000_000  # numbers of a dataset
+MOST_NUMBERS = 20_000_000  # numbers of a dataset
 
 
 def read_eos_table(path: Path) -> dict[str, np.ndarray]:
@@ -225,8 +225,8 @@ def read_eos_table(path: Path) -> dict[str, np.ndarray]:
 
 def _arrays(place: h5py.Group, path: Path) -> dict[str, np.ndarray]:
     shapes = {name: tuple(place[name].shape) for name in NAMES}
-    if any(np.prod(shape) > MOST for shape in shapes.values()):
-        raise CaseError(f"has more than {MOST} numbers in a dataset", file=str(path))
+    if any(np.prod(shape) > MOST_NUMBERS for shape in shapes.values()):
+        raise CaseError(f"has more than {MOST_NUMBERS} numbers in a dataset", file=str(path))
     whole = (*shapes["density"], *shapes["temperature"])
     if len(whole) != 2 or shapes["pressure"] != whole or shapes["energy"] != whole:
         sizes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())

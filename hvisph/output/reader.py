@@ -89,7 +89,7 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
     """
     start = _bytes(Path(path), 64)
     if start.startswith(SIGNATURE):
-        convention.refuse_own()
+        convention.refuse_for_own_files()
         return read_hdf5(path, lazily)
     text = start.lstrip(b"\xef\xbb\xbf \t\r\n")
     if text.startswith(b"<"):

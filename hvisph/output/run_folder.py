@@ -116,7 +116,7 @@ class RunFolder:
                         raise CaseError(f"{folder} holds a run; --force replaces it; unchanged", where="--out")
                     for path in filter(file_names.is_plain, file_names.own_files(folder)):
                         path.unlink()
-                for name in file_names.MADE:
+                for name in file_names.CREATED_FIRST:
                     (folder / name).mkdir(exist_ok=True)
             except BaseException:
                 lock.release()
@@ -136,7 +136,7 @@ class RunFolder:
         refuse_links(folder)
         lock = _lock_folder(folder)
         try:
-            for name in file_names.MADE:
+            for name in file_names.CREATED_FIRST:
                 (folder / name).mkdir(exist_ok=True)
         except OSError as error:
             lock.release()

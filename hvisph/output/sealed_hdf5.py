@@ -1,11 +1,11 @@
 """HDF5 files with a checksum at their end, written to a temporary name and renamed.
 
-The seal is one line, an XML comment with the CRC-32 of every byte before it. HDF5 ignores what follows
-its data and XML allows a comment after the last element, so the same seal serves both formats, and a
-damaged file is recognised before any library parses it.
+The checksum is one line, called the seal: an XML comment with the CRC-32 of all bytes before it. HDF5
+ignores what follows its data and XML allows a comment after the last element, so that both formats use the
+same seal, and a damaged file is recognised before any library parses it.
 
-The seal tells a whole file from a damaged one. It is no protection against intent, so what a file holds is
-looked over before any of it is read: groups and plain arrays that lie in the file itself, no larger than it.
+The seal detects damage, not intent. Therefore the content of a file is checked before it is read: only groups
+and plain arrays that lie in the file itself, no larger than it, are accepted.
 """
 
 import io
@@ -70,20 +70,20 @@ def _crc32(file: BinaryIO, length: int) -> int:
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_OBJECTS = 1000  # groups and arrays; a snapshot has some thirty
-MOST_DEEP = 8
-MOST_KNOWN = 10_000  # files that are remembered
-SETTLED = 2.0  # [s] after which a change shows in a file's time
+MOST_LEVELS = 8
+MOST_REMEMBERED = 10_000  # entries of `_CHECKED`
+CLOCK_GRAIN = 2.0  # [s] after which a change is visible in the time of a file
 State = tuple[int, int, int, int]  # device, number, size and time of a file
-_KNOWN: dict[State, bool] = {}  # files that this process has found to hold what we write, and whether they are whole
-PACKED = 1100  # deflate packs 1032 bytes into one at most
+_CHECKED: dict[State, bool] = {}  # files whose content this process has checked, and whether their seal was
+MOST_COMPRESSION = 1100  # above the largest ratio of deflate, 1032
 LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 
 
 @contextmanager
 def writing(path: str | Path) -> Iterator[h5py.File]:
-    """Give an `h5py.File` that is sealed as `path` when the block ends well; `OutputError` keeps an earlier one."""
+    """Return a context with an `h5py.File` that replaces `path`, with a seal, if the block ends without an error."""
     with replacing(path) as file:
-        sink = _Sink(file)
+        sink = _GuardedFile(file)
         try:
             with h5py.File(sink, "w") as h5:
                 yield h5
@@ -97,7 +97,7 @@ def writing(path: str | Path) -> Iterator[h5py.File]:
 
 @contextmanager
 def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h5py.File]:
-    """Give an open sealed file, `what` in messages; `verified` its content is held against the seal once.
+    """Return a context with an open sealed file, `what` in messages; `verified`: compare it with its seal, once.
 
     Raises `OutputError` when it is missing, truncated, damaged or of another kind, and for errors of its content.
     """
@@ -106,7 +106,7 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
             raise OutputError("it is not an HDF5 file")
         found = os.fstat(file.fileno())
         state = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
-        known = _KNOWN.get(state)
+        known = _CHECKED.get(state)
         if verified and not known:
             verify_seal(file)
         elif known is None and not has_seal(file):
@@ -120,11 +120,11 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
 
 
 def _record_state(state: State, whole: bool) -> None:
-    """Keep in mind that a file holds what we write, and whether it is whole, until it is written anew."""
-    if clock.time() - 1e-9 * state[3] > SETTLED:  # within the clock's grain a change would not show
-        _KNOWN[state] = whole
-        while len(_KNOWN) > MOST_KNOWN:
-            del _KNOWN[next(iter(_KNOWN))]
+    """Record that the content of a file was checked, and whether its seal was (`whole`), until it is replaced."""
+    if clock.time() - 1e-9 * state[3] > CLOCK_GRAIN:  # within the clock's grain a change would not show
+        _CHECKED[state] = whole
+        while len(_CHECKED) > MOST_REMEMBERED:
+            del _CHECKED[next(iter(_CHECKED))]
 
 
 def _refuse_foreign_content(h5: h5py.File, size: int) -> None:
@@ -134,7 +134,7 @@ def _refuse_foreign_content(h5: h5py.File, size: int) -> None:
         group, depth = groups.pop()
         for name in group:
             seen += 1
-            if seen > MOST_OBJECTS or depth > MOST_DEEP:
+            if seen > MOST_OBJECTS or depth > MOST_LEVELS:
                 raise OutputError("it holds more objects, or deeper ones, than hvisph writes")
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 raise OutputError(f"'{name}' in it is a link to elsewhere, which hvisph neither writes nor follows")
@@ -142,14 +142,14 @@ def _refuse_foreign_content(h5: h5py.File, size: int) -> None:
             if isinstance(node, h5py.Group):
                 groups.append((node, depth + 1))
                 continue
-            _refuse_elsewhere(node, name)
+            _refuse_external(node, name)
             stored = int(node.id.get_storage_size() if node.chunks else node.nbytes)
             claimed += stored
-            if claimed > size or node.nbytes > PACKED * stored:
+            if claimed > size or node.nbytes > MOST_COMPRESSION * stored:
                 raise OutputError(f"'{name}' claims more than the file holds")
 
 
-def _refuse_elsewhere(node: object, name: str) -> None:
+def _refuse_external(node: object, name: str) -> None:
     """Raise `OutputError` unless `node` is an array of plain values that lies in the file as it is."""
     if not isinstance(node, h5py.Dataset):
         raise OutputError(f"'{name}' in it is no array")
@@ -164,7 +164,7 @@ def _refuse_elsewhere(node: object, name: str) -> None:
         raise OutputError(f"'{name}' in it is no plain array inside the file, and hvisph writes no other")
 
 
-class _Sink(io.RawIOBase):
+class _GuardedFile(io.RawIOBase):
     """The file as HDF5 sees it: after the first failure it takes writes without keeping them.
 
     HDF5 cannot close a file whose writes fail (disk full) and would complain at the end of the program;

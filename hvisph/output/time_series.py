@@ -1,7 +1,7 @@
 """All snapshots of a run as one VTKHDF file that ParaView opens as a series in time.
 
-It holds no particles: its arrays are virtual, strung together from those of the snapshots, whose files it
-names relative to its own. So it stays small, and goes wherever the run's folder goes.
+It contains no particles: its arrays are virtual ones, which concatenate those of the snapshots by relative paths. It is
+therefore small, and the run's folder can be moved.
 """
 
 import os
@@ -24,8 +24,8 @@ TIME = "FieldData/TimeValue"
 
 
 @dataclass(frozen=True)
-class _Outline:
-    """Description of a snapshot's file for the series: shapes, types and files of its arrays, time, names."""
+class _Layout:
+    """Layout of a snapshot's file: shapes, types and files of its arrays, time, names."""
 
     path: Path
     arrays: dict[str, tuple[tuple[int, ...], np.dtype, str]]
@@ -34,15 +34,15 @@ class _Outline:
 
 
 def write_time_series(folder: str | os.PathLike[str]) -> None:
-    """Write the series of the numbered snapshots in a run's folder; beside and renamed.
+    """Write the series of the numbered snapshots in a run's folder, atomically.
 
-    A snapshot that cannot be read is left out. Without any there is no series, and one that is there is removed. Raises
+    A snapshot that cannot be read is left out. Without snapshots an existing series is removed. Raises
     `OutputError` when the file cannot be written.
     """
     home = Path(folder)
     target = home / file_names.TIME_SERIES
     partial = target.with_name(target.name + file_names.PARTIAL)
-    outlines = _outlines(home / file_names.SNAPSHOTS)
+    outlines = _layouts(home / file_names.SNAPSHOTS)
     with write_errors(target):
         if not outlines:
             target.unlink(missing_ok=True)
@@ -52,7 +52,7 @@ def write_time_series(folder: str | os.PathLike[str]) -> None:
         os.replace(partial, target)
 
 
-def _outlines(place: Path) -> list[_Outline]:
+def _layouts(place: Path) -> list[_Layout]:
     files = [
         path
         for path in place.glob(f"*{file_names.SNAPSHOT_ENDING}")
@@ -62,7 +62,7 @@ def _outlines(place: Path) -> list[_Outline]:
     for path in sorted((path for path in files if path.stem.isdecimal()), key=lambda path: int(path.stem)):
         try:
             with reading(path, "a snapshot", verified=False) as h5:
-                outlines.append(_outline(path, h5))
+                outlines.append(_layout(path, h5))
         except OutputError:
             continue
     for one in outlines:  # columns of the first alone
@@ -73,7 +73,7 @@ def _outlines(place: Path) -> list[_Outline]:
     return outlines
 
 
-def _outline(path: Path, h5: h5py.File) -> _Outline:
+def _layout(path: Path, h5: h5py.File) -> _Layout:
     root, arrays = h5["VTKHDF"], {}
     for name in (
         "Points",
@@ -84,10 +84,10 @@ def _outline(path: Path, h5: h5py.File) -> _Outline:
         *(f"PointData/{one}" for one in root["PointData"]),
     ):
         arrays[name] = (root[name].shape, root[name].dtype, path.name)
-    return _Outline(path, arrays, float(root[TIME][0]), names_in(h5))
+    return _Layout(path, arrays, float(root[TIME][0]), names_in(h5))
 
 
-def _write(h5: h5py.File, outlines: Sequence[_Outline]) -> None:
+def _write(h5: h5py.File, outlines: Sequence[_Layout]) -> None:
     root, steps = mark_vtk(h5), len(outlines)
     sizes = np.array([one.arrays["Points"][0][0] for one in outlines], np.int64)
     begins = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
@@ -95,7 +95,7 @@ def _write(h5: h5py.File, outlines: Sequence[_Outline]) -> None:
         root[name] = sizes
     shared = [name for name in outlines[0].arrays if all(name in one.arrays for one in outlines)]
     for name in shared:
-        _string(root, name, outlines)
+        _concatenate(root, name, outlines)
     write_labels(root, *outlines[0].labels)
     group = root.create_group("Steps")
     group.attrs["NSteps"] = steps
@@ -118,8 +118,8 @@ def _write(h5: h5py.File, outlines: Sequence[_Outline]) -> None:
         group[f"FieldDataSizes/{own}"] = np.array([[1, size]] * steps)
 
 
-def _string(root: h5py.Group, name: str, outlines: Sequence[_Outline]) -> None:
-    """Make an array of those of all snapshots, one after the other."""
+def _concatenate(root: h5py.Group, name: str, outlines: Sequence[_Layout]) -> None:
+    """Create the array that concatenates those of all snapshots."""
     (_, *columns), kind, _ = outlines[0].arrays[name]
     total = sum(one.arrays[name][0][0] for one in outlines)
     layout = h5py.VirtualLayout((total, *columns), kind)

@@ -70,7 +70,7 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
         mesh = meshio.vtu.read(path)
         if HEADER not in mesh.field_data:
             return snapshot_of_another_code(mesh.points, mesh.point_data or {}, mesh.field_data, convention)
-        convention.refuse_own()
+        convention.refuse_for_own_files()
         if not sealed:
             verify_seal(file)
         header = json.loads(np.asarray(mesh.field_data[HEADER], dtype=np.uint8).tobytes())

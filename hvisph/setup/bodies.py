@@ -23,8 +23,8 @@ from .shapes import initial_velocity, refuse_unlike_halves, shape_of
 from .start import carried_fields, origin_of
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
-FACED = (Interval, Disc, Sphere, Box, Cylinder)
-ROUNDING = 1e-6  # largest rounding of places, in spacings: strains between neighbours are resolved to this size
+FLAT_CONTACT_SHAPES = (Interval, Disc, Sphere, Box, Cylinder)
+ROUNDING = 1e-6  # [dx]; largest round-off of positions: strains between neighbours are resolved to this size
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
             raise CaseError(error.message, where=f"bodies.{name}.{error.where or 'shape'}") from error
         fillings.append(filling if turn is None else rotate(filling, turn))
         shapes.append(None if shape is None else Placed(shape, np.zeros(dim), turn))
-        faced.append(turn is None and isinstance(_solid(shape), FACED))
+        faced.append(turn is None and isinstance(_solid(shape), FLAT_CONTACT_SHAPES))
     models = list(case.bodies.values())
     centres = row(fillings, [m.gap for m in models], [m.position for m in models], shapes, faced)
     bodies = []

@@ -17,7 +17,7 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody, open_edges
 
-BESIDE = 2.0  # reach of the mean that the places of a layer follow, in spacings
+MEAN_REACH = 2.0  # [dx]; radius of the mean displacement that an ambient layer follows
 
 
 def boundaries_of(
@@ -72,7 +72,7 @@ def boundaries_of(
             edge_rows.append(EdgeRow(_name(edges, edge), numbers, normal, velocity, speed, transit))
         if isinstance(formulation, Riemann) and beyond.any():
             layer, matter = rows[beyond], rows[~beyond]
-            layers.append((layer, matter, follow(x[layer], x[matter], edges, across, BESIDE * spacing)))
+            layers.append((layer, matter, follow(x[layer], x[matter], edges, across, MEAN_REACH * spacing)))
         elif reached:
             c_l, c_t = _wave_speeds(own[number], particles.kinematics.thins)
             for edge in reached:

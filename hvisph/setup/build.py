@@ -28,7 +28,7 @@ from .gauges import Gauges
 from .initial_fields import gravity_of, gravity_option
 from .initial_state import InitialState, begin, set_loads
 
-STIFF = 10.0  # least bulk modulus of a late stage, of the largest pressure
+MODULUS_FACTOR = 10.0  # least bulk modulus of a late stage, of the largest pressure
 
 
 @dataclass
@@ -117,7 +117,7 @@ def _late_option(case: Case, start: InitialState) -> dict[str, Any]:
     for number, stage in enumerate(case.late):
         with locate(f"late.{number}"):
             modulus = stage.bulk_modulus or min(one.bulk_modulus for one in materials)  # until the state decides
-            if modulus < STIFF * weight:
+            if modulus < MODULUS_FACTOR * weight:
                 fault = f"is below ten times the pressure at the bottom, {weight:.3g} Pa, so that the stage would stop"
                 raise CaseError(f"{fault} the run; give {100.0 * weight:.3g} Pa or more", where="bulk_modulus")
             later.append([late_material(one, modulus, stage.nu) for one in materials])

@@ -23,7 +23,7 @@ from hvisph.sph.kernels import weigh
 
 from .bodies import PlacedBody
 
-NEAR = 1.0  # a gauge further than this many spacings from every particle is in no body
+BODY_DISTANCE = 1.0  # [dx]; a gauge further from every particle is outside all bodies
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def _place_gauge(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarr
         return PlacedGauge(columns, model.every, point=at)
     distance = np.sqrt(((positions - at) ** 2).sum(axis=1))
     particle = int(distance.argmin())
-    if distance[particle] > NEAR * spacing[particle]:
+    if distance[particle] > BODY_DISTANCE * spacing[particle]:
         near = ", ".join(f"{x:.6g}" for x in positions[particle])
         fault = f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({near})."
         raise CaseError(f"{fault} Move the gauge into a body, or make it `fixed`", where=f"gauges.{name}.at")

@@ -22,8 +22,8 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 from .bodies import PlacedBody
 from .materials import material_of
 
-COLUMN = 400  # points of the column along which the pressure of the overburden is integrated
-LINK = 1.5  # particles nearer than so many spacings stand on each other
+COLUMN_POINTS = 400  # points of the column along which the pressure of the overburden is integrated
+LINK_DISTANCE = 1.5  # [dx] below which particles support each other
 
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
@@ -103,17 +103,17 @@ def gravity_option(case: Case) -> dict[str, Gravity]:
     return {} if gravity is None else {"gravity": gravity}
 
 
-def refuse_hanging(
+def refuse_unsupported(
     case: Case,
     placed: Sequence[PlacedBody],
     particles: Particles,
     planes: Sequence[Plane],
     rigid: Sequence[RigidMotion] = (),
 ) -> None:
-    """Raise `CaseError` where bodies at rest are to be in equilibrium under uniform gravity and stand on nothing.
+    """Raise `CaseError` for bodies at rest under uniform gravity without a support.
 
-    What is linked by `LINK` spacings stands together, on planes of symmetry across all components of gravity or on
-    particles that are clamped, or of a rigid body that gravity does not move.
+    Bodies linked by `LINK_DISTANCE` spacings have common supports: planes of symmetry across all components of gravity,
+    clamped particles, or a rigid body that gravity does not move.
     """
     gravity = gravity_of(case)
     if gravity is None or gravity.kind != UNIFORM or (case.overburden is None and case.settle is None):
@@ -121,7 +121,7 @@ def refuse_hanging(
     rests = ~np.array([bool(body.mean_velocity.any()) for body in placed])[particles.body]
     spacing = np.concatenate([body.spacing for body in placed])
     groups = np.full(particles.count, -1)
-    groups[rests] = connected_groups(particles["position"][rests], float(spacing.max()), LINK)
+    groups[rests] = connected_groups(particles["position"][rests], float(spacing.max()), LINK_DISTANCE)
     held = (particles.tags[:, FLAGS] & CLAMPED) != 0
     falls = [one.name for one in rigid if (one.moves[:, : len(gravity.vector)] @ np.array(gravity.vector)).any()]
     held &= ~np.array([body.name in falls for body in placed])[particles.body]
@@ -135,7 +135,7 @@ def refuse_hanging(
                 for plane in planes
                 if plane.axis == axis and plane.side * g < 0.0
             ]
-            if g and not (gaps and min(gaps) < LINK):
+            if g and not (gaps and min(gaps) < LINK_DISTANCE):
                 body = placed[int(particles.body[rows[0]])].name
                 below = f"{min(gaps) - 0.5:.3g} spacings above the plane" if gaps else "on no plane"
                 message = f"stands {below} along {'xyz'[axis]} and falls; move it onto its support or clamp it"
@@ -147,8 +147,8 @@ def add_overburden(
 ) -> None:
     """Set density, mass and deviator of the bodies at rest under their own weight and that of what lies on them.
 
-    A body carries the bodies on its top: bodies at rest whose lowest particles are `LINK` spacings or less above
-    its highest ones, and that are as wide. Particles are those of the bodies, in their order.
+    A body carries the bodies on its top: bodies at rest of the same width whose lowest particles are at most
+    `LINK_DISTANCE` spacings above its highest ones. Particles are those of the bodies, in their order.
 
     Raises `CaseError` for others on its top, unless they settle.
     """
@@ -163,7 +163,7 @@ def add_overburden(
             columns.append((body, material, part, _heights(gravity, body.positions)))
     standing: list[tuple[PlacedBody, float, float]] = []  # bodies above, with height and stress of their lowest face
     for body, material, part, height in sorted(columns, key=lambda one: -float(one[3].max())):
-        top, near, borne = float(height.max()), LINK * float(body.spacing.max()), [0.0]
+        top, near, borne = float(height.max()), LINK_DISTANCE * float(body.spacing.max()), [0.0]
         if body.model.rigid is not None:
             standing.append((body, float(height.min()), 0.0))
             continue
@@ -228,12 +228,12 @@ def _load_column(
     half = 0.5 * float(body.spacing[height.argmax()])
     depth = height.max() + half - height
     order = np.argsort(depth)
-    points = np.linspace(0.0, float(depth.max()), COLUMN)
+    points = np.linspace(0.0, float(depth.max()), COLUMN_POINTS)
     pull = np.interp(points, depth[order], size[order])
     share, step = (1.0 + 2.0 * lateral) / 3.0, float(points[1] - points[0])
-    densities, weight = np.empty(COLUMN), np.full(COLUMN, load)
+    densities, weight = np.empty(COLUMN_POINTS), np.full(COLUMN_POINTS, load)
     densities[0] = density_under_pressure(material, share * load, energy)
-    for k in range(1, COLUMN):  # the midpoint rule, its density from the pressure half a step above
+    for k in range(1, COLUMN_POINTS):  # the midpoint rule, its density from the pressure half a step above
         mean = 0.5 * step * (pull[k - 1] + pull[k])
         middle = density_under_pressure(material, share * (weight[k - 1] + 0.5 * mean * densities[k - 1]), energy)
         weight[k] = weight[k - 1] + mean * middle

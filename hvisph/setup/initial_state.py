@@ -30,7 +30,7 @@ from .bodies import PlacedBody, placed_bodies
 from .boundaries import boundaries_of
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
-from .initial_fields import add_overburden, body_material, initial_history, refuse_hanging
+from .initial_fields import add_overburden, body_material, initial_history, refuse_unsupported
 from .materials import material_axes, start_of
 from .rigid_bodies import describe_rigid, rigid_material, rigid_motions
 from .start import origin_of
@@ -100,10 +100,10 @@ def refuse_outside(particles: Particles, domain: BoxRegion | None, names: list[s
         raise CaseError(f"{len(outside)} particles start outside, the first of body '{body}'", where="domain")
 
 
-# Spacings that differ by more than this share of the case's are unlike; filling a shape exactly changes them by less.
-UNLIKE = 0.005
-# Kinds of shapes that may be of several pieces.
-SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "honeycomb", "mesh", "particles")
+# Relative difference above which spacings are unequal; filling a shape exactly changes them by less.
+SPACING_TOLERANCE = 0.005
+# Kinds of shapes that may have several separate parts.
+MULTIPART_SHAPES = ("union", "intersection", "difference", "repeat", "prism", "honeycomb", "mesh", "particles")
 
 
 @dataclass
@@ -156,11 +156,11 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
         h = formulation.h_over_dx * case.resolution
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
-        formulation = replace(formulation, unequal_spacings=bool(np.ptp(lengths) > UNLIKE * h))
+        formulation = replace(formulation, unequal_spacings=bool(np.ptp(lengths) > SPACING_TOLERANCE * h))
         if isinstance(formulation, Riemann) and formulation.corrected_variant:
             formulation = replace(formulation, fractures=any(material.fracture is not None for material in made))
         contact: Any = getattr(case.formulation, "contact", None)
-        if _in_pieces(case, contact, placed):
+        if _has_several_parts(case, contact, placed):
             formulation = replace(formulation, has_contact=True, friction=contact.friction, fragment_contact=True)
     if isinstance(formulation, Riemann) and case.edges:
         formulation = replace(formulation, edges=True)
@@ -168,7 +168,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
         formulation = replace(formulation, anisotropic=True)
     particles["smoothing_length"] = lengths
     if isinstance(formulation, Riemann | Eulerian):
-        _carry_on(particles, placed, "smoothing_length")
+        _set_carried(particles, placed, "smoothing_length")
     means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
     own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
     formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
@@ -182,11 +182,11 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
         formulation = replace(formulation, **of_rigid)
     elif rigid and isinstance(getattr(formulation, "contact", None), Pressing):
         formulation = replace(formulation, contact=replace(formulation.contact, rigid=True))
-    _carry_on(particles, placed, "kernel_type")
+    _set_carried(particles, placed, "kernel_type")
     refuse_outside(particles, case.domain, names)
     if particles.kinematics.axisymmetric:
         planes = (*planes, AXIS)
-    refuse_hanging(case, placed, particles, planes, rigid)
+    refuse_unsupported(case, placed, particles, planes, rigid)
     loaded = [filled_region(particles, load, names, f"loads.{number}") for number, load in enumerate(case.loads)]
     boundaries = boundaries_of(case, formulation, placed, particles, own, planes, loaded)
     unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawing_dimensions] if case.units == "si" else ""
@@ -218,19 +218,19 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
                      particles.count, origin=origin, rigid=rigid, boundaries=boundaries)  # fmt: skip
 
 
-def _carry_on(particles: Particles, placed: list[PlacedBody], name: str) -> None:
+def _set_carried(particles: Particles, placed: list[PlacedBody], name: str) -> None:
     """Set a field of the bodies that start from another run to its values there."""
     for number, body in enumerate(placed):
         if name in body.carried and name in particles.offsets:
             particles[name][particles.body == number] = body.carried[name]
 
 
-def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
+def _has_several_parts(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
     """Return whether the only body of a case has several components in frictional contact."""
     if len(placed) > 1 or contact is None or contact.type != "frictional" or contact.self_contact is not None:
         return False
     (body,) = placed
-    if body.model.shape.type not in SEVERAL:
+    if body.model.shape.type not in MULTIPART_SHAPES:
         return False
     reach = KERNELS[case.formulation.kernel].reach * case.formulation.h_over_dx
     return bool(connected_groups(body.positions, float(body.spacing.max()), reach).any())
@@ -280,7 +280,7 @@ def _state(
         particles.tags[part, MATERIAL] = materials.index(material)
     add_overburden(case, [body for _, body in parts], made, particles)
     for name in {name for body in placed for name in body.carried}:
-        _carry_on(particles, placed, name)
+        _set_carried(particles, placed, name)
     particles.tags[:, ID] = np.arange(particles.count)
     return particles, materials
 

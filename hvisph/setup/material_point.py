@@ -22,8 +22,8 @@ PATHS = ("shear", "uniaxial_strain", "uniaxial_stress", "cycle", "rotation")
 # What `drive` records, beside the strain.
 COLUMNS = ("xx", "yy", "zz", "xy", "xz", "yz", "pressure", "von_mises_stress", "plastic_strain", "damage", "density",
            "internal_energy", "temperature")  # fmt: skip
-VOLUME = 1e-9  # of the point [m^3]: flaws and cracks of brittle materials hang on it
-_SIDEWAYS = 40  # secant steps for stress-free sides
+POINT_VOLUME = 1e-9  # [m^3]; flaws and cracks of brittle materials depend on it
+_SECANT_STEPS = 40  # largest number, for stress-free sides
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class PointRecord:
 
 
 class _Point:
-    def __init__(self, material: Material, width: float = VOLUME ** (1.0 / 3.0)):
-        material = with_cracks(material, VOLUME)
+    def __init__(self, material: Material, width: float = POINT_VOLUME ** (1.0 / 3.0)):
+        material = with_cracks(material, POINT_VOLUME)
         self.row = material.whole_row
         self.table, self.models = pack([material])
         self.update_stress = python_twin(anisotropic_stress.update_with_axes)
@@ -60,7 +60,7 @@ class _Point:
         elif material.has_history:
             self.history = (0.0, *self.history[1:])
         if isinstance(material.damage, GradyKipp):
-            least, exponent, number = material.damage.flaws("point", 1, VOLUME)[0].tolist()
+            least, exponent, number = material.damage.flaws("point", 1, POINT_VOLUME)[0].tolist()
             self.history = (self.history[0], least, exponent, number, *self.history[4:])
         self.p = 0.0
 
@@ -97,7 +97,7 @@ def _matrix(s: tuple[float, ...]) -> np.ndarray:
     return np.array([[s[0], s[3], s[4]], [s[3], s[1], s[5]], [s[4], s[5], s[2]]])
 
 
-def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
+def _lateral_rate(point: _Point, rate: float, dt: float, before: float) -> float:
     """Return the lateral strain rate [1/s] of stress-free sides."""
 
     def stress(sideways: float) -> float:
@@ -106,7 +106,7 @@ def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
 
     low, high = before, before + 0.05 * abs(rate)
     at_low, at_high = stress(low), stress(high)
-    for _ in range(_SIDEWAYS):
+    for _ in range(_SECANT_STEPS):
         if at_high == at_low or abs(at_high) < 1.0:
             break
         low, high, at_low = high, high - at_high * (high - low) / (at_high - at_low), at_high
@@ -136,7 +136,7 @@ def drive(
     strain: float = 0.2,
     steps: int = 400,
     axis: int = 0,
-    width: float = VOLUME ** (1.0 / 3.0),
+    width: float = POINT_VOLUME ** (1.0 / 3.0),
 ) -> PointRecord:
     """Drive a material point along a path.
 
@@ -172,7 +172,7 @@ def drive(
         if path == "cycle" and steps // 4 <= k < 3 * steps // 4:
             signed = -signed
         if path in ("uniaxial_stress", "cycle"):
-            sideways = _sideways(point, signed, dt, sideways if sideways * signed < 0.0 else -sideways)
+            sideways = _lateral_rate(point, signed, dt, sideways if sideways * signed < 0.0 else -sideways)
             point.step(np.diag([signed, sideways, sideways]), dt)
         else:
             point.step(gradient(signed, dt), dt)

@@ -160,7 +160,7 @@ def start_of(name: str, model: Body, material: Material) -> tuple[float, float]:
     return density * rest / material.density, energy
 
 
-_ALONG = 1e-6  # sine of the angle between directions that are the same
+_PARALLEL = 1e-6  # sine of the angle between directions that are the same
 
 
 def material_axes(case: Case, name: str, model: Body, material: Material) -> np.ndarray:
@@ -180,7 +180,7 @@ def material_axes(case: Case, name: str, model: Body, material: Material) -> np.
         triad = triad @ rotation_matrix(3, model.rotation.radians, model.rotation.axis).T
     strength: Any = material.strength
     if kinematics.dim < 3:
-        along = [k for k in range(3) if abs(triad[k, 0]) > 1.0 - _ALONG]
+        along = [k for k in range(3) if abs(triad[k, 0]) > 1.0 - _PARALLEL]
         if not (
             along
             and strength.is_same_about(along[0])
@@ -196,8 +196,8 @@ def material_axes(case: Case, name: str, model: Body, material: Material) -> np.
     for number, plane in enumerate(case.symmetry):
         normal = np.eye(3)["xyz".index(plane.axis)]
         across = np.abs(triad @ normal)
-        alike = [k for k in range(3) if across[k] < _ALONG and strength.is_same_about(k)]
-        if not (across.max() > 1.0 - _ALONG or (alike and _has_isotropic_failure(material.damage, alike[0]))):
+        alike = [k for k in range(3) if across[k] < _PARALLEL and strength.is_same_about(k)]
+        if not (across.max() > 1.0 - _PARALLEL or (alike and _has_isotropic_failure(material.damage, alike[0]))):
             raise CaseError(
                 f"the material of '{name}' is not its own image there: none of its axes lies "
                 f"along {plane.axis}; turn the axes, or leave the plane out",

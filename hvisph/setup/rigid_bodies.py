@@ -16,7 +16,7 @@ from hvisph.sph.neighbours.ghost_rows import Plane
 
 from .bodies import PlacedBody
 
-STRUCK = 2.0  # impedance of a struck material over that at rest: shocks of 3 km/s in metals
+SHOCK_IMPEDANCE = 2.0  # impedance of a shocked material over that at rest: shocks of 3 km/s in metals
 
 
 def rigid_material(body: PlacedBody, material: Material) -> Material:
@@ -39,7 +39,7 @@ def rigid_motions(
     motions: list[RigidMotion] = []
     parts = [part for body in placed for part in body.parts]
     deformable = [one for part, one in zip(parts, materials, strict=True) if part.model.rigid is None]
-    impedance = STRUCK * max([one.density * one.longitudinal_sound_speed for one in deformable] or [0.0])
+    impedance = SHOCK_IMPEDANCE * max([one.density * one.longitudinal_sound_speed for one in deformable] or [0.0])
     for number, body in enumerate(placed):
         rigid, own = body.model.rigid, particles.body == number
         if rigid is None:
@@ -71,7 +71,7 @@ def _motion(
     moves, turns, axis = _freedom(rigid, particles)
     for plane in planes:
         across = np.eye(3)[plane.axis]
-        if (moves @ across).any() and not _cut(body, plane):
+        if (moves @ across).any() and not _is_cut_by(body, plane):
             what = f"the plane of symmetry across {'xyz'[plane.axis]} does not cut this body, and is no wall for it"
             raise CaseError(f"{what}; let it move in another way, or make it or the wall deformable", where=where)
         moves = moves - np.outer(across, across @ moves) if (moves @ across).any() else moves
@@ -130,7 +130,7 @@ def _carried_rate(
     return axis * float(axis @ spin) / float(axis @ found.of_points @ axis)
 
 
-def _cut(body: PlacedBody, plane: Plane) -> bool:
+def _is_cut_by(body: PlacedBody, plane: Plane) -> bool:
     """Return whether a plane of symmetry cuts the body: it stands within a spacing of its particles."""
     return bool(np.abs(body.positions[:, plane.axis] - plane.at).min() < float(body.spacing.max()))
 

@@ -87,7 +87,7 @@ def _mesh(file: str, unit: float) -> Shape:
         return load_mesh(file, unit)
 
 
-UNLIKE = 1e-6  # a field may differ by so much of its largest velocity from its mirror image
+FIELD_TOLERANCE = 1e-6  # a field may differ by so much of its largest velocity from its mirror image
 
 
 def initial_velocity(model: Body, positions: np.ndarray, middle: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ def refuse_unlike_halves(model: Body, positions: np.ndarray, middle: np.ndarray,
         alone = model.model_copy(update={"velocity": (0.0,) * positions.shape[1], "initial_velocity": (field,)})
         here, there = initial_velocity(alone, positions, middle), initial_velocity(alone, turned, middle)
         there[:, axis] *= -1.0
-        if np.abs(here - there).max() > UNLIKE * np.abs(here).max():
+        if np.abs(here - there).max() > FIELD_TOLERANCE * np.abs(here).max():
             plane = f"{'xyz'[axis]} = {at:g}"
             raise CaseError(
                 f"the symmetry plane {plane} cuts this body, and a {field.type} of one half is no mirror image of that "

@@ -37,8 +37,8 @@ from .materials import material_of
 SAME_TIME = 1e-9  # times that differ by this share of the later one are the same moment
 # Shift of the angle between successive axisymmetric particles, in turns (golden ratio).
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-OF_SUMS = ("density_correction", "torque_residual", "viscosity_factor", "thickness")
-NEAREST = 3  # snapshots that an error lists
+RECOMPUTED_FIELDS = ("density_correction", "torque_residual", "viscosity_factor", "thickness")
+MOST_LISTED = 3  # snapshots that an error lists
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def origin_of(case: Case) -> Origin:
     nearest = np.argsort(abs(times - start.at), kind="stable")
     if abs(times[nearest[0]] - start.at) > SAME_TIME * max(times.max(), start.at):
         unit = " s" if case.units == "si" else ""
-        there = ", ".join(f"{time:.9g}{unit}" for time in sorted(times[nearest[:NEAREST]]))
+        there = ", ".join(f"{time:.9g}{unit}" for time in sorted(times[nearest[:MOST_LISTED]]))
         raise CaseError(f"the run has no snapshot at {start.at:.9g}{unit}; nearest: {there}", where="start.at")
     snapshot = read_snapshot(files[int(nearest[0])], lazily=True)
     text = str(snapshot.metadata.get("case", ""))
@@ -194,7 +194,7 @@ def carried_fields(case: Case, origin: Origin) -> dict[str, dict[str, np.ndarray
     fields["spacing"], body = origin.initial_spacing, snapshot.body
     mapping = start.mapping  # type: ignore[union-attr]
     if mapping != "same":  # these belong to the kernel sums of the plane
-        fields = {name: values for name, values in fields.items() if name not in OF_SUMS}
+        fields = {name: values for name, values in fields.items() if name not in RECOMPUTED_FIELDS}
     if mapping == "revolved":
         fields, body = _revolve(fields, body, [plane for plane in case.symmetry if plane.axis in "yz"])
     elif mapping == "extruded":

@@ -29,7 +29,7 @@ STATE, TAGS, PEAKS = "state", "tags", "peaks"
 BUDGET_ARRAYS = ("momentum", "impulse", "retired", "taken", "pending", "edge_momentum", "weight")
 _WORK = ("slip_work", "plastic_work", "shock_heating", "external_work", "rigid_rotation", "gravity_energy")
 BUDGET_NUMBERS = ("energy", "size", "edge_energy", "potential", "scale", *_WORK)
-MOST_TIME = 0.02  # checkpoints take at most this share of a run's wall time, whatever cadence is asked for
+TIME_SHARE = 0.02  # largest share of a run's wall time for checkpoints, for any `checkpoint_every`
 # Keys that may differ between the case of a checkpoint and the resumed case; they do not change steps.
 _TEXTS = ("title", "source", "expected", "witness")
 MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "limits", *_TEXTS)
@@ -111,7 +111,7 @@ class CheckpointContent:
         own |= {f"{HISTORY}{name}": (values.shape, values.dtype) for name, values in history.items()}
 
         def whole() -> dict[str, np.ndarray]:
-            with _fits(checkpoint):
+            with _content_errors(checkpoint):
                 refuse_misfit(checkpoint, header, own)
                 if header.get("origin") != checkpoint.header.get("origin"):
                     raise ValueError("the run that it started from has been run anew since")
@@ -119,10 +119,10 @@ class CheckpointContent:
 
         taken = share.world.broadcast_from_first(whole)
         mine = {name: share.scatter_rows(given.get(name)) for name in rows}
-        with share.world.raise_together(), _fits(checkpoint):
+        with share.world.raise_together(), _content_errors(checkpoint):
             renews = header["case"]["formulation"].get("reference_update_strain") is not None
             refuse_other_particles(mine[STATE], mine[TAGS], particles, renews)
-        with _fits(checkpoint):
+        with _content_errors(checkpoint):
             return self._restore(checkpoint.header, mine, taken)
 
     def _restore(self, header: Plain, rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
@@ -150,7 +150,7 @@ class CheckpointContent:
 
 
 @contextmanager
-def _fits(checkpoint: Checkpoint) -> Iterator[None]:
+def _content_errors(checkpoint: Checkpoint) -> Iterator[None]:
     """Raise an error on a checkpoint's content as one on a checkpoint that does not fit the run."""
     try:
         yield
@@ -159,8 +159,8 @@ def _fits(checkpoint: Checkpoint) -> Iterator[None]:
 
 
 @dataclass
-class Cadence:
-    """Schedule of checkpoints, `every` so much wall time [s]; None for never."""
+class CheckpointSchedule:
+    """Schedule of checkpoints, one after each `every` [s] of wall time; None for never."""
 
     every: float | None
     _last: float = field(default_factory=wall.monotonic)
@@ -171,7 +171,7 @@ class Cadence:
         """Return whether a checkpoint is due, considering the cost of the last one."""
         if self.every is None:
             return False
-        return wall.monotonic() - self._last >= max(self.every, self._cost / MOST_TIME)
+        return wall.monotonic() - self._last >= max(self.every, self._cost / TIME_SHARE)
 
     def record(self, started: float) -> None:
         """Record that a checkpoint begun at `started` on the monotonic clock [s] was written."""

@@ -1,4 +1,4 @@
-"""Time of a run: steps from the criteria alone; the last one ends at the end time.
+"""Time of a run: steps follow the stability criteria alone; the last one ends at the end time.
 
 Output times do not shorten steps: their states are interpolated, so that the output interval does not change results.
 Velocity, density, energy, stress and damage are interpolated linearly in time, as in the integrator; interpolated
@@ -19,7 +19,7 @@ from hvisph.core.particles import SLAB, Particles
 GROWTH = 1.1  # largest ratio of a step to the previous one; rates change within a few steps at a shock
 # Share of a step by which the last step may be longer, so that no short remainder is left; also the relative
 # tolerance of times: 10 * 0.1 us equals 1 us.
-SLIVER = 1e-9
+TIME_TOLERANCE = 1e-9
 
 
 @dataclass
@@ -33,11 +33,11 @@ class TimeStep:
 
 @dataclass
 class Clock:
-    """Time, steps done and the step under way.
+    """Time, number of completed steps and the present step.
 
     `every` is the output interval [s] and `fixed` a fixed step [s] or None; `outputs` counts output times reached.
-    `allowed` and `allowed_by` are the last step of the criteria [s], before it was cut to land on the end; `begun` is
-    the time of the start [s].
+    `allowed` and `allowed_by` are the last step of the criteria [s], before it was shortened to end at the end time;
+    `begun` is the time of the start [s].
     """
 
     end: float
@@ -57,10 +57,10 @@ class Clock:
     @property
     def _last(self) -> int:
         """Number of the last output time, which is the end."""
-        return max(ceil((self.end - self.begun) / self.every - SLIVER), 1)
+        return max(ceil((self.end - self.begun) / self.every - TIME_TOLERANCE), 1)
 
     def choose(self, allowed: float, criterion: str, under_way: TimeStep | None) -> TimeStep:
-        """Return the step after `under_way`, None before the first, from the step [s] and criterion allowed."""
+        """Return the step after `under_way` (None before the first) for the step `allowed` [s] by a criterion."""
         if self.fixed is not None:
             return TimeStep(self.fixed, "fixed")
         if under_way is not None and allowed > GROWTH * self.allowed:
@@ -69,9 +69,9 @@ class Clock:
         return TimeStep(allowed, criterion)
 
     def last(self, time_step: TimeStep) -> TimeStep | None:
-        """Return `time_step` cut to land on the end if it reaches it; None otherwise and for fixed steps."""
+        """Return `time_step` shortened to end at the end time if it reaches it; None otherwise and for fixed steps."""
         left = self.end - self.time
-        if self.fixed is not None or time_step.lands_on is not None or time_step.length * (1.0 + SLIVER) < left:
+        if self.fixed is not None or time_step.lands_on is not None or time_step.length * (1.0 + TIME_TOLERANCE) < left:
             return None
         return TimeStep(left, "end", self.end)
 
@@ -80,7 +80,7 @@ class Clock:
         number, moments = self.outputs + 1, []
         if self.fixed is None:
             after = time_step.lands_on if time_step.lands_on is not None else self.time + time_step.length
-            while number < self._last and self.moment(number) < after - SLIVER * time_step.length:
+            while number < self._last and self.moment(number) < after - TIME_TOLERANCE * time_step.length:
                 moments.append(self.moment(number))
                 number += 1
         return moments
@@ -90,24 +90,24 @@ class Clock:
         self.steps += 1
         if self.fixed is not None:
             self.time = self.steps * self.fixed
-            slack = SLIVER * self.fixed
+            slack = TIME_TOLERANCE * self.fixed
         else:
             self.outputs += len(self.output_times(time_step))
             self.time = time_step.lands_on if time_step.lands_on is not None else self.time + time_step.length
-            slack = SLIVER * time_step.length
+            slack = TIME_TOLERANCE * time_step.length
         reached = self.outputs < self._last and self.time >= self.moment(self.outputs + 1) - slack
         self.outputs += reached
         return reached
 
     def extend(self) -> TimeStep:
         """Return the present step after `end` was moved."""
-        self.outputs = floor((self.time - self.begun) / self.every * (1.0 + SLIVER))
+        self.outputs = floor((self.time - self.begun) / self.every * (1.0 + TIME_TOLERANCE))
         return self.choose(self.allowed, self.allowed_by, None)
 
     @property
     def is_finished(self) -> bool:
         """Whether the end is reached."""
-        return self.time >= self.end - SLIVER * (self.fixed or 0.0)
+        return self.time >= self.end - TIME_TOLERANCE * (self.fixed or 0.0)
 
 
 def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt: float) -> Particles:

@@ -14,9 +14,9 @@ from hvisph.integrators.sums import INTERNAL, MOMENTUM, SLIPPING, SUPPORT
 from hvisph.materials.slots import RHO0
 from hvisph.setup.build import Setup
 
-# From the box to the first parked particle, in supports: beyond what live particles fly between two calls of `retire`.
-OUTSIDE = 64.0
-APART = 3.0  # between parked particles, in supports. Odd, so that they spread evenly over the cells of the torus.
+# From the box to the first retired particle, in supports: more than particles move between two calls of `retire`.
+PARKING_DISTANCE = 64.0
+PARKING_SPACING = 3.0  # of retired particles, in supports; odd, so that they spread evenly over the periodic cells
 
 
 class Domain:
@@ -91,9 +91,9 @@ class Domain:
         places = np.empty((len(number), particles.dim))
         rest = number.astype(np.int64)
         for k in range(particles.dim):
-            places[:, k] = APART * support * (rest % side)
+            places[:, k] = PARKING_SPACING * support * (rest % side)
             rest //= side
         if particles.kinematics.axisymmetric:  # the second coordinate is a radius
-            places[:, 1] += OUTSIDE * support
-        places[:, axis] = edge + sign * (OUTSIDE * support + places[:, axis])
+            places[:, 1] += PARKING_DISTANCE * support
+        places[:, axis] = edge + sign * (PARKING_DISTANCE * support + places[:, axis])
         return places

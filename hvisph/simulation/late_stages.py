@@ -10,32 +10,32 @@ from hvisph.diagnostics.sanity_checks import Failure
 from hvisph.materials.material_table import Material, late_material
 from hvisph.schemes.derived_fields import diagnose
 from hvisph.schemes.stepper import Stepper
-from hvisph.setup.build import STIFF, Setup
+from hvisph.setup.build import MODULUS_FACTOR, Setup
 from hvisph.sph.neighbours.particle_layout import slots
 
-SLOWER = 0.99  # share of the kinetic energy below the speed that the default modulus is of
-SOFTER = 0.1  # modulus of a stage that begins by itself, over that before
-EVERY = 50  # steps after which such a stage is looked for
-HALF = 0.5  # of the density at rest: thinner particles move without pressure
+ENERGY_SHARE = 0.99  # share of the kinetic energy below the speed that determines the default modulus
+MODULUS_RATIO = 0.1  # modulus of a stage with `at: auto` over that of the stage before
+CHECK_EVERY = 50  # steps between two checks whether such a stage begins
+DISPERSED_SHARE = 0.5  # of the density at rest, below which particles move without pressure
 
 
 class _State(NamedTuple):
     """Parameters of a late stage."""
 
-    flies: np.ndarray  # whether particles have no pressure (n,)
+    dispersed: np.ndarray  # whether particles have no pressure (n,)
     pressure: np.ndarray  # (n,) [Pa]
     stress: np.ndarray  # von Mises (n,) [Pa]
     highest: float  # pressure [Pa]
-    fast: float  # speed below which particles under stress have `SLOWER` of their kinetic energy [m/s]
+    fast: float  # speed below which particles under stress have `ENERGY_SHARE` of their kinetic energy [m/s]
     closing: float  # largest speed at which neighbours close [m/s]
     wanted: float  # least bulk modulus [Pa]
 
 
 def _dominant_speed(speeds: np.ndarray, masses: np.ndarray) -> float:
-    """Return the speed [m/s] below which particles have `SLOWER` of the kinetic energy: `speeds`, `masses` (n,)."""
+    """Return the speed [m/s] below which particles (n,) have the share `ENERGY_SHARE` of the kinetic energy."""
     order = np.lexsort((masses, speeds))  # whatever process they come from
     energy = np.cumsum((masses * speeds**2)[order])
-    return float(speeds[order][np.searchsorted(energy, SLOWER * energy[-1])]) if len(order) else 0.0
+    return float(speeds[order][np.searchsorted(energy, ENERGY_SHARE * energy[-1])]) if len(order) else 0.0
 
 
 class LateStages:
@@ -49,13 +49,13 @@ class LateStages:
             self._stepper = setup.stepper
 
     def resume(self) -> None:
-        """Take the materials of the stage that the state is in."""
+        """Use the materials of the present stage of a resumed run."""
         self._done = int(np.count_nonzero(self._setup.stepper.late[1:]))
         if self._done:
-            self._take(self._done - 1, float(self._stepper.late[self._done]))
+            self._use_materials(self._done - 1, float(self._stepper.late[self._done]))
 
-    def _take(self, number: int, modulus: float) -> np.ndarray:
-        """Take the materials of a stage of a bulk modulus [Pa]; return growths of 1/K and 1/G by material [1/Pa]."""
+    def _use_materials(self, number: int, modulus: float) -> np.ndarray:
+        """Use the materials of a stage with a bulk modulus [Pa]; return increases of 1/K and 1/G by material [1/Pa]."""
         materials = [late_material(one, modulus, self._stages[number].nu) for one in self._setup.substances]
         self._stepper.use_late_materials(number, materials)
         before, self._moduli = self._moduli, np.array([[modulus, one.shear_modulus] for one in materials])
@@ -71,61 +71,62 @@ class LateStages:
         stage = self._stages[self._done]
         if stage.at != "auto":
             return stage.at <= time
-        if step % EVERY:
+        if step % CHECK_EVERY:
             return False
-        state, modulus = self._survey(), self._largest_modulus()
+        state, modulus = self._evaluate(), self._largest_modulus()
         return state.wanted <= modulus and state.closing <= self._speed_limit(modulus)
 
     def pending(self) -> str:
-        """Return a remark on stages that have not begun; empty where there are none."""
+        """Return a note on stages that have not begun; empty where there are none."""
         left = len(self._stages) - self._done
         return f"{left} late stage{'s' if left > 1 else ''} (at: auto) did not begin" if left else ""
 
     def _largest_modulus(self) -> float:
         """Return the modulus of the next stage [Pa], if `auto` without one a tenth of that before."""
-        return float(self._stages[self._done].bulk_modulus or SOFTER * self._moduli[:, 0].min())
+        return float(self._stages[self._done].bulk_modulus or MODULUS_RATIO * self._moduli[:, 0].min())
 
     def _speed_limit(self, modulus: float) -> float:
         """Return a tenth of the sound speed [m/s] of a stage of a bulk modulus [Pa]."""
         return 0.1 * sqrt(modulus / max(one.density_at_rest for one in self._setup.substances))
 
-    def _survey(self) -> _State:
-        """Return what a stage depends on, at this moment."""
+    def _evaluate(self) -> _State:
+        """Return the present state, on which the beginning of a stage depends."""
         stepper, share = self._stepper, self._setup.subdomain
         particles = stepper.particles
         fields = diagnose(particles, stepper.table, stepper.models)
         pressure, heat = np.maximum(fields["pressure"], 0.0), fields.get("temperature")
-        flies = np.zeros(particles.count, dtype=bool)
+        dispersed = np.zeros(particles.count, dtype=bool)
         for number, material in enumerate(self._setup.substances):
             rows = np.flatnonzero(particles.material == number)
-            flies[rows] = self._flies(rows, material, None if heat is None else heat[rows])
-        pressure[flies] = 0.0
-        stress = np.where(flies, 0.0, fields["von_mises_stress"])
+            dispersed[rows] = self._is_dispersed(rows, material, None if heat is None else heat[rows])
+        pressure[dispersed] = 0.0
+        stress = np.where(dispersed, 0.0, fields["von_mises_stress"])
         borne = (pressure > 0.0) | (stress > 0.0)
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
         speeds, masses = share.gather_rows(speed[borne]), share.gather_rows(particles["mass"][borne])
         fast = share.world.broadcast_from_first(lambda: _dominant_speed(speeds, masses))
         rates = stepper.rates[stepper.place, slots(particles.dim)["R_APPROACH"]]
         highest, strongest, closing = (
-            float(share.get_maxima(float(np.where(flies, 0.0, np.abs(one)).max(initial=0.0)))[0])
+            float(share.get_maxima(float(np.where(dispersed, 0.0, np.abs(one)).max(initial=0.0)))[0])
             for one in (pressure, stress, rates)
         )
         density = max(one.density_at_rest for one in self._setup.substances)
         wanted = max(30.0 * highest, 100.0 * density * fast**2, 100.0 * strongest)
-        return _State(flies, pressure, stress, highest, fast, closing, wanted)
+        return _State(dispersed, pressure, stress, highest, fast, closing, wanted)
 
     def switch(self, time: float, step: int) -> str:
         """Begin the next stage and return a remark; `Failure` at a pressure above a tenth of its bulk modulus."""
-        stepper, stage, state = self._stepper, self._stages[self._done], self._survey()
-        particles, pressure, flies = stepper.particles, state.pressure, state.flies
+        stepper, stage, state = self._stepper, self._stages[self._done], self._evaluate()
+        particles, pressure, dispersed = stepper.particles, state.pressure, state.dispersed
         if stage.at == "auto":
             modulus = self._largest_modulus()
         else:  # without a speed, a pressure or a stress as it was
             modulus = stage.bulk_modulus or min(state.wanted or inf, *self._moduli[:, 0])
-        if state.highest * STIFF > modulus:
+        if state.highest * MODULUS_FACTOR > modulus:
             raise Failure(
                 "late", f"late stage at {time:.4g} s: the largest pressure is {state.highest:.3g} Pa, above a tenth of "
-                f"its bulk modulus of {modulus:.3g} Pa; begin later, or give {STIFF * state.highest:.3g} Pa or more",
+                f"its bulk modulus of {modulus:.3g} Pa; begin later, or give "
+                f"{MODULUS_FACTOR * state.highest:.3g} Pa or more",
                 None, None, None, time, step,
             )  # fmt: skip
         for number, material in enumerate(self._setup.substances):
@@ -134,8 +135,8 @@ class LateStages:
             if self._done == 0:
                 pores = material.porosity is not None
                 particles["flaw_strain"][rows] = 1.0 / particles["history_variable"][rows] if pores else 1.0
-            particles["history_variable"][rows] = np.where(flies[rows], np.inf, reference)
-        softer = self._take(self._done, modulus)[particles.material]
+            particles["history_variable"][rows] = np.where(dispersed[rows], np.inf, reference)
+        softer = self._use_materials(self._done, modulus)[particles.material]
         elastic = pressure**2 / 2.0 * softer[:, 0] + state.stress**2 / 6.0 * softer[:, 1]
         stepper.late[0] += self._setup.subdomain.exact_sum(particles["mass"] / particles["density"] * elastic)
         self._done += 1
@@ -151,12 +152,13 @@ class LateStages:
             )
         return remark
 
-    def _flies(self, rows: np.ndarray, material: Material, temperature: np.ndarray | None) -> np.ndarray:
-        """Return whether particles of a material fly on without pressure, hot or thin (n,)."""
+    def _is_dispersed(self, rows: np.ndarray, material: Material, temperature: np.ndarray | None) -> np.ndarray:
+        """Return which particles of a material move without pressure, because they are hot or thin (n,)."""
         particles = self._stepper.particles
         rho, known = particles["density"][rows], particles["history_variable"][rows]
         if self._done:
-            return np.asarray(~np.isfinite(known) | (rho < HALF * material.density * particles["flaw_strain"][rows]))
-        thin = (rho if material.porosity is None else rho * known) < HALF * material.density
+            least = DISPERSED_SHARE * material.density * particles["flaw_strain"][rows]
+            return np.asarray(~np.isfinite(known) | (rho < least))
+        thin = (rho if material.porosity is None else rho * known) < DISPERSED_SHARE * material.density
         hot = False if temperature is None else temperature > material.melting_point  # not a number is never above
         return np.asarray(thin | hot)

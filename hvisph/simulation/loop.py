@@ -82,12 +82,12 @@ class Run:
         said = [f"warning: {warning.splitlines()[0]}" for warning in warnings]
         said += [self._settled] if self._settled else []
         for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
-            self._tell(line)
+            self._report(line)
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
         self.subdomain.begin()
         self._first_step = self.clock.steps
 
-    def _tell(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         """Write a text to the log and report it; nothing for an empty one."""
         if text:
             self.folder.log.write(text)
@@ -95,7 +95,7 @@ class Run:
 
     def _take_steps(self) -> None:
         """Advance to the end, a failure or an interruption."""
-        with self.files.go_on() if self.checkpoint else self._begin_files():
+        with self.files.resume() if self.checkpoint else self._begin_files():
             try:
                 if self.checkpoint is None:
                     self._begin()
@@ -108,7 +108,7 @@ class Run:
             else:
                 self.status = "done" if self._has_reached_steps() else "interrupted"
                 if self.clock.is_finished:
-                    self._tell(self.late.pending())
+                    self._report(self.late.pending())
                 if not self.clock.is_finished or self.clock.fixed is not None:
                     self._checkpoint()
 
@@ -189,14 +189,14 @@ class Run:
         due = self._complete(following)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
             self.files.record(self.time_step, limit.number, self.done.length, self.budget)
-        self._tell(self.checks.warning(clock.time))
+        self._report(self.checks.warning(clock.time))
         drift = self.budget.energy_drift(stepper.sums)
         self.checks.check_state(drift, clock.time, clock.steps)
         while due:  # snapshots hold as long as the particles lie as they do
             number += 1
             self.files.write_output(due.pop(0)(), number)
         if self.late.is_due(clock.time, clock.steps):
-            self._tell(self.late.switch(clock.time, clock.steps))
+            self._report(self.late.switch(clock.time, clock.steps))
             stepper.predict(following.length)
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
@@ -269,13 +269,13 @@ class Run:
         return Outcome(self.folder.path, summary, code, self.stop.name if self.status == "interrupted" else "")
 
 
-LOOK_EVERY = 64  # steps between two looks, a multiple of those between two sortings of the state
+FRAGMENTS_EVERY = 64  # steps between two searches, a multiple of those between two sortings of the state
 
 
 def separate_fragments(setup: Setup, steps: int) -> None:
     """Find the connected components of bodies when due, on the first process, and renumber contact bodies."""
     stepper, share, particles = setup.stepper, setup.subdomain, setup.particles
-    if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
+    if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % FRAGMENTS_EVERY:
         return
     if steps == 0:
         stepper.pieces = particles.body.copy()  # as the particles stand now

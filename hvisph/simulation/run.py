@@ -1,4 +1,4 @@
-"""A case from start to end, or on from a checkpoint: set-up, step loop, summary, on one or several processes."""
+"""A run from its case or a checkpoint to the end: set-up, step loop, summary, on one or several processes."""
 
 import os
 from collections.abc import Callable
@@ -130,7 +130,7 @@ def resume(
     threads: int | None = None,
     listener: Listener | None = None,
 ) -> Outcome:
-    """Continue a run from its newest checkpoint, bit for bit as without the stop.
+    """Continue a run from its newest checkpoint, with the same bits as without the stop.
 
     A run that was killed before its first checkpoint begins again. One that has reached its end only sums up
     anew, unless the end is later now.
@@ -199,7 +199,7 @@ def resume_run(
             return Run(case, setup, folder, listener, checkpoint or header).go()
 
 
-FEW = 16  # particles of each body with which loops are compiled
+COMPILED_PARTICLES = 16  # particles of each body with which loops are compiled
 
 
 def distribute(
@@ -247,7 +247,8 @@ def compile_for_all(world: SingleProcess, case: Case, start: InitialState) -> No
 
     def evaluate() -> None:
         particles = start.particles
-        few = np.concatenate([np.flatnonzero(particles.body == body)[:FEW] for body in np.unique(particles.body)])
+        bodies = np.unique(particles.body)
+        few = np.concatenate([np.flatnonzero(particles.body == body)[:COMPILED_PARTICLES] for body in bodies])
         sample = particles.like(0)
         sample.data, sample.tags = particles.data[few], particles.tags[few]
         with suppress(RunError):

@@ -23,7 +23,7 @@ from hvisph.output.snapshot import Snapshot
 from hvisph.parallel.parallel_output import Moment, load_arrays
 from hvisph.setup.build import build
 
-from .checkpoint import Cadence, CheckpointContent, Files
+from .checkpoint import CheckpointContent, CheckpointSchedule, Files
 from .clock import Clock, TimeStep
 from .listener import Listener
 from .settling import settle
@@ -45,7 +45,7 @@ class RunFiles:
     ):
         self.folder, self.writer, self.state = folder, writer, Files()
         self._text, self._observer, self._clock = text, observer, clock
-        self._cadence = Cadence(case.output.checkpoint_every)
+        self._cadence = CheckpointSchedule(case.output.checkpoint_every)
         self._full_every = case.output.full_every
         self._writes = not isinstance(folder, SilentFolder)
         self.history: HistoryWriter | None = None  # of the process that writes
@@ -65,8 +65,8 @@ class RunFiles:
         self.history = HistoryWriter(self.folder.history_path, self._observer.columns)
         return self.history
 
-    def go_on(self) -> AbstractContextManager[object]:
-        """Cut the files at the checkpoint and return the history; `OutputError` where it does not reach it."""
+    def resume(self) -> AbstractContextManager[object]:
+        """Shorten the files to the checkpoint and return the history; `OutputError` where it ends before that."""
         if not self._writes:
             return nullcontext()
         self.history = HistoryWriter.resume(self.folder.history_path, self._observer.columns, self._clock.steps)

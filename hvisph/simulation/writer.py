@@ -22,7 +22,7 @@ from hvisph.materials.slots import EOS_TAG
 from hvisph.measures.measurement_frame import reference
 from hvisph.output import file_names
 from hvisph.output.atomic_write import reason
-from hvisph.output.hdf5 import Form, write_hdf5
+from hvisph.output.hdf5 import StorageOptions, write_hdf5
 from hvisph.output.run_folder import RunFolder
 from hvisph.output.snapshot import INDICES, Snapshot
 from hvisph.output.time_series import write_time_series
@@ -33,7 +33,7 @@ from hvisph.setup.build import Setup
 from hvisph.setup.initial_fields import gravity_of
 from hvisph.setup.initial_state import in_box
 
-MOST_TIME = 0.02  # share of a run's wall time that its series may take while it goes on
+TIME_SHARE = 0.02  # largest share of a run's wall time for the series file
 
 
 class SnapshotWriter:
@@ -195,7 +195,7 @@ class SnapshotWriter:
             began = wall.monotonic()
             write_time_series(self.folder.path)
             now = wall.monotonic()
-            self._series_due = now + (now - began) / MOST_TIME
+            self._series_due = now + (now - began) / TIME_SHARE
 
     def write(self, snapshot: Snapshot, number: int | str, whole: bool = True) -> None:
         """Write a snapshot and its regions in every format, by number or name; `whole` writes all particles."""
@@ -210,7 +210,9 @@ class SnapshotWriter:
             known = numbered and number != 0 and snapshot.count == self._count  # particles leave, and none comes
             once = output.static_fields == "once" and known
             write_hdf5(
-                self.folder.snapshot_path(number), shown, Form(output.compress == "gzip", first if once else None)
+                self.folder.snapshot_path(number),
+                shown,
+                StorageOptions(output.compress == "gzip", first if once else None),
             )
             if number and wall.monotonic() > self._series_due:  # one alone is no series yet
                 self.write_series()
@@ -226,7 +228,7 @@ class SnapshotWriter:
         for name, region in self.output.regions.items():
             part = _reduce_fields(snapshot.part(_in_region(snapshot, region)), self.output)
             path = _with_folder(self.folder.region_path(name, number))
-            write_hdf5(path, part, Form(self.output.compress == "gzip"))
+            write_hdf5(path, part, StorageOptions(self.output.compress == "gzip"))
 
 
 def _with_folder(path: Path) -> Path:
