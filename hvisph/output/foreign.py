@@ -46,7 +46,7 @@ LIKELY_UNITS = {0: "cm,g,us", -3: "mm,g,us", -6: "mm,kg,ms", -9: "mm,t,s"}
 Array = tuple[str, np.ndarray]  # own name and values
 
 
-def normalized(name: str) -> str:
+def plain_name(name: str) -> str:
     """Return a name without case, blanks, dashes and underscores."""
     return re.sub(r"[ _-]", "", name.lower())
 
@@ -68,7 +68,7 @@ class Convention:
 
     def aliases(self, quantity: str) -> list[str]:
         """Return the bare names of a quantity's array: the given one, or the usual ones."""
-        return [normalized(self.names[quantity])] if quantity in self.names else QUANTITIES[quantity][1].split()
+        return [plain_name(self.names[quantity])] if quantity in self.names else QUANTITIES[quantity][1].split()
 
     def factor(self, quantity: str) -> float:
         """Return the SI value of a quantity's unit in these files."""
@@ -102,9 +102,9 @@ def snapshot_of_another_code(
     arrays: dict[str, Array] = {}
     for name, values in point_data.items():
         column = np.asarray(values)
-        arrays[normalized(name)] = (name, column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column)
+        arrays[plain_name(name)] = (name, column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column)
     for quantity, name in convention.names.items():
-        if normalized(name) not in arrays:
+        if plain_name(name) not in arrays:
             hint = sanitize(suggest_nearest(name, list(point_data)))
             raise OutputError(f"it has no array '{name}' for the {quantity}{hint}")
     dim = max((axis for axis in range(points.shape[1]) if points[:, axis].any()), default=0) + 1
@@ -127,7 +127,7 @@ def snapshot_of_another_code(
     number = _integers(arrays, convention.aliases("id"))
     number = np.arange(n) if number is None or len(np.unique(number)) != n else number
     order = np.argsort(number, kind="stable")
-    times = [np.ravel(values) for name, values in field_data.items() if normalized(name) in ("timevalue", "time")]
+    times = [np.ravel(values) for name, values in field_data.items() if plain_name(name) in ("timevalue", "time")]
     time = float(times[0][0]) if times and len(times[0]) else 0.0
     return Snapshot(
         time=time * (convention.units or (1.0, 1.0, 1.0))[2],
