@@ -59,7 +59,7 @@ CONSTANTS = {
     "DEPTH_RANGE": (variable_resolution, "spacings"),
     "GROWTH": (clock, None),
     "TIME_TOLERANCE": (clock, None),
-    "FRAGMENTS_EVERY": (loop, None),
+    "LOOK_EVERY": (loop, None),
     "FLOOR_SHARE": (slots, None),
     "TINY": (limiters, None),
     "FILLER_VOLUME": (law, None),
