@@ -106,7 +106,7 @@ class Budget:
         self._free = free
 
     def record(self, sums: np.ndarray, dt: float, pressures: np.ndarray) -> None:
-        """Take account of a step [s]: forces on clamped particles, works, slip, pending terms, pressures (n,)."""
+        """Add the terms of a step [s]: forces on clamped particles, work, slip, pending terms, pressures (n,)."""
         self.highest_pressure = max(self.highest_pressure, float(pressures.max(initial=0.0)))
         plastic, heating, slipping = sums[column.PLASTIC : column.SLIPPING + 1].tolist()
         self.slip_work += dt * slipping
@@ -137,7 +137,7 @@ class Budget:
         self._add_plane_work(sums)  # other sources of momentum are known
 
     def _add_plane_work(self, sums: np.ndarray) -> None:
-        """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they gave."""
+        """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they transmit."""
         if self.boundaries is not None and self.boundaries.speeds:
             taken = np.array(self.support_momentum(sums))
             for axis, speed in self.boundaries.speeds:
@@ -159,7 +159,7 @@ class Budget:
         return self.highest_pressure
 
     def crack_area(self) -> float | None:
-        """Return the area of the cracks [m^2; m in 2D]; None where failure takes no energy."""
+        """Return the area of the cracks [m^2; m in 2D]; None without fracture energy."""
         setup = self._setup
         return work_of_fracture(setup, False) if "band_width" in setup.particles.offsets else None
 
@@ -179,7 +179,7 @@ class Budget:
         return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
 
     def energy_drift(self, sums: np.ndarray) -> float | None:
-        """Return the change of total energy over that at the start; None where it began with none or is not kept."""
+        """Return the change of total energy over that at the start; None if that is zero or energy is not computed."""
         if not self._has_energy:
             return None
         stored = self._stepper.stored_energy + self.gravity_energy - self.external_work - self.rigid_rotation
@@ -307,7 +307,7 @@ class Observer:
         return int(self._setup.subdomain.total(np.array([number]))[0])
 
     def due(self, step: int) -> bool:
-        """Whether a gauge asks for a record after `step` steps, whatever the history's own cadence."""
+        """Return whether a gauge is due after `step` steps, independently of the interval of the history."""
         return self._setup.gauges.due(step)
 
     def record(self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget) -> list[Any]:
@@ -326,7 +326,7 @@ class Observer:
 
 
 def observed_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
-    """Return the numbers of the projectile's particles whose pressures the history holds, by column."""
+    """Return the numbers of the projectile's particles whose pressures are recorded, by column of the history."""
     projectile = np.flatnonzero(particles.body == 0)
     position, numbers = particles["position"][projectile], particles.id[projectile]
     axis = _mirror_axis(position, planes)
@@ -337,7 +337,7 @@ def observed_particles(particles: Particles, planes: tuple[Plane, ...], spacing:
 
 
 def _mirror_axis(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray | None:
-    """Return the shot line of a problem cut by symmetry planes, which its particles alone do not show."""
+    """Return the shot line of a model with symmetry planes, which its particles alone do not determine."""
     if not any(plane.axis for plane in planes):
         return None
     centre = 0.5 * (position.min(axis=0) + position.max(axis=0))
@@ -347,7 +347,7 @@ def _mirror_axis(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray 
 
 
 class MigratingRows:
-    """Rows `rows` (n, ...), one a particle, that are reordered and migrate with the particles."""
+    """Array `rows` (n, ...) with a row for each particle, which is reordered and migrates with the particles."""
 
     def __init__(self, setup: Setup, rows: np.ndarray):
         self.rows = rows

@@ -6,7 +6,7 @@ stress there, and the data for the neighbours are packed into the particle's row
 scheme and its energy.
 
 Particles of a chunk that have one material, and are all clamped or all free, are advanced LANES at a time. The source
-is that of a single particle: arrays stand for rows, numbers for lanes (`compiler.vector.memory_access`,
+is that of a single particle: arrays represent rows, numbers represent lanes (`compiler.vector.memory_access`,
 `compiler.if_conversion`). Each lane has the bits of a single particle; the grouping does not matter.
 """
 

@@ -29,7 +29,7 @@ SLOWEST = 2.0**-12
 
 
 def add_chunks(wholes, extremes, parts, whole):
-    """Add the integers of all chunks, and find their extremes: not a number where one is none."""
+    """Add the integers of all chunks and find their extremes; these are NaN if one is."""
     for chunk in range(np.uint64(len(wholes))):
         for part in range(np.uint64(2)):
             for k in range(np.uint64(COUNTED)):

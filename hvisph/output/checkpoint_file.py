@@ -1,7 +1,7 @@
 """Checkpoints in sealed HDF5 files.
 
-A file holds plain arrays by name and a header of plain JSON, nothing that could run. The last two are
-kept, under the number of their step: if the newer is damaged the older serves.
+A file contains arrays by name and a header in JSON, nothing that can be executed. The last two are kept,
+named by their step: if the newer one is damaged the older one is used.
 """
 
 import json
@@ -40,7 +40,7 @@ class Checkpoint:
 
 
 def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
-    """Write a checkpoint whole, delete all but it and the last; `OutputError` leaves those before untouched."""
+    """Write a checkpoint and delete all but the last two; on `OutputError` earlier ones are unchanged."""
     path = Path(folder) / f"{checkpoint.step:012d}.h5"
     form = {"format_version": FORMAT_VERSION, "code_version": __version__, "step": checkpoint.step}
     header = json.dumps(form | {"content": checkpoint.header}).encode("ascii")
@@ -63,14 +63,14 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
 
 
 def list_checkpoints(folder: str | Path) -> list[Path]:
-    """Return the checkpoints in `folder`, the newest first; those being written, links and files of others are none."""
+    """Return the checkpoints in `folder`, newest first, without links, foreign files and those being written."""
     pattern = file_names.PATTERNS[file_names.CHECKPOINT]
     files = [path for path in Path(folder).glob("*.h5") if pattern.fullmatch(path.name) and file_names.is_plain(path)]
     return sorted(files, key=lambda path: int(path.stem), reverse=True)
 
 
 def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
-    """Read a checkpoint after checking that it is whole; `lazily` its arrays only when asked for, and not kept.
+    """Read a checkpoint after verifying its seal; `lazily`: read arrays on access and do not keep them.
 
     Raises `OutputError` when it is missing, truncated, damaged or of another kind; `CaseError` for another version.
     """
@@ -101,7 +101,7 @@ def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
 
 
 def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: bool = False) -> Checkpoint | None:
-    """Return the newest checkpoint that is whole; None where there is none at all.
+    """Return the newest undamaged checkpoint; None if there is no checkpoint.
 
     `tell`: called with the reason for each that is skipped.
     Raises `OutputError` when there are some and none is whole; `CaseError` when another version of hvisph wrote it.

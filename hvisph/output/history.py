@@ -14,7 +14,7 @@ from .atomic_write import csv_text, reason, write_errors, write_text
 
 
 class HistoryWriter:
-    """Appends records to a CSV file whose first line names the columns, replacing an earlier file.
+    """Writer of records to a new CSV file whose first line names the columns.
 
     Floats have the fewest digits that give them back exactly. Records are written together, as whole lines, when
     `flush_seconds` of wall time have passed. Raises `OutputError` when that fails; the file ends with a whole line.
@@ -26,7 +26,7 @@ class HistoryWriter:
 
     @classmethod
     def resume(cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0) -> "HistoryWriter":
-        """Go on with a file without its records after `step`; raises `OutputError` where they are damaged."""
+        """Continue a file, without its records after `step`; raises `OutputError` if they are damaged."""
         try:
             content = Path(path).read_bytes()
             text = content[: content.rfind(b"\n") + 1].decode("utf-8")
@@ -74,7 +74,7 @@ class HistoryWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Write pending records; on failure cut the file back to its last whole line."""
+        """Write pending records; on failure shorten the file to its last complete line."""
         self._last = time.monotonic()
         if not self._pending or self._handle is None:
             return

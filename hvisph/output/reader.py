@@ -59,7 +59,7 @@ _SUMMARY: Mapping[str, Form] = {
 
 
 def misfit(value: object, form: Form = _SUMMARY, path: str = "") -> str:
-    """Return which part of a summary is missing or of another kind than hvisph writes; empty where it fits."""
+    """Return which part of a summary is missing or of another type than hvisph writes; empty if there is none."""
     if callable(form):
         return "" if form(value) else f"its {path} is missing or of the wrong kind"
     entries: Any = value
@@ -81,7 +81,7 @@ LARGEST_SUMMARY = 10_000_000  # [bytes]; a thousand times a usual one
 
 
 def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool = False) -> Snapshot:
-    """Read a snapshot by what the file holds, whatever its name: HDF5 or VTU, or points of another code.
+    """Read a snapshot by the content of the file, for any name: HDF5 or VTU, or points of another code.
 
     `path`: HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
     `lazily`: whether fields of an HDF5 file are read whenever they are asked for, and not kept: it must stay as it is.
@@ -135,7 +135,7 @@ def list_snapshots(run: str | Path) -> list[Path]:
 
 
 def snapshots_in(run: str | Path) -> list[Path]:
-    """Return what `list_snapshots` finds; without any, `CaseError` names the folder's content and the remedy."""
+    """Return `list_snapshots`; if there are none, raise `CaseError` with the folder's content and the remedy."""
     files = list_snapshots(run)
     if files:
         return files
@@ -203,7 +203,7 @@ def read_summary(run: str | Path) -> Plain:
 
 
 def _sanitize(value: object) -> Any:
-    """Return plain values without text that steers a terminal."""
+    """Return plain values whose texts are free of control characters of terminals."""
     if isinstance(value, dict):
         return {sanitize(name): _sanitize(item) for name, item in value.items()}
     if isinstance(value, list):

@@ -17,7 +17,7 @@ from .atomic_write import NO_LINK, reason, write_bytes, write_errors
 
 
 class RunLog:
-    """Appends lines to `path`, each after the local date and time to the millisecond.
+    """Log that appends lines to `path`, each with the local date and time to the millisecond.
 
     The file is opened for every line: a log is a few dozen lines, and so a folder that vanished is noticed.
     It is never opened through a link, and what would steer a terminal is spelled out.
@@ -39,7 +39,7 @@ class RunLog:
 
 
 class SilentLog(RunLog):
-    """The log of a process that writes none."""
+    """Log of a process that writes none."""
 
     def write(self, text: str) -> None:
         """Write nothing."""
@@ -85,7 +85,7 @@ def _lock(handle: int) -> None:
 
 
 class RunFolder:
-    """A run's folder, made by `create` or `open`, and locked for this process until `close`."""
+    """Folder of a run, made by `create` or `open`, and locked for this process until `close`."""
 
     def __init__(self, path: Path, lock: FileLock):
         self.path = path
@@ -185,7 +185,7 @@ class RunFolder:
 
 
 class SilentFolder(RunFolder):
-    """The folder of a run for a process that writes nothing there: another one does."""
+    """Folder of a run for a process that writes nothing there, because another one does."""
 
     def __init__(self, path: Path):
         self.path, self.log = path, SilentLog(path / file_names.LOG)
@@ -194,11 +194,11 @@ class SilentFolder(RunFolder):
         """Write nothing."""
 
     def close(self) -> None:
-        """Hold no lock."""
+        """Do nothing: there is no lock."""
 
 
 def looks_like_a_run(folder: Path) -> bool:
-    """Tell whether hvisph wrote this folder: it left its mark, or its effective case beside a history."""
+    """Return whether hvisph wrote this folder: it contains the lock file, or an effective case and a history."""
     if (folder / file_names.LOCK).is_file():
         return True
     try:
@@ -210,7 +210,7 @@ def looks_like_a_run(folder: Path) -> bool:
 
 
 def refuse_links(folder: Path) -> None:
-    """Raise `CaseError` where a link, or anything else that is no plain file or folder, has a name of hvisph's."""
+    """Raise `CaseError` if a name that hvisph uses belongs to a link or anything but a plain file or folder."""
     odd = [folder / one for one in file_names.FOLDERS if not _plain_or_absent(folder / one, file_names.is_plain_folder)]
     odd += [
         path
@@ -227,7 +227,7 @@ def refuse_links(folder: Path) -> None:
 
 
 def clear_unfinished(folder: str | Path) -> None:
-    """Delete what a killed writer of hvisph left unfinished in a run's folder."""
+    """Delete unfinished files of killed processes in a run's folder."""
     for path in file_names.own_files(Path(folder)):
         if path.name.endswith(file_names.PARTIAL) and file_names.is_plain(path):
             with suppress(OSError):
@@ -252,7 +252,7 @@ def _stem(number: int | str) -> str:
 
 
 def delete_snapshots(path: Path, last: bool) -> None:
-    """Delete snapshots and checkpoints of a run that has ended, `last` but the last; never through a link."""
+    """Delete snapshots and checkpoints of an ended run; `last`: keep the last snapshot. Links are not followed."""
     for series in (file_names.SERIES, file_names.TIME_SERIES):  # of deleted snapshots
         if file_names.is_plain(path / series):
             (path / series).unlink()

@@ -1,8 +1,8 @@
 """Snapshot: the particles at one time, and the layout of its fields in files for ParaView.
 
 Vectors get zeros up to 3 components, gradients up to 9 (row-major). Symmetric tensors get 6 components in VTK's order
-xx, yy, zz, xy, yz, xz, which is not the order inside hvisph (xx, yy, zz, xy, xz, yz). Going there and back returns
-every number bit for bit.
+xx, yy, zz, xy, yz, xz, which is not the order inside hvisph (xx, yy, zz, xy, xz, yz). The conversion is reversible
+bit for bit.
 """
 
 import json

@@ -1,7 +1,7 @@
 """Snapshots as VTU files: an unstructured grid of vertices, and the series that lists them.
 
-An array at a time is made, turned into text and written, numbers bit for bit, so that large states need no copy;
-time and hvisph's header are field data. A seal (`hvisph.output.sealed_hdf5`) ends the file as an XML comment.
+Arrays are encoded and written one at a time, bit for bit, so that large states need no copy; time and hvisph's
+header are field data. A seal (`hvisph.output.sealed_hdf5`) ends the file as an XML comment.
 """
 
 import base64
@@ -78,7 +78,7 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
 
 
 def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
-    """Write the series of VTU files that ParaView opens as one, beside and renamed.
+    """Write the series of VTU files, which ParaView opens as one, atomically.
 
     `entries`: time [s] and file of each snapshot, the file relative to the folder of `path`.
     Raises `OutputError` when it cannot be written.
@@ -99,7 +99,7 @@ def _write_array(
     shown: Callable[[np.ndarray], np.ndarray] = np.ascontiguousarray,
     further: str = "",
 ) -> None:
-    """Write an array, as `shown` makes its rows, as text in base 64, its length in front of it, a piece at a time."""
+    """Write an array in base 64 after its length, in pieces; `shown` converts rows."""
     none = shown(values[:0])
     kind = {"f": "Float", "i": "Int", "u": "UInt"}[none.dtype.kind] + str(8 * none.dtype.itemsize)
     columns = f'NumberOfComponents="{none.shape[1]}"' if none.ndim == 2 else ""

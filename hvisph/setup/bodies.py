@@ -1,4 +1,4 @@
-"""Particle positions of the case's bodies: shapes, fillings and placement."""
+"""Particle positions of the bodies of a case: shapes, lattices and placement."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -65,7 +65,7 @@ class PlacedBody:
 
     @property
     def breadth(self) -> np.ndarray:
-        """Side of the square or cube of each particle's volume or section (n,) [m], of a carried body at its start."""
+        """Side of the square or cube of each particle's initial volume or section (n,) [m]."""
         if self.carried:
             return self.spacing
         if isinstance(getattr(self.surface, "shape", None), Section):
@@ -99,13 +99,13 @@ def open_edges(case: Case) -> list[Edge]:
 
 
 def layer_depth(case: Case) -> float:
-    """Return how deep bodies go on beyond an edge, in spacings: as the kernel reaches, 0 with viscous edges."""
+    """Return the depth of the ambient layer beyond an edge in spacings: the kernel support, 0 with viscous edges."""
     model = case.formulation
     return model.support_over_h * model.h_over_dx if model.type == "riemann" else 0.0
 
 
 def placed_bodies(case: Case) -> list[PlacedBody]:
-    """Fill all bodies of a case and put them in their places.
+    """Fill all bodies of a case with particles and place them.
 
     Raises `CaseError` where a shape cannot be filled, bodies overlap, a symmetry plane leaves nothing of a body or
     passes through one that is not symmetric about it.

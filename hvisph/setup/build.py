@@ -125,6 +125,6 @@ def _late_option(case: Case, start: InitialState) -> dict[str, Any]:
 
 
 def _largest_density(material: Material) -> float:
-    """Return the density [kg/m^3] at which a material's equation of state ends."""
+    """Return the largest density [kg/m^3] of a material's equation of state."""
     largest = getattr(material.eos, "largest_density", None)
     return float("inf") if largest is None else float(largest(material.density))

@@ -168,7 +168,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
 
 
 def impact_pressure(projectile: Material, target: Material, speed: float) -> float:
-    """Return the pressure [Pa] of a flat impact at `speed` [m/s], of shocks c0 + 1.5 u where none is known."""
+    """Return the pressure [Pa] of a flat impact at `speed` [m/s]; unknown shock relations are c0 + 1.5 u."""
     if speed <= 0.0:
         return 0.0
     try:

@@ -38,7 +38,7 @@ class Listener:
     """Receiver of events; every method does nothing unless overridden."""
 
     def start(self, folder: Path, particles: int, end: float) -> None:
-        """Report that the folder exists and the particles run to `end` [s]."""
+        """Report that the folder exists and the run to `end` [s] begins."""
 
     def compiling(self, name: str) -> None:
         """Report that a loop is compiled."""
@@ -84,7 +84,7 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, *([HANGUP] if HANGUP is not None else
 
 
 class StopRequests:
-    """Context that records SIGINT, SIGTERM and SIGHUP in `number`; a second SIGINT or SIGTERM interrupts at once.
+    """Context that records SIGINT, SIGTERM and SIGHUP in `number`; a second SIGINT or SIGTERM stops immediately.
 
     Signals ignored by the parent process, as with `nohup`, stay ignored. Outside the main thread nothing is caught.
     """

@@ -39,7 +39,7 @@ from hvisph.sph.neighbours.connected_components import label_components
 
 
 class Run:
-    """Step loop with output, checkpoints and sanity checks; begins from `checkpoint` when given."""
+    """Step loop with output, checkpoints and sanity checks; starts from `checkpoint` if given."""
 
     def __init__(
         self, case: Case, setup: Setup, folder: RunFolder, listener: Listener, checkpoint: Checkpoint | None = None
@@ -229,7 +229,7 @@ class Run:
         return due
 
     def _interpolated_state(self, before: np.ndarray, time: float, started: float, last: bool) -> Moment:
-        """Interpolate the state within the last step; the `last` such moment may overwrite the state before it."""
+        """Interpolate the state within the last step; at the `last` such time the previous state is overwritten."""
         share, state = (time - started) / self.done.length, before if last else before.copy()
         return self.writer.snapshot(
             time, self.clock.steps, interpolate_state(state, self.setup.particles, share, self.done.length)

@@ -2,7 +2,7 @@
 
 After every step the velocities fall by exp(-k dt), k = pi c/(2 H) being the frequency of the lowest mode of a column of
 height H that stands on a support, c its speed of longitudinal waves; the mode then decays as exp(-k t/2). The damped
-energy is no heat: the balances of the run begin with the settled state.
+energy does not become heat: the balances of the run start with the settled state.
 
 Source: Otter, Cassell & Hobbs 1966 (dynamic relaxation).
 """

@@ -128,7 +128,7 @@ class SnapshotWriter:
         return Snapshot(time, step, particles.dim, fields, body, material, number, bodies, materials, metadata)
 
     def _moved_planes(self, time: float) -> Plain:
-        """Return where the planes of symmetry that move were at the start and are at a time [s]."""
+        """Return the positions of moving planes of symmetry at the start and at a time [s]."""
         moving = getattr(getattr(self.setup.stepper, "boundaries", None), "moving", ())
         moved = [{"axis": "xyz"[one.plane.axis], "from": one.place, "at": one.place_at(time)} for one in moving]
         return {"moved_planes": moved} if moved else {}
@@ -152,7 +152,7 @@ class SnapshotWriter:
 
     @property
     def exact(self) -> bool:
-        """Whether the files store every field bit by bit."""
+        """Whether the files store every field exactly."""
         return self.output.fields is None and self.output.precision == "double"
 
     def path(self, number: int | str) -> Path:
@@ -178,7 +178,7 @@ class SnapshotWriter:
         return reference(start) | ({"surfaces": surfaces} if surfaces else {})
 
     def delete_after(self, number: int) -> None:
-        """Delete snapshots after `number` and that of a failure, before a run is repeated from there."""
+        """Delete the snapshots after `number` and that of a failure, before a run continues from there."""
         path = self.folder.path
         try:
             for path in file_names.own_files(self.folder.path):
@@ -190,7 +190,7 @@ class SnapshotWriter:
             raise OutputError(f"cannot delete {path}: {reason(error)}") from error
 
     def write_series(self) -> None:
-        """Write the series file of all snapshots; its interval grows with its cost."""
+        """Write the series file of all snapshots, if due: the interval grows with its cost."""
         if "hdf5" in self.output.formats:
             began = wall.monotonic()
             write_time_series(self.folder.path)
