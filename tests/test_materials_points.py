@@ -348,19 +348,15 @@ class Porous:
 
 
 @pytest.mark.parametrize(
-    ("rho", "e", "alpha", "p", "slopes"),
+    ("rho", "e", "alpha", "p"),
     [
-        (2180.7692, 1e4, 1.2395944, 1.1911381e8, (674137.57, 102.43299)),
-        (2492.3077, 4e4, 1.085669, 3.5265213e8, (860854.29,)),
-        (3323.0769, 6e5, 1.0, 2.4240145e10, ()),
+        (2180.7692, 1e4, 1.2395944, 1.1911381e8),
+        (2492.3077, 4e4, 1.085669, 3.5265213e8),
+        (3323.0769, 6e5, 1.0, 2.4240145e10),
     ],
 )
-def test_p_alpha_crushes_its_pores(rho, e, alpha, p, slopes):
-    porous = Porous()
-    assert porous.crush(rho, e) == pytest.approx((alpha, p), rel=POINT)
-    of_solid = porous.solid._state()(alpha * rho, e)[1:]
-    found = porosity.slopes(p, rho, alpha, of_solid, porous.values)
-    assert found[: len(slopes)] == pytest.approx(slopes, rel=POINT)
+def test_p_alpha_crushes_its_pores(rho, e, alpha, p):
+    assert Porous().crush(rho, e) == pytest.approx((alpha, p), rel=POINT)
 
 
 @pytest.mark.parametrize(

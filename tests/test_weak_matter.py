@@ -53,16 +53,6 @@ def test_shocks_end_on_the_curve():
         assert p == pytest.approx(behind.pressure, rel=1e-6)
 
 
-def test_slopes_of_the_curve():
-    """p_rho on the curve against differences along it."""
-    material = Material("sand", 2700.0, BASALT, porosity=PORES)
-    row, load = slots.values(material.whole_row), python_twin(porosity.load_pores)
-    rho, step = 2700.0 * 0.8, 1e-3
-    (p, _, alpha), (more, *_) = (load(BASALT.tag, r, 0.0, 1.6, row) for r in (rho, rho + step))
-    solid = material._state()(alpha * rho, 0.0)[1:]
-    assert porosity.slopes(p, rho, alpha, solid, row)[0] == pytest.approx((more - p) / step, rel=1e-4)
-
-
 @pytest.mark.parametrize(("crush", "words"), [
     ([["1 MPa", 1.6], ["100 MPa", 1.6], ["400 MPa", 1]], "does not fall"),
     ([["1 MPa", 1.6], ["1 MPa", 1.1], ["400 MPa", 1]], "does not fall"),

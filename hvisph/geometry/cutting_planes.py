@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from hvisph.core.catalogues import SECTION_ARRANGEMENTS
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import fill
 from hvisph.geometry.lattices import Filling, Grading, fill_graded
@@ -168,12 +167,6 @@ def fill_section(
     of the tori [m^3]. Raises `CaseError` for a solid that changes round the axis or cannot be filled.
     """
     section = Section(solid)
-    if arrangement not in (None, *SECTION_ARRANGEMENTS):
-        raise CaseError(
-            f"arrangement '{arrangement}' has no meaning in axisymmetric cases; allowed: "
-            f"{', '.join(SECTION_ARRANGEMENTS)}",
-            where="arrangement",
-        )
     if grading is not None:
         filling = fill_graded(section, dx, grading, even)
     else:

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from hvisph.core.catalogues import arrangements_of
-from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.errors import CaseError
 from hvisph.geometry import lattices
 from hvisph.geometry.lattices import Filling
 from hvisph.geometry.shapes import Box, Intersection, Placed, Shape
@@ -123,20 +123,9 @@ def fill(
         the volume dx^dim, whatever that makes of the body.
     `even`: axes in whose middle no layer may lie, because a plane of symmetry does.
     Returns positions in the shape's coordinates, volumes, the size they stand for and a note of what had to give way.
-    Raises `CaseError` when `dx` is not positive, the arrangement is unknown or has no meaning for the shape, or the
-    shape is too small for it.
+    Raises `CaseError` when the shape is too small for the arrangement.
     """
-    if not (math.isfinite(dx) and dx > 0):
-        raise CaseError(f"the particle spacing must be positive and finite, not {dx:g}", where="resolution")
-    allowed = list(arrangements_of(shape.dim, shape.kind))  # the default first
-    name = allowed[0] if arrangement is None else arrangement
-    if name not in FUNCTIONS:
-        raise CaseError(f"unknown arrangement '{name}'{suggest_nearest(name, allowed)}", where="arrangement")
-    if name not in allowed:
-        raise CaseError(
-            f"arrangement '{name}' has no meaning for a {shape.kind} in {shape.dim}D; allowed: {', '.join(allowed)}",
-            where="arrangement",
-        )
+    name = arrangements_of(shape.dim, shape.kind)[0] if arrangement is None else arrangement
     function = FUNCTIONS[name]
     arrange: Callable[[Shape, float], Filling] = partial(function, even=even) if even and name in PAIRED else function
     return fill_exactly(shape, dx, arrange) if exact else arrange(shape, dx)

@@ -241,15 +241,8 @@ def fill_graded(shape: Shape, dx: float, grading: Grading, even: tuple[int, ...]
     """Fill a box with layers that grow away from its fine part; no layer lies in the middle of the axes `even`.
 
     `shape` is an `Interval`, a `Box` or the `Section` of a cylinder, a tube or a ring of a box, whose y is the radius
-    and whose volumes are areas. Raises `CaseError` for other shapes, a coarsest spacing not above `dx` or a ratio not
-    in (1, 1.1].
+    and whose volumes are areas.
     """
-    if len(shape.flat_axes) < shape.dim:
-        raise CaseError(f"a {shape.kind} has even spacing; only what flat faces bound is graded", where="grading")
-    if not grading.coarsest > dx:
-        raise CaseError(f"the coarsest spacing must be above the finest, {dx:g}", where="grading.coarsest")
-    if not 1 < grading.ratio <= STEEPEST + 1e-12:
-        raise CaseError(f"the ratio must be above 1 and at most {STEEPEST:g}", where="grading.ratio")
     low, high = shape.bounds()
     edges = []
     for axis, fine in enumerate(grading.fine):

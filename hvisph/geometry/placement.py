@@ -173,7 +173,6 @@ def row(
     `surfaces`: their surfaces, turned like the particles; None for particles without a known one.
     `faced`: which bodies touch their neighbours at their outermost particles along x, because they are flat there or
         round about the row. Of two neighbours that are not both so the surfaces touch.
-    Raises `CaseError` when a stated position has the wrong number of components.
     """
     dim = fillings[0].positions.shape[1] if fillings else 0
     centres = np.zeros((len(fillings), dim))
@@ -181,8 +180,6 @@ def row(
     for body, position in enumerate(positions):
         if position is None:
             in_row.append(body)
-        elif len(position) != dim:
-            raise CaseError(f"a position has {dim} components in {dim}D, not {len(position)}", where="position")
         else:
             centres[body] = position
     if not in_row:

@@ -19,8 +19,6 @@ particles beside the edge. Momentum and energy that its particles would receive 
 Source: Lysmer & Kuhlemeyer 1969 (viscous edge).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

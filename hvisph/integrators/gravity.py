@@ -9,8 +9,6 @@ and m phi then add up to a constant to round-off; in that of a sphere up to the 
 order and does not grow.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 

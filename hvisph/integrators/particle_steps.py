@@ -3,8 +3,6 @@
 The functions are templates; `PARTS` lists those that a stepper binds.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from math import pi, sqrt
 

@@ -10,8 +10,6 @@ is that of a single particle: arrays represent rows, numbers represent lanes (`c
 `compiler.if_conversion`). Each lane has the bits of a single particle; the grouping does not matter.
 """
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

@@ -12,8 +12,6 @@ far above that of any material: the Riemann problem of a pair with one of them t
 traction of a rigid wall, which acts on the body. In packed rows, all rigid particles have the body number `RIGID`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any

@@ -10,8 +10,6 @@ stage, the kick at the mean of those before and after it. `rotation` is that dif
 Source: Dullweber, Leimkuhler & McLachlan 1997; the free rotation is in `integrators.rotation`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import Any

@@ -23,8 +23,6 @@ exactly the missing work: the sum of kinetic and internal energy is conserved to
 the compatible differencing of Owen 2014).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -4,8 +4,6 @@ Columns: energies and momentum; plastic work, and dissipation by viscosity, Riem
 step; power of slip, forces on clamped particles; largest speed and smoothing length.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from math import sqrt

@@ -6,8 +6,6 @@
 None depends on the frame. The smallest over all particles, times the case's cfl, limits the step.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 

@@ -14,7 +14,6 @@ from hvisph.materials import isentrope, slots, tags
 from hvisph.materials.damage import (
     GradyKipp,
     GradySpall,
-    JohnsonCookDamage,
     JohnsonHolmquistDamage,
     NoDamage,
     pressure_cutoff,
@@ -38,52 +37,26 @@ class Material:
     """Material of a body."""
 
     name: str  # name for messages
-    # reference density rho0 [kg/m^3]
-    density: float  # [kg/m^3]
-    # parameter objects of the models
+    density: float  # reference density rho0 [kg/m^3]
     eos: EquationOfState
     strength: Model = field(default_factory=NoStrength)
     damage: Model = field(default_factory=NoDamage)
     porosity: Porosity | None = None
-    # c_v [J/(kg K)] and temperature at rest [K]; those of a strength model that has them, unless given
     heat_capacity: float = 0.0  # c_v [J/(kg K)]; that of the strength unless given
     room_temperature: float = 0.0  # [K]; likewise
-    # whether all energy counts as heat, see `isentrope`
     total_energy: bool = False  # temperature from the whole energy, see `isentrope`
-    # law of the melting point, where it is not the strength's own
     melting: Lindemann | Simon | None = None  # law of the melting point; constant or the strength's own unless given
-    # friction of failed material [-], 0 where it flows
     failed_friction: float = 0.0  # of failed material [-]; `slots.KEEPS_STRESS` where failing takes nothing
-    # steps over which the strain rate is smoothed; 0 for that of the step
-    rate_smoothing: int = 0  # steps over which the strain rate is smoothed
-    # tension at which the material fails for good, whatever its damage [Pa]; infinite where none is known
-    spall_strength: float = inf  # [Pa]
-    # how that tension grows with the rate of expansion, see `damage.pressure_cutoff`: exponent m [-], 0 where it is the
-    # same at all rates, and the rate at which it is `spall_strength` [1/s]
+    rate_smoothing: int = 0  # steps over which the strain rate is smoothed; 0 for that of the step
+    spall_strength: float = inf  # tension at which the material fails for good, whatever its damage [Pa]
     spall_exponent: float = 0.0  # m of `damage.pressure_cutoff` [-]; 0 for one strength at all rates
     spall_rate: float = 1e5  # of expansion, at which it has its strength [1/s]
-    # points (T [K], c_p [J/(kg K)]) without pressure, in place of a constant c_v; none unless given
-    heat_capacities: tuple[tuple[float, float], ...] = ()  # T [K], c_p [J/(kg K)]
-    # melting point [K] and heat of melting [J/kg], beside them
-    heat_of_melting: tuple[float, float] | None = None  # T [K], [J/kg]
-    # energy that failure takes, see `damage.fracture_energy`; None where it takes none
-    fracture: FractureEnergy | None = None
+    heat_capacities: tuple[tuple[float, float], ...] = ()  # T [K] and c_p without pressure [J/(kg K)], for c_v
+    heat_of_melting: tuple[float, float] | None = None  # melting point [K] and heat of melting [J/kg], beside them
+    fracture: FractureEnergy | None = None  # energy that failure takes
     # at rest, and of incipient and complete melting and vaporisation at 1 bar [J/(kg K)]; none where unknown
     entropies: tuple[float, ...] = ()
     late: bool = False  # whether its particles are to remember what late stages need
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "density")
-        if not self.spall_strength > 0.0:
-            raise CaseError(f"spall_strength is {self.spall_strength!r}, but must be above zero", where=self.name)
-        slots.require_not_negative(self, "heat_capacity", "room_temperature", "rate_smoothing")
-        if self.fracture is not None and isinstance(self.strength, NoStrength):
-            raise CaseError("a fracture energy needs a strength, and the material has none", where=self.name)
-        if isinstance(self.damage, JohnsonCookDamage):
-            if isinstance(self.strength, NoStrength):
-                raise CaseError("damage grows with plastic strain, but the material has no strength", where=self.name)
-            if self.damage.d5 != 0.0 and not isinstance(self.strength, JohnsonCook) and self.melting is None:
-                raise CaseError("d5 needs a melting point, which this strength does not give", where=self.name)
 
     @property
     def shear_modulus(self) -> float:

@@ -15,7 +15,6 @@ import numpy as np
 
 from hvisph.compiler.jit import inline
 
-from . import slots
 from .slots import INVERSE_RHO0, MELT_FIRST, MELT_LAW, MELT_SECOND, MELT_TEMPERATURE
 
 CONSTANT, LINDEMANN, SIMON = 0.0, 1.0, 2.0
@@ -28,10 +27,6 @@ class Lindemann:
     temperature: float  # T_m0 [K]
     gamma0: float  # Grueneisen coefficient at rest [-]
     a: float  # [-]
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "temperature")
-        slots.require_not_negative(self, "gamma0", "a")
 
     def pack(self, row: np.ndarray) -> None:
         """Write the parameters into the material's row of the table."""
@@ -46,9 +41,6 @@ class Simon:
     temperature: float  # T_m0 [K]
     a: float  # [Pa]
     c: float  # [-]
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "temperature", "a", "c")
 
     def pack(self, row: np.ndarray) -> None:
         """Write the parameters into the material's row of the table."""

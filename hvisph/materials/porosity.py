@@ -17,21 +17,17 @@ shear modulus and yield stress are divided by alpha. Herrmann 1969, J. Appl. Phy
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from hvisph.compiler.jit import inline, noinline, python_twin
+from hvisph.compiler.jit import inline, noinline
 from hvisph.compiler.vector.api import number_at
-from hvisph.core.errors import CaseError
 
-from . import slots
 from .eos import pressure_and_sound_speed
 from .isentrope import CRUSH, CRUSH_POINTS
 from .slots import ADDRESS, DISTENSION, ELASTIC_PRESSURE, SOLID_PRESSURE
 
 _HALVINGS = 40
-STEP = 1e-6  # of the pressure, for the slope of a curve
 
 
 @dataclass(frozen=True)
@@ -42,23 +38,6 @@ class Porosity:
     elastic_pressure: float  # p_e, where pores begin to crush [Pa]
     solid_pressure: float  # p_s, where they are gone [Pa]
     crush: tuple[tuple[float, float], ...] = ()  # points p [Pa], alpha [-] in place of the parabola
-
-    def __post_init__(self) -> None:
-        slots.require_not_negative(self, "elastic_pressure")
-        if not 1.0 < self.distension < np.inf:
-            raise CaseError(f"distension is {self.distension!r}, but must be above 1", where="porosity")
-        if not self.solid_pressure > self.elastic_pressure:
-            raise CaseError("solid_pressure is not above elastic_pressure", where="porosity")
-        if self.crush:
-            falls = all(p < q and a > b for (p, a), (q, b) in pairwise(self.crush))
-            ends = self.crush[0] == (self.elastic_pressure, self.distension) and self.crush[-1] == (
-                self.solid_pressure,
-                1.0,
-            )
-            if not (falls and ends and len(self.crush) <= CRUSH_POINTS):
-                raise CaseError(
-                    f"crush must fall from the distension to 1 in at most {CRUSH_POINTS} points", where="porosity"
-                )
 
     def pack(self, row: np.ndarray) -> None:
         """Write the parameters into the material's row of the table."""
@@ -125,11 +104,3 @@ def load_pores(tag, rho, e, alpha, row):
     alpha = crush(tag, rho, e, alpha, row)
     p, c = pressure_and_sound_speed(tag, alpha * rho, e, row)
     return p / alpha, c, alpha
-
-
-def slopes(p: float, rho: float, alpha: float, of_solid: tuple[float, float], row: np.ndarray) -> tuple[float, float]:
-    """Return p_rho and p_e on the crush curve, from those of the solid at (alpha rho, e), for plots and tests."""
-    curve = python_twin(crush_curve)
-    falling = (curve(p * (1.0 + STEP), row) - curve(p * (1.0 - STEP), row)) / (2.0 * STEP * p) if p > 0.0 else 0.0
-    d = alpha + falling * (p - rho * of_solid[0])
-    return of_solid[0] * alpha / d, of_solid[1] / d

@@ -18,7 +18,6 @@ import numpy as np
 
 from hvisph.compiler.jit import inline
 from hvisph.compiler.vector.api import row_address
-from hvisph.core.errors import CaseError
 
 # Columns of `table` that every material has.
 RHO0 = 0  # reference density [kg/m^3]
@@ -93,16 +92,13 @@ def values(row: np.ndarray) -> tuple[float, ...]:
 
 
 class Parameters:
-    """Base of the parameters of a model, a dataclass whose fields must be finite and in their range.
+    """Base of the parameters of a model, a dataclass whose fields the case has checked.
 
-    `positive`, `not_negative`: names of fields above zero, and not below zero; raises `CaseError` for others.
     `converted`: names of fields that have no slot of their own: `pack` of the model writes what follows from them.
     A class with any other field that has no slot raises `TypeError` when it is defined.
     """
 
     name: ClassVar[str]
-    positive: ClassVar[tuple[str, ...]] = ()
-    not_negative: ClassVar[tuple[str, ...]] = ()
     converted: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls) -> None:
@@ -119,10 +115,6 @@ class Parameters:
         """Return the slots in sight of the model's module, by the names of fields."""
         known = globals() | vars(sys.modules[cls.__module__])
         return {name.lower(): slot for name, slot in known.items() if name.isupper() and isinstance(slot, int)}
-
-    def __post_init__(self) -> None:
-        require_positive(self, *self.positive)
-        require_not_negative(self, *self.not_negative)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write each field into the slot of its name, here or in the model's module: `yield_stress` in YIELD_STRESS."""
@@ -149,19 +141,3 @@ class EquationOfState(Model, Protocol):
     def ambient_energy(self) -> float: ...  # specific internal energy of the material at rest [J/kg]
     # bulk sound speed at the reference density and the ambient energy [m/s]
     def ambient_sound_speed(self, density: float) -> float: ...
-
-
-def require_positive(model: object, *fields: str) -> None:
-    """Raise `CaseError` unless the named fields of a parameter dataclass are finite and above zero."""
-    for field in fields:
-        value = getattr(model, field)
-        if not 0.0 < value < np.inf:
-            raise CaseError(f"{field} is {value!r}, but must be above zero", where=getattr(model, "name", ""))
-
-
-def require_not_negative(model: object, *fields: str) -> None:
-    """Raise `CaseError` unless the named fields of a parameter dataclass are finite and at least zero."""
-    for field in fields:
-        value = getattr(model, field)
-        if not 0.0 <= value < np.inf:
-            raise CaseError(f"{field} is {value!r}, but must not be below zero", where=getattr(model, "name", ""))

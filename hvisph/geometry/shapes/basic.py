@@ -1,6 +1,6 @@
 """Basic shapes: interval, disc, sphere, box and cylinder; annulus, tube and hollow sphere.
 
-One frozen dataclass a shape. Sizes that are not positive and finite raise `CaseError`.
+One frozen dataclass a shape. A hollow one whose inner diameter is not below its outer one raises `CaseError`.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 
-from .shape import AXES, SURFACE_MARGIN, Axial, Centred, box_distance, require_sizes, require_smaller
+from .shape import AXES, SURFACE_MARGIN, Axial, Centred, box_distance
 
 PARTS = {2: 4, 3: 6}  # of pi d^dim: the area of a disc, and the volume of a sphere
 
@@ -28,9 +28,6 @@ class Ball(Symmetric):
     """All points nearer to the origin than half a diameter, in any number of dimensions."""
 
     diameter: float  # diameter [m]
-
-    def __post_init__(self) -> None:
-        require_sizes(self.kind, diameter=self.diameter)
 
     def extent(self) -> tuple[float, ...]:
         return (self.diameter,) * self.dim
@@ -66,9 +63,6 @@ class Interval(Rectangular):
 
     length: float  # full length [m]
 
-    def __post_init__(self) -> None:
-        require_sizes("interval", length=self.length)
-
     dim = 1
 
     def extent(self) -> tuple[float, ...]:
@@ -97,12 +91,6 @@ class Box(Rectangular):
 
     size: Sequence[float]  # full size along x, y and, in 3D, z [m]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "size", tuple(float(side) for side in self.size))
-        if len(self.size) not in (2, 3):
-            raise CaseError(f"a box has 2 or 3 sizes, not {len(self.size)}", where="size")
-        require_sizes("box", **{f"size[{axis}]": side for axis, side in enumerate(self.size)})
-
     @property
     def dim(self) -> int:
         return len(self.size)
@@ -123,10 +111,6 @@ class Cylinder(Axial, Centred):
     diameter: float
     length: float
     axis: str = "x"  # ``x``, ``y`` or ``z``: where the length lies
-
-    def __post_init__(self) -> None:
-        require_sizes("cylinder", diameter=self.diameter, length=self.length)
-        super().__post_init__()
 
     def extent(self) -> tuple[float, ...]:
         return tuple(self.length if axis == self.axis else self.diameter for axis in AXES)
@@ -165,7 +149,7 @@ class HollowBall(Symmetric):
     inner_diameter: float
 
     def __post_init__(self) -> None:
-        _require_hollow(self.kind, self.outer_diameter, self.inner_diameter)
+        _require_hollow(self.outer_diameter, self.inner_diameter)
 
     def extent(self) -> tuple[float, ...]:
         return (self.outer_diameter,) * self.dim
@@ -202,9 +186,7 @@ class Tube(Axial, Centred):
     axis: str = "x"  # ``x``, ``y`` or ``z``: where the length lies
 
     def __post_init__(self) -> None:
-        require_sizes("tube", length=self.length)
-        _require_hollow("tube", self.outer_diameter, self.inner_diameter)
-        super().__post_init__()
+        _require_hollow(self.outer_diameter, self.inner_diameter)
 
     def extent(self) -> tuple[float, ...]:
         return tuple(self.length if axis == self.axis else self.outer_diameter for axis in AXES)
@@ -219,9 +201,11 @@ class Tube(Axial, Centred):
         return box_distance(np.abs(along) - self.length / 2, wall)
 
 
-def _require_hollow(shape: str, outer: float, inner: float) -> None:
-    require_sizes(shape, outer_diameter=outer, inner_diameter=inner)
-    require_smaller(shape, ("inner_diameter", inner), ("outer_diameter", outer))
+def _require_hollow(outer: float, inner: float) -> None:
+    if not inner < outer:
+        raise CaseError(
+            f"its inner_diameter of {inner:g} must be below its outer_diameter of {outer:g}", where="inner_diameter"
+        )
 
 
 def _wall(points: np.ndarray, outer: float, inner: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 
-from .shape import Axial, Shape, box_distance, first_moment, require_sizes
+from .shape import Axial, Shape, box_distance, first_moment
 
 AT_ONCE = 16_000  # points times edges that are compared at once: what lies in a core's own cache
 
@@ -22,8 +22,6 @@ class Polygon(Shape):
 
     def __post_init__(self) -> None:
         corners = np.asarray(self.points, dtype=float)
-        if corners.ndim != 2 or corners.shape[0] < 3 or corners.shape[1] != 2 or not np.isfinite(corners).all():
-            raise CaseError("a polygon needs at least 3 points of 2 finite coordinates", where="points")
         object.__setattr__(self, "points", tuple(map(tuple, corners.tolist())))
         if not self.volume > 0:
             raise CaseError("the polygon's points enclose no area", where="points")
@@ -106,10 +104,6 @@ class Prism(Axial):
     length: float  # full length [m]
     axis: str = "x"  # ``x``, ``y`` or ``z``: where the length lies
 
-    def __post_init__(self) -> None:
-        require_sizes("prism", length=self.length)
-        super().__post_init__()
-
     @property
     def flat_axes(self) -> tuple[int, ...]:
         return (self.axis_column, *(k if k < self.axis_column else k + 1 for k in self.section.flat_axes))
@@ -136,9 +130,8 @@ class Ring(Axial):
     axis: str = "x"  # ``x``, ``y`` or ``z``: what it goes round
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         least = float(self.section.bounds()[0][1]) + self.radius
-        if not (math.isfinite(self.radius) and least >= -1e-9 * max(self.section.extent())):
+        if least < -1e-9 * max(self.section.extent()):
             raise CaseError(
                 f"the ring's section crosses the axis, to r = {least:g}; enlarge the radius", where="radius"
             )

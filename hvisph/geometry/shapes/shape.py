@@ -18,8 +18,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, suggest_nearest
-
 # Relative margin within which a point counts as lying on the surface, hence outside: wide against
 # round-off, narrow against the steps of a lattice of 10^4 nodes across.
 SURFACE_MARGIN = 1e-10
@@ -114,10 +112,6 @@ class Axial(Shape):
     dim = 3
     axis: str
 
-    def __post_init__(self) -> None:
-        if self.axis not in AXES:
-            raise CaseError(f"unknown axis '{self.axis}'{suggest_nearest(self.axis, AXES)}", where="axis")
-
     @property
     def axis_column(self) -> int:
         """Column of the coordinate along the axis."""
@@ -147,19 +141,6 @@ def push_inside(shape: Shape, points: np.ndarray, depth: float, tolerance: float
             break
         points[left] -= d[out, None] * shape.outward(points[left], step)
     return points
-
-
-def require_sizes(shape: str, **sizes: float) -> None:
-    """Raise `CaseError` for the first of `sizes` that is not positive and finite."""
-    for name, value in sizes.items():
-        if not (math.isfinite(value) and value > 0):
-            raise CaseError(f"the {shape} needs a positive, finite size, not {value:g}", where=name)
-
-
-def require_smaller(shape: str, small: tuple[str, float], large: tuple[str, float]) -> None:
-    """Raise `CaseError` unless the size `small` (name, value) is below the size `large`."""
-    if not small[1] < large[1]:
-        raise CaseError(f"its {small[0]} of {small[1]:g} must be below its {large[0]} of {large[1]:g}", where=small[0])
 
 
 def box_distance(*beyond: np.ndarray) -> np.ndarray:

@@ -22,7 +22,6 @@ from math import inf, sqrt
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.materials import slots
 from hvisph.materials.slots import FITTED_LENGTH, FRACTURE_COMPLIANCE, FRACTURE_MODULUS, SHEAR_MODULUS
 
 # Places in a particle's history: measure of onset D, Y_0 [Pa], p_0 [Pa] and l [m].
@@ -39,10 +38,6 @@ class FractureEnergy:
 
     energy: float  # G_f [J/m^2]
     fitted_length: float = 0.0  # L_0 [m]; 0 where the strain to failure holds for any width
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "energy")
-        slots.require_not_negative(self, "fitted_length")
 
     def pack(self, row: np.ndarray, modulus: float) -> None:
         """Write the law into the material's row of the table; `modulus` is E' = K + 4 G/3 at rest [Pa]."""

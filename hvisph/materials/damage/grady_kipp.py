@@ -25,7 +25,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 
 CRACK_SPEED_OVER_RADIUS = slots.DAMAGE[0]  # c_g/R [1/s]
@@ -54,16 +53,7 @@ class GradyKipp(slots.Parameters):
     speed_share: ClassVar[float] = 0.4  # c_g over c_l
     name: ClassVar[str] = "grady_kipp"
     tag: ClassVar[int] = tags.GRADY_KIPP
-    positive = ("weibull_k", "weibull_m")
-    not_negative = ("crack_speed", "young_modulus", "particle_volume", "brittle_ductile")
     converted = ("weibull_k", "weibull_m", "seed", "crack_speed", "young_modulus", "particle_volume")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.brittle_ductile > 0.0 and not self.brittle_plastic > self.brittle_ductile:
-            raise CaseError(f"brittle_plastic {self.brittle_plastic!r} is not above brittle_ductile", where=self.name)
-        if self.seed < 0:
-            raise CaseError(f"seed is {self.seed!r}, but must not be below zero", where=self.name)
 
     @property
     def radius(self) -> float:

@@ -19,11 +19,8 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import SPALL_GROWTH
-
-from .pressure_cutoff import require_tension
 
 D1, D2, D3, D4, D5, LOG_REFERENCE_RATE, SOFTENING = slots.DAMAGE[:7]
 VOID_GROWTH_FROM = slots.DAMAGE[7]  # triaxiality; infinite where it is held at `TRIAXIALITY_LIMIT`
@@ -51,22 +48,13 @@ class JohnsonCookDamage(slots.Parameters):
 
     name: ClassVar[str] = "johnson_cook"
     tag: ClassVar[int] = tags.JOHNSON_COOK_DAMAGE
-    positive = ("reference_rate",)
     converted = ("reference_rate", "void_growth")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_tension(self.pressure_minimum, self.name)
-        if not 0.0 <= self.softening < 1.0:
-            raise CaseError(f"softening is {self.softening!r}, but must be at least 0 and below 1", where=self.name)
 
     @property
     def void_growth_from(self) -> float:
         """Triaxiality from which the fit falls faster than voids grow, above 0; infinite where it is held instead."""
         if not self.void_growth:
             return inf
-        if not (self.d1 < 0.0 < self.d2 and -VOID_GROWTH < self.d3 < 0.0):
-            raise CaseError("void growth goes on with fits of d1 < 0 < d2 and -1.5 < d3 < 0", where=self.name)
         return max(log(-VOID_GROWTH * self.d1 / (self.d2 * (VOID_GROWTH + self.d3))) / self.d3, 0.0)
 
     def pack(self, row: np.ndarray, density: float) -> None:

@@ -33,8 +33,6 @@ class JohnsonHolmquistDamage(slots.Parameters):
 
     name: ClassVar[str] = "johnson_holmquist"
     tag: ClassVar[int] = tags.CRUSHING
-    positive = ("d1",)
-    not_negative = ("d2", "beta")
 
 
 @inline

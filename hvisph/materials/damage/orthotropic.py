@@ -25,7 +25,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.strength.orthotropic import BULK, R11, R12, R13, R22, R23, R33
 
@@ -49,19 +48,6 @@ class Hashin:
 
     name: ClassVar[str] = "hashin"
     tag: ClassVar[int] = tags.HASHIN
-
-    def __post_init__(self) -> None:
-        slots.require_positive(
-            self,
-            "fibre_tension",
-            "fibre_compression",
-            "matrix_tension",
-            "matrix_compression",
-            "shear",
-            "transverse_shear",
-        )
-        slots.require_not_negative(self, "delamination_tension", "delamination_shear")
-        require_share(self.residual, self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         row[XT], row[XC], row[YT], row[YC] = (
@@ -88,21 +74,9 @@ class MaxStress:
     name: ClassVar[str] = "max_stress"
     tag: ClassVar[int] = tags.MAX_STRESS
 
-    def __post_init__(self) -> None:
-        for key in ("tension", "compression", "shear"):
-            if not all(value > 0.0 for value in getattr(self, key)):
-                raise CaseError(f"{key} must be above zero", where=self.name)
-        require_share(self.residual, self.name)
-
     def pack(self, row: np.ndarray, density: float) -> None:
         row[[XT, YT, ZT]], row[[XC, YC, ZC]], row[[S12, S13, S23]] = self.tension, self.compression, self.shear
         row[RESIDUAL] = self.residual
-
-
-def require_share(value: float, where: str) -> None:
-    """Raise `CaseError` unless the residual share is within [0, 1]."""
-    if not 0.0 <= value <= 1.0:
-        raise CaseError(f"residual is {value!r}, but must be within 0 and 1", where=where)
 
 
 @inline

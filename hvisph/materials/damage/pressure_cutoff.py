@@ -22,7 +22,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import FAILS_IN_TENSION, PRESSURE_MINIMUM, SPALL_GROWTH, SPALL_INVERSE, SPALL_POWER
 
@@ -38,18 +37,9 @@ class PressureCutoff(slots.Parameters):
     tag: ClassVar[int] = tags.PRESSURE_CUTOFF
     converted = ("permanent",)
 
-    def __post_init__(self) -> None:
-        require_tension(self.pressure_minimum, self.name)
-
     def pack(self, row: np.ndarray, density: float) -> None:
         super().pack(row, density)
         row[FAILS_IN_TENSION] = float(self.permanent)
-
-
-def require_tension(pressure_minimum: float, where: str) -> None:
-    """Raise `CaseError` unless the least pressure is a tension or zero."""
-    if not pressure_minimum <= 0.0:
-        raise CaseError(f"pressure_minimum is {pressure_minimum!r}, but must not be above zero", where=where)
 
 
 @inline

@@ -17,7 +17,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 
 TENSILE_STRENGTH, SHEAR_STRENGTH = slots.DAMAGE[0], slots.DAMAGE[1]
@@ -39,12 +38,6 @@ class PrincipalStress(slots.Parameters):
 
     name: ClassVar[str] = "principal_stress"
     tag: ClassVar[int] = tags.PRINCIPAL_STRESS
-    positive = ("tensile_strength",)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.shear_strength > 0.0:
-            raise CaseError(f"shear_strength is {self.shear_strength!r}, but must be above zero", where=self.name)
 
 
 @dataclass(frozen=True)
@@ -55,7 +48,6 @@ class CockcroftLatham(slots.Parameters):
 
     name: ClassVar[str] = "cockcroft_latham"
     tag: ClassVar[int] = tags.COCKCROFT_LATHAM
-    positive = ("critical_work",)
     converted = ("critical_work",)
 
     def pack(self, row: np.ndarray, density: float) -> None:
@@ -73,8 +65,6 @@ class GradySpall(slots.Parameters):
 
     name: ClassVar[str] = "grady_spall"
     tag: ClassVar[int] = tags.GRADY_SPALL
-    positive = ("toughness", "critical_strain")
-    not_negative = ("yield_stress",)
     converted = ("yield_stress",)
 
     def pack(self, row: np.ndarray, density: float) -> None:

@@ -27,13 +27,11 @@ class IdealGas(slots.Parameters):
 
     name: ClassVar[str] = "ideal_gas"
     tag: ClassVar[int] = tags.IDEAL_GAS
-    positive = ("ambient_energy",)
     converted = ("gamma", "ambient_energy")
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 1.0 < self.gamma < np.inf:
-            raise CaseError(f"gamma is {self.gamma!r}, but must be above 1", where=self.name)
+        if not self.ambient_energy > 0.0:
+            raise CaseError(f"ambient_energy is {self.ambient_energy!r}, but must be above zero", where=self.name)
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return sqrt(gamma (gamma - 1) e) at the ambient energy [m/s]."""

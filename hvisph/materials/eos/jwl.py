@@ -41,8 +41,6 @@ class JonesWilkinsLee(slots.Parameters):
 
     name: ClassVar[str] = "jwl"
     tag: ClassVar[int] = tags.JWL
-    positive = ("capital_a", "r1", "r2", "omega", "detonation_energy", "reference_density")
-    not_negative = ("burn_rate",)
     converted = ("detonation_energy", "reference_density")
 
     @property

@@ -19,7 +19,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
@@ -34,7 +33,6 @@ class Linear(slots.Parameters):
 
     name: ClassVar[str] = "linear"
     tag: ClassVar[int] = tags.LINEAR
-    positive = ("bulk_modulus",)
     ambient_energy: ClassVar[float] = 0.0
 
     def ambient_sound_speed(self, density: float) -> float:
@@ -74,15 +72,7 @@ class Elastic(slots.Parameters):
     name: ClassVar[str] = "elastic"
     tag: ClassVar[int] = tags.ELASTIC
     converted = ("young_modulus", "poisson_ratio")
-    positive = ("young_modulus",)
     ambient_energy: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not -1.0 < self.poisson_ratio < 0.5:
-            raise CaseError(
-                f"poisson_ratio is {self.poisson_ratio!r}, but must lie between -1 and 0.5", where=self.name
-            )
 
     @property
     def bulk_modulus(self) -> float:

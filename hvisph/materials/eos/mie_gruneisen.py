@@ -44,8 +44,6 @@ class MieGrueneisen(slots.Parameters):
     name: ClassVar[str] = "mie_gruneisen"
     tag: ClassVar[int] = tags.MIE_GRUENEISEN
     converted = ("sound_speed", "s1", "linear_expansion")
-    positive = ("sound_speed",)
-    not_negative = ("gamma0", "s1")
     ambient_energy: ClassVar[float] = 0.0
 
     def ambient_sound_speed(self, density: float) -> float:

@@ -15,7 +15,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
@@ -34,14 +33,7 @@ class Murnaghan(slots.Parameters):
 
     name: ClassVar[str] = "murnaghan"
     tag: ClassVar[int] = tags.MURNAGHAN
-    positive = ("bulk_modulus",)
-    not_negative = ("gamma",)
     ambient_energy: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 1.0 < self.exponent < np.inf:
-            raise CaseError(f"exponent is {self.exponent!r}, but must be above 1", where=self.name)
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return sqrt(K/rho0) [m/s]."""

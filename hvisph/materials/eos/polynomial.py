@@ -37,8 +37,6 @@ class Polynomial(slots.Parameters):
 
     name: ClassVar[str] = "polynomial"
     tag: ClassVar[int] = tags.POLYNOMIAL
-    positive = ("a1",)
-    not_negative = ("b0", "t1")
     ambient_energy: ClassVar[float] = 0.0
 
     def ambient_sound_speed(self, density: float) -> float:

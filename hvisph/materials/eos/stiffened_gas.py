@@ -13,7 +13,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import RHO0
 
@@ -29,14 +28,8 @@ class StiffenedGas(slots.Parameters):
 
     name: ClassVar[str] = "stiffened_gas"
     tag: ClassVar[int] = tags.STIFFENED_GAS
-    positive = ("sound_speed",)
     converted = ("sound_speed", "gamma0")
     ambient_energy: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 1.0 <= self.gamma0 < np.inf:
-            raise CaseError(f"gamma0 is {self.gamma0!r}, but must be at least 1", where=self.name)
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return c0 [m/s]."""

@@ -23,7 +23,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
@@ -54,17 +53,8 @@ class Tillotson(slots.Parameters):
 
     name: ClassVar[str] = "tillotson"
     tag: ClassVar[int] = tags.TILLOTSON
-    positive = ("bulk_modulus", "small_a", "reference_energy", "incipient_energy")
-    not_negative = ("capital_b", "small_b", "alpha", "beta", "low_density")
     converted = ("reference_energy", "expansion")
     ambient_energy: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.vaporization_energy > self.incipient_energy:
-            raise CaseError("vaporization_energy is not above incipient_energy", where=self.name)
-        if not self.low_density < 1.0:
-            raise CaseError(f"low_density is {self.low_density!r}, but must be below 1", where=self.name)
 
     def ambient_sound_speed(self, density: float) -> float:
         """Return sqrt(A/rho0) [m/s]."""

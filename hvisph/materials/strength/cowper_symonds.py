@@ -32,8 +32,6 @@ class CowperSymonds(slots.Parameters):
 
     name: ClassVar[str] = "cowper_symonds"
     tag: ClassVar[int] = tags.COWPER_SYMONDS
-    positive = ("shear_modulus", "reference_rate", "exponent")
-    not_negative = ("yield_stress", "hardening_modulus")
     converted = ("reference_rate", "exponent")
 
     def pack(self, row: np.ndarray, density: float) -> None:

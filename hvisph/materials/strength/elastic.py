@@ -14,7 +14,6 @@ class ElasticStrength(slots.Parameters):
 
     name: ClassVar[str] = "elastic"
     tag: ClassVar[int] = tags.ELASTIC_STRENGTH
-    positive = ("shear_modulus",)
 
 
 @dataclass(frozen=True)

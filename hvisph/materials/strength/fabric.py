@@ -17,7 +17,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import DISTENSION, INVERSE_RHO0, PRESSURE_MINIMUM, SHEAR_MODULUS
 
@@ -33,11 +32,6 @@ class Fabric:
 
     name: ClassVar[str] = "fabric"
     tag: ClassVar[int] = tags.FABRIC
-
-    def __post_init__(self) -> None:
-        for key in ("moduli", "tensile_strength"):
-            if not all(0.0 < value < np.inf for value in getattr(self, key)):
-                raise CaseError(f"{key} must be above zero", where=self.name)
 
     @property
     def shear_modulus(self) -> float:

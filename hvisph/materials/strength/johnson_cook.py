@@ -14,7 +14,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE
 
@@ -45,17 +44,7 @@ class JohnsonCook(slots.Parameters):
 
     name: ClassVar[str] = "johnson_cook"
     tag: ClassVar[int] = tags.JOHNSON_COOK
-    positive = ("shear_modulus", "hardening_exponent", "thermal_exponent", "specific_heat", "reference_rate")
-    not_negative = ("yield_stress", "hardening_coefficient", "rate_coefficient")
     converted = ("specific_heat", "reference_rate")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.melt_temperature > self.room_temperature:
-            raise CaseError(
-                f"melt_temperature {self.melt_temperature!r} is not above room_temperature {self.room_temperature!r}",
-                where=self.name,
-            )
 
     def pack(self, row: np.ndarray, density: float) -> None:
         super().pack(row, density)

@@ -17,7 +17,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 
 HEL_STRESS, INTACT, INTACT_EXPONENT, RATE_COEFFICIENT = slots.STRENGTH[:4]
@@ -41,14 +40,7 @@ class JohnsonHolmquist(slots.Parameters):
 
     name: ClassVar[str] = "johnson_holmquist"
     tag: ClassVar[int] = tags.JOHNSON_HOLMQUIST
-    positive = ("shear_modulus", "hel_pressure", "intact", "intact_exponent", "fractured_exponent")
-    not_negative = ("tension", "fractured", "rate_coefficient")
     converted = ("hugoniot_elastic_limit", "hel_pressure")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.hugoniot_elastic_limit > self.hel_pressure:
-            raise CaseError("hugoniot_elastic_limit is not above hel_pressure", where=self.name)
 
     @property
     def hel_stress(self) -> float:

@@ -25,8 +25,6 @@ class LinearHardening(slots.Parameters):
 
     name: ClassVar[str] = "linear_hardening"
     tag: ClassVar[int] = tags.LINEAR_HARDENING
-    positive = ("shear_modulus",)
-    not_negative = ("yield_stress", "hardening_modulus")
 
 
 @inline

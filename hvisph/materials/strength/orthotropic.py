@@ -48,10 +48,6 @@ class Orthotropic:
     tag: ClassVar[int] = tags.ORTHOTROPIC
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "bulk_modulus")
-        for key in ("moduli", "shear_moduli"):
-            if not all(0.0 < value < np.inf for value in getattr(self, key)):
-                raise CaseError(f"{key} must be above zero", where=self.name)
         if not np.linalg.eigvalsh(self.compliance * self.moduli[0]).min() > 0.0:
             raise CaseError(
                 "no stable solid has these Poisson's ratios: the stiffness must be positive definite, which needs "
@@ -59,7 +55,7 @@ class Orthotropic:
                 "as nu_ji?",
                 where=self.name,
             )
-        if not self.fastest > self.bulk_modulus:
+        if not self.fastest > self.bulk_modulus > 0.0:
             raise CaseError(
                 f"the bulk modulus of the equation of state, {self.bulk_modulus:.4g} Pa, must be below the stiffness "
                 f"of the fastest wave, {self.fastest:.4g} Pa; choose it between {self.reuss:.4g} and {self.voigt:.4g} "

@@ -21,7 +21,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 
 COHESION, FRICTION, INVERSE_RANGE, BROKEN_FRICTION, INVERSE_MELT_ENERGY = slots.STRENGTH[:5]
@@ -44,16 +43,7 @@ class Rock(slots.Parameters):
 
     name: ClassVar[str] = "rock"
     tag: ClassVar[int] = tags.ROCK
-    positive = ("shear_modulus",)
-    not_negative = ("cohesion", "friction", "broken_friction")
     converted = ("limit", "melt_energy", "tension")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.limit > self.cohesion:
-            raise CaseError(f"limit {self.limit!r} is not above cohesion {self.cohesion!r}", where=self.name)
-        if not (self.melt_energy > 0.0 and self.melt_temperature > 0.0):
-            raise CaseError("melt_energy and melt_temperature must be above zero", where=self.name)
 
     @property
     def apex(self) -> float:

@@ -19,7 +19,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.melting import Lindemann
 from hvisph.materials.slots import INVERSE_RHO0
@@ -53,14 +52,7 @@ class SteinbergGuinan(slots.Parameters):
 
     name: ClassVar[str] = "steinberg_guinan"
     tag: ClassVar[int] = tags.STEINBERG_GUINAN
-    positive: ClassVar[tuple[str, ...]] = ("shear_modulus", "melt_temperature")
-    not_negative = ("yield_stress", "beta", "exponent", "heat_coefficient", "initial_strain")
     converted: ClassVar[tuple[str, ...]] = ("gamma0", "a_melt")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.yield_limit >= self.yield_stress:
-            raise CaseError(f"yield_limit {self.yield_limit!r} is below yield_stress", where=self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         super().pack(row, density)
@@ -78,7 +70,6 @@ class SteinbergLund(SteinbergGuinan):
 
     name: ClassVar[str] = "steinberg_lund"
     tag: ClassVar[int] = tags.STEINBERG_LUND
-    positive = (*SteinbergGuinan.positive, "rate_c1", "activation_energy", "peierls_stress", "drag")
     converted = (*SteinbergGuinan.converted, "activation_energy", "peierls_stress")
 
     def pack(self, row: np.ndarray, density: float) -> None:

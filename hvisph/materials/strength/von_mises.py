@@ -18,8 +18,6 @@ class VonMises(slots.Parameters):
 
     name: ClassVar[str] = "von_mises"
     tag: ClassVar[int] = tags.VON_MISES
-    positive = ("shear_modulus",)
-    not_negative = ("yield_stress",)
 
 
 @inline

@@ -15,7 +15,6 @@ from typing import ClassVar
 import numpy as np
 
 from hvisph.compiler.jit import inline
-from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import MELT_TEMPERATURE, SHEAR_MODULUS
 
@@ -39,12 +38,6 @@ class ZerilliArmstrong:
 
     name: ClassVar[str] = "zerilli_armstrong"
     tag: ClassVar[int] = tags.ZERILLI_ARMSTRONG
-
-    def __post_init__(self) -> None:
-        slots.require_positive(self, "shear_modulus", "exponent")
-        slots.require_not_negative(self, "c0", "c1", "c2", "c3", "c4", "c5")
-        if self.lattice not in ("fcc", "bcc"):
-            raise CaseError(f"lattice is {self.lattice!r}, but must be fcc or bcc", where=self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         body_centred = self.lattice == "bcc"
