@@ -52,7 +52,7 @@ class Row:
 
     @property
     def missed(self) -> list[str]:
-        """Names of the measures that are further from the published value than its tolerance."""
+        """Names of the measures that differ from the published value by more than its tolerance."""
         return [
             name
             for name, entry in self.published.items()

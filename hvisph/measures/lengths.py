@@ -117,7 +117,7 @@ def length_of(scene: Scene, x: np.ndarray) -> float:
 
 
 def initial_length(scene: Scene) -> float:
-    """Return the length of the projectile at the start, which is known [m]."""
+    """Return the initial length of the projectile [m]; the start must be known."""
     assert scene.start is not None
     rows = members(scene.start, scene.shot.roles, PROJECTILE)
     return length_of(scene, scene.start.fields["position"][rows, 0])

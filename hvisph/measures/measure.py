@@ -115,7 +115,7 @@ class Measures:
 def measure_snapshot(
     now: Snapshot, start: Snapshot | InitialReference | None = None, history: History | None = None, source: str = ""
 ) -> Measures:
-    """Measure one moment held in memory.
+    """Return the measures of a snapshot in memory.
 
     `start` is the run's first snapshot, or its reference; without it axis and plate come from `now`. `history` are the
     columns of ``history.csv`` by name, whose peaks count up to the moment, and `source` is what to name as measured.
@@ -195,7 +195,7 @@ def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
 
 
 def undefined_measures(now: Snapshot, reason: str) -> Measures:
-    """Return the measures of a moment that cannot be measured: all undefined, with the reason."""
+    """Return the measures of a snapshot that cannot be measured: all undefined, with the reason."""
     results = {name: undefined_result(CATALOGUE[name].unit, reason) for name in reported_measures(now.dimensions)}
     return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)
 
@@ -316,14 +316,14 @@ def measure_in_time(
 
 
 def _loader(files: Sequence[Path], initial: InitialReference | None, read: Read) -> Callable[[int], Scene]:
-    """Return what makes the scene of a snapshot by its number; of a large run no more than one is held."""
+    """Return a function that loads the scene of a snapshot by its number; of a large run it keeps only one."""
     return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read(files[number]), initial))
 
 
 def _measure_series(
     files: Sequence[Path], initial: InitialReference | None, history: History | None, source: str, read: Read
 ) -> Measures:
-    """Measure all moments of a run; the last one holds the series."""
+    """Measure all snapshots of a run; the last result contains the series."""
     load, known = _loader(files, initial, read), dict[int, Moment]()
     series: list[Measures] = []
     for number, file in enumerate(files):

@@ -97,7 +97,7 @@ def reference(start: Snapshot) -> Plain:
 
 
 def memoize(function: F) -> F:
-    """Return a function of a scene and hashable arguments that is computed once for each scene."""
+    """Return the function of a scene and hashable arguments with its results stored in the scene."""
 
     @wraps(function)
     def remember(scene: "Scene", *arguments: Any) -> Any:
@@ -175,7 +175,7 @@ class Scene:
 
     @cached_property
     def support(self) -> float:
-        """Reach of the kernel [m]; 2h, and h = 1.4 dx, where the files do not contain them."""
+        """Kernel support [m]; 2h with h = 1.4 dx if the files do not contain it."""
         reach = float(self.now.metadata.get("kernel_reach", 2.0))
         h = self.now.fields.get("smoothing_length")
         return reach * (float(np.median(h)) if h is not None else 1.4 * self.spacing)
@@ -191,7 +191,7 @@ class Scene:
 
     @property
     def space(self) -> int:
-        """Dimensions of the whole that masses and energies are those of: 3 of a solid of revolution."""
+        """Dimensions of the whole, to which masses and energies refer: 3 for a solid of revolution."""
         return 3 if self.shot.whole.revolution else self.now.dimensions
 
     @cached_property
@@ -206,7 +206,7 @@ class Scene:
 
     @cached_property
     def is_projectile(self) -> np.ndarray:
-        """Whether a particle is the projectile's, shape (n,)."""
+        """Whether a particle belongs to the projectile, shape (n,)."""
         return members(self.now, self.shot.roles, PROJECTILE)
 
     @cached_property
@@ -234,7 +234,7 @@ class Scene:
 
     @cached_property
     def is_target(self) -> np.ndarray:
-        """Whether a particle is the first layer's, shape (n,)."""
+        """Whether a particle belongs to the first layer, shape (n,)."""
         return np.asarray(self.now.body == self.target)
 
     @cached_property
@@ -264,7 +264,7 @@ class Scene:
 
     @cached_property
     def width(self) -> float:
-        """Width across the shot line that the projectile has, at the start where it is known [m]; 0 without one."""
+        """Width of the projectile across the shot line [m], at the start if that is known; 0 without projectile."""
         if "width" in self.now.metadata:
             return float(self.now.metadata["width"])
         source = self.start or self.now
@@ -282,7 +282,7 @@ class Scene:
 
     @memoize
     def attached_groups(self, layer: int) -> np.ndarray:
-        """Return for each group of a layer whether it holds something of the layer's rim, shape (groups,)."""
+        """Return for each group of a layer whether it contains particles of the layer's rim, shape (groups,)."""
         return self.groups(layer).contain(self.rim(layer))
 
     @memoize
@@ -364,7 +364,7 @@ class Scene:
 
     @property
     def permanent(self) -> bool:
-        """Whether the start is known and its particles have permanent numbers, as in our own files."""
+        """Whether the start is known and particles have permanent numbers, as in files of hvisph."""
         return self.start is not None and "spacing" in self.start.metadata
 
     def first_rim(self, body: int) -> Rim:

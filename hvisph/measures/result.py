@@ -64,7 +64,7 @@ class Result:
 
     @property
     def uncertainty(self) -> float | None:
-        """Half-width in `unit` within which the number is known at one resolution: of all kinds together."""
+        """Half-width of the uncertainty in `unit` at one resolution, of all kinds together."""
         kinds = self.uncertainty_by
         return float(np.sqrt(sum(size**2 for size in kinds.values()))) if kinds else None
 
@@ -114,7 +114,7 @@ def undefined_result(unit: str, reason: str) -> Result:
 
 
 def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """Return the value that `share` of the weight does not exceed: the same for a part and its mirrored whole."""
+    """Return the value that a `share` of the weight does not exceed, the same for a part and its mirrored whole."""
     order = np.argsort(values, kind="stable")
     cumulated = np.cumsum(weights[order])
     at = int(np.searchsorted(cumulated, share * cumulated[-1] * (1.0 - 1e-9)))
@@ -135,7 +135,7 @@ MISSING: dict[str, tuple[Callable[[Scene], bool], str]] = {
 
 @dataclass(frozen=True)
 class Entry:
-    """A function and the measures that it returns."""
+    """A function and the names of the measures that it returns."""
 
     names: tuple[str, ...]  # measures of the catalogue
     # of a scene, and in the section of layers also of the plate; returns an `Outcome`, or `Outcomes` by name
@@ -159,7 +159,7 @@ ENTRIES: dict[str, list[Entry]] = {section: [] for section in SECTIONS}
 
 
 def measures(section: str, *names: str, needs: tuple[str, ...] = ()) -> Callable[[F], F]:
-    """Register a function as the one that computes measures of a section."""
+    """Register a function that computes measures of a section."""
 
     def register(function: F) -> F:
         ENTRIES[section].append(Entry(names, function, needs))

@@ -106,7 +106,7 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
 
 
 def headline(summary: PlainMapping) -> Plain:
-    """Return the measures that matter for the kind of the case, those with an expected value first."""
+    """Return the main measures for the kind of case, those with an expected value first."""
     struck = [layer for layer in summary.get("layers") or [] if (layer["measures"]["impulse"]["value"] or 0.0) != 0.0]
     decisive = struck[-1] if struck else None
     sections = {"layer": decisive, "projectile": summary.get("projectile"), "cloud": summary.get("cloud")}
@@ -152,7 +152,7 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
 
 @dataclass(frozen=True)
 class Column:
-    """One quantity over time: its SI unit, empty for plain numbers, and a value a moment, NaN where there is none."""
+    """One quantity over time: its SI unit, empty for plain numbers, and its values, NaN where undefined."""
 
     unit: str
     values: np.ndarray
