@@ -21,7 +21,7 @@ from hvisph.integrators import particle_steps
 from hvisph.materials import slots, traction_limits
 from hvisph.schemes.riemann import law, scheme
 from hvisph.simulation import clock, loop
-from hvisph.sph.contact import contact_normal, variable_resolution
+from hvisph.sph.contact import contact_normal, riemann_contact, variable_resolution
 from hvisph.sph.terms import (
     axisymmetric,
     conduction,
@@ -52,6 +52,7 @@ CONSTANTS = {
     "FRONT": (riemann_solver, "noh"),
     "SINGULAR": (shape_matrix, None),
     "OPEN": (contact_normal, "bars"),
+    "PRESSED": (riemann_contact, "porous"),
     "NORMAL_COSINE_MIN": (contact_normal, "walls"),
     "FACING_COSINE": (contact_normal, None),
     "SHEAR_IMPEDANCE_MIN": (riemann_solver, "separation"),
@@ -59,7 +60,7 @@ CONSTANTS = {
     "DEPTH_RANGE": (variable_resolution, "spacings"),
     "GROWTH": (clock, None),
     "TIME_TOLERANCE": (clock, None),
-    "LOOK_EVERY": (loop, None),
+    "FRAGMENT_SEARCH_EVERY": (loop, None),
     "FLOOR_SHARE": (slots, None),
     "TINY": (limiters, None),
     "FILLER_VOLUME": (law, None),
@@ -72,7 +73,16 @@ CONSTANTS = {
 # Constants near 1 whose difference from 1 is what counts.
 FROM_ONE = ("OPEN", "CLOSED", "CORRECTION_ONSET", "GROWTH")
 # Constants that act in no other than the named verification problem.
-ELSEWHERE = ("DEPTH_MIN", "DEPTH_RANGE", "SECTION_RATIO_MIN", "HOOP_ONSET", "ON_AXIS", "HOOP_SLOPE", "HOOP_OFFSET")
+ELSEWHERE = (
+    "PRESSED",
+    "DEPTH_MIN",
+    "DEPTH_RANGE",
+    "SECTION_RATIO_MIN",
+    "HOOP_ONSET",
+    "ON_AXIS",
+    "HOOP_SLOPE",
+    "HOOP_OFFSET",
+)
 MEASURES = ("crater_diameter", "extension", "penetration", "centre_pressure_peak")
 
 

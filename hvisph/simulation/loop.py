@@ -269,13 +269,13 @@ class Run:
         return Outcome(self.folder.path, summary, code, self.stop.name if self.status == "interrupted" else "")
 
 
-LOOK_EVERY = 64  # steps between two searches, a multiple of those between two sortings of the state
+FRAGMENT_SEARCH_EVERY = 64  # steps between two searches, a multiple of those between two sortings of the state
 
 
 def separate_fragments(setup: Setup, steps: int) -> None:
     """Find the connected components of bodies when due, on the first process, and renumber contact bodies."""
     stepper, share, particles = setup.stepper, setup.subdomain, setup.particles
-    if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
+    if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % FRAGMENT_SEARCH_EVERY:
         return
     if steps == 0:
         stepper.pieces = particles.body.copy()  # as the particles stand now

@@ -1,7 +1,7 @@
 """Penalty contact pass of connected components: forces, contact energy and detection of interpenetration.
 
 A body is in contact with other bodies, with its own detached particles, and with distant parts of its own surface;
-particles near such a part are searched every `LOOK_EVERY` evaluations.
+particles near such a part are searched every `SEARCH_EVERY` evaluations.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from hvisph.sph.neighbours.pairs import Pairs
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
 # Evaluations between two checks for penetration of bodies, and for particles near another part of their body.
-LOOK_EVERY = 16
+SEARCH_EVERY = 16
 # An inner particle has penetrated another body where the volume fraction of that exceeds this value; it is below 0.3
 # behind an intact contact, and 1 or more in mixed lattices.
 INSIDE = 0.7
@@ -112,7 +112,7 @@ class BodyContact:
         """Add contact accelerations and heat to `rates` of `chosen` particles; `loose` (n,) bool are detached."""
         halo = self.pairs.halo
         self.omega[:], self._power = 0.0, 0.0
-        looks = self._evaluations % LOOK_EVERY == 0
+        looks = self._evaluations % SEARCH_EVERY == 0
         self._evaluations += 1
         if looks and self.law.self_contact:
             self._look_for_folds(rows, slots, loose)
