@@ -65,7 +65,7 @@ def formulation_by_materials(data: Plain) -> Plain | None:
 
 
 def following(bodies: Iterable[object], kinematics: str) -> Plain:
-    """Return how the smoothing length follows the gaseous, detonation products and foams among `bodies`."""
+    """Return how the smoothing length follows the gases, detonation products and foams among `bodies`."""
     bodies = list(bodies)
     if not any(map(is_gas, bodies)):
         return FOLLOWING | {"max_over_initial": PORES_GROW}

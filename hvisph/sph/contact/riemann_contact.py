@@ -6,7 +6,10 @@ With the normal n and the gap factor of `sph.contact.contact_normal`, without re
     u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b   one a side, equal where t* is not limited
     D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gap, on each side
 
-Verification: `friction`, `separation`, `bars`.
+Where h follows density, the gap factor is 1 if both sides bear a hundredth of the traction: faces across a gap bear
+nothing, and the volumes of a crushed first row would show a gap.
+
+Verification: `friction`, `separation`, `bars`, `porous`.
 """
 
 from __future__ import annotations
