@@ -118,6 +118,7 @@ def test_bad_input_is_told_before_anything_runs(tmp_path, more, said):
         a_plan(tmp_path, **more).first()
 
 
+@pytest.mark.slow
 def test_a_computed_bar_gives_its_yield_stress_back(tmp_path):
     """Two coarse bars by the library's constants; a alone from 30 % off, through the command."""
     from typer.testing import CliRunner
