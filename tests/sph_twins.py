@@ -183,7 +183,7 @@ def packed(cloud, formulation, planes=(), further=None):
         "TENSION_LIMIT": cloud.bear,
         "SHEAR_LIMIT": cloud.shear,
         "LATTICE_ORDER": cloud.order,
-        "FREE_LENGTH": cloud.grows,
+        "FOLLOWING_SHARE": cloud.grows,
         "COMPRESSION": cloud.compression,
     }
     known |= {

@@ -48,7 +48,7 @@ def test_contact_sph_counts_no_change_of_a_length_at_its_limit():
     stepper = setup.stepper
     free = (stepper.lengths > 0.95 * start * (1.0 + 1e-12)) & (stepper.lengths < 1.02 * start * (1.0 - 1e-12))
     assert 0.1 < free.mean() < 0.9
-    np.testing.assert_array_equal(stepper.pairs.rows[:, stepper.pairs.slots["FREE_LENGTH"]], free)
+    np.testing.assert_array_equal(stepper.pairs.rows[:, stepper.pairs.slots["FOLLOWING_SHARE"]], free)
 
 
 def squeezed(integrator):

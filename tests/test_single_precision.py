@@ -9,6 +9,7 @@ from sph_twins import compiled_rates, packed, random_cloud, twin_rates
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
+from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import MonaghanViscosity
 from hvisph.schemes.standard.scheme import Eulerian
@@ -20,6 +21,7 @@ KINDS = pytest.mark.parametrize(
         pytest.param(STANDARD, 2, id="standard"),
         pytest.param(Riemann(has_contact=True, friction=0.3, single=True), 2, id="separating"),
         pytest.param(Riemann(has_contact=True, friction=0.3, unequal_spacings=True, single=True), 3, id="unlike"),
+        pytest.param(Riemann(has_contact=True, smoothing=Smoothing(True), single=True), 1, id="following"),
     ],
 )
 

@@ -318,7 +318,7 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         number, number_rate, own_number, kernel_sum, slope_sum = numbers
         rate = volume * number
         if GRAD_H:
-            rate = grad_h_rate(rows[i, H], volume, rate, own_number, kernel_sum, slope_sum, rows[i, FREE_LENGTH])
+            rate = grad_h_rate(rows[i, H], volume, rate, own_number, kernel_sum, slope_sum, rows[i, FOLLOWING_SHARE])
         smooth = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
         relaxation = smooth * rows[i, DENSITY_RELAXATION] if DENSITY_CORRECTION else 0.0
         if DENSITY_CORRECTION:

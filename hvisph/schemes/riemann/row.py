@@ -83,7 +83,7 @@ PACKED = (
     ("m", "scalar"),  # pairs read neither m nor what follows
     ("gu_before", "gradient", "adjoint"),
     ("ahead_twice", "scalar", "adjoint"),
-    ("free_length", "scalar", "varies_smoothing"),
+    ("following_share", "scalar", "varies_smoothing"),
     ("hoop", "scalar", "axisymmetric"),
     ("inv_number_density", "scalar", "corrects_density"),
     ("correction_decay", "scalar", "corrects_density"),
@@ -115,7 +115,7 @@ def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
     RING, HOOP, REST_AREA   radius, hoop stress, section area at rest over h^2 of an axisymmetric particle
     INV_NUMBER_DENSITY, CORRECTION_DECAY, DENSITY_RELAXATION    `sph.terms.density_correction`
     COMPRESSION             volumetric compression from the density at rest
-    FREE_LENGTH             1 where h follows density within its bounds
+    FOLLOWING_SHARE         1 where h follows density within its bounds
     SOFT, CRACK             damage past the onset of fracture, and its direction (`sph.terms.crack`)
     GU, GT, GU_BEFORE       gradients of U and T, gradient of U of the evaluation before
     AHEAD_TWICE, STAGE_T, OPERATOR, ELASTIC     `sph.terms.adjoint_operator`

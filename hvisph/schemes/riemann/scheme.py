@@ -260,7 +260,7 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     if FRACTURES:
         rows[s, SOFT] = limits.soft
     if GRAD_H:
-        rows[s, FREE_LENGTH], rows[s, COMPRESSION] = limits.free, max(1.0 - limits.at_rest / rho, 0.0)
+        rows[s, FOLLOWING_SHARE], rows[s, COMPRESSION] = limits.free, max(1.0 - limits.at_rest / rho, 0.0)
     if AXISYMMETRIC and DENSITY_CORRECTION:
         rows[s, REST_AREA] = rows[s, V] * max(rho / limits.at_rest, SECTION_RATIO_MIN) / (rows[s, H] * rows[s, H])
     if ANISOTROPIC:

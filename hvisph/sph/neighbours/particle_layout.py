@@ -45,7 +45,7 @@ def _components(rank: str, dim: int) -> list[str]:
 
 
 # Powers of length of fields, where velocity, density and what follows from them have none; of others 0.
-_LENGTHS = {"x": 1, "h": 1, "ring": 1, "ahead_twice": 1, "free_length": 1, "gu_before": -1, "correction_decay": -1,
+_LENGTHS = {"x": 1, "h": 1, "ring": 1, "ahead_twice": 1, "gu_before": -1, "correction_decay": -1,
             "density_relaxation": -1, "turn_rate": -1}  # fmt: skip
 _VOLUMES = ("v", "m", "inv_number_density")
 
