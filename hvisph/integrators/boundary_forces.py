@@ -137,9 +137,9 @@ class Boundaries:
         self.faces, self.layer, self.time, self._ahead = faces, layer, begins, 0.0
         self.work, self.momentum, self.edge_energy, self.edge_momentum = 0.0, np.zeros(dim), 0.0, np.zeros(dim)
         self.speeds: list[tuple[int, float]] = []
-        self._waits = False
-        self._given: list[tuple[bool, np.ndarray, np.ndarray]] = []
-        self._left = (np.zeros((0, dim)), np.zeros(0))
+        self._is_paused = False
+        self._face_forces: list[tuple[bool, np.ndarray, np.ndarray]] = []
+        self._layer_rates = (np.zeros((0, dim)), np.zeros(0))
         self._at_start: list[np.ndarray] = []
 
     @property
@@ -153,16 +153,16 @@ class Boundaries:
         return list(dict.fromkeys(row.name for row in rows))
 
     def wait(self, still: bool) -> None:
-        """Let time and planes stand still, or go on from where they are."""
-        self._waits, self._ahead = still, 0.0
-        for one in self.moving:
-            one.plane.velocity = 0.0 if still else float(one.motion.velocity(self.time)[0])
+        """Stop time and moving planes (`still`), or release them."""
+        self._is_paused, self._ahead = still, 0.0
+        for moving_plane in self.moving:
+            moving_plane.plane.velocity = 0.0 if still else float(moving_plane.motion.velocity(self.time)[0])
 
     def act(self, stepper: Any) -> None:
         """Add the forces of the faces to the rates of the stage, and take from them what the layer would receive."""
         if not self._at_start:
             self._at_start = [self._initial_traction(stepper, face) for face in self.faces]
-        particles, dim, self._given = stepper.particles, stepper.particles.dim, []
+        particles, dim, self._face_forces = stepper.particles, stepper.particles.dim, []
         first = stepper.row_slots["U"]
         for face, at_start in zip(self.faces, self._at_start, strict=True):
             rows, some = self._here(face.numbers)
@@ -175,19 +175,22 @@ class Boundaries:
             present = mass > 0.0  # else it has left the domain
             force[~present] = 0.0
             stepper.rates[places, :dim] += force / np.where(present, mass, 1.0)[:, None]
-            self._given.append((face.impedances is not None, force, rows))
+            self._face_forces.append((face.impedances is not None, force, rows))
         if self.layer is not None:
             rows, _ = self._here(self.layer.numbers)
             rates, mass = stepper.rates[stepper.place[rows]], particles["mass"][rows]
             power = rates[:, dim] + (rates[:, :dim] * stepper.rows[rows, first : first + dim]).sum(axis=1)
-            self._left = mass[:, None] * rates[:, :dim], mass * power
+            self._layer_rates = mass[:, None] * rates[:, :dim], mass * power
             stepper.rates[stepper.place[rows]] = 0.0
 
     def begin(self, stepper: Any, dt: float) -> None:
-        """Take account of the last forces over the step `dt` [s]: their work at the mean velocity is no heat."""
+        """Add up work and momentum of the last forces over the step `dt` [s], and correct the power of the particles.
+
+        The work is done at the mean velocity of the step, the power was that at the velocity of the stage.
+        """
         exact, particles, dim = stepper.totals.exact, stepper.particles, stepper.particles.dim
         first, sums = stepper.row_slots["U"], np.zeros((2, 1 + dim))
-        for leaves, force, rows in self._given:
+        for leaves, force, rows in self._face_forces:
             places, mass = stepper.place[rows], particles["mass"][rows]
             a = stepper.rates[places, :dim]
             if stepper.gravity is not None:
@@ -197,38 +200,38 @@ class Boundaries:
             stepper.rates[places, dim] += (force * ahead).sum(axis=1) / np.where(mass > 0.0, mass, 1.0)
             sums[int(leaves)] += _sums(exact, (force * mean).sum(axis=1), force)
         if self.layer is not None:
-            sums[1] -= _sums(exact, self._left[1], self._left[0])
+            sums[1] -= _sums(exact, self._layer_rates[1], self._layer_rates[0])
         sums *= dt
         self.work, self.momentum = float(sums[0, 0]), sums[0, 1:]
         self.edge_energy, self.edge_momentum = float(-sums[1, 0]), -sums[1, 1:]
-        if self._waits:
+        if self._is_paused:
             return
         self.time += dt
-        self.speeds = [(one.plane.axis, one.plane.velocity) for one in self.moving]
+        self.speeds = [(moving_plane.plane.axis, moving_plane.plane.velocity) for moving_plane in self.moving]
         for row in self.edge_rows:
             row.watch(self.time, self.share.gather_values(row.numbers, particles["velocity"]))
-        for one in self.moving:  # particles beyond the plane receive it, as in the pairs of the next stage
-            one.plane.velocity = float(one.motion.velocity(self.time)[0])
+        for moving_plane in self.moving:  # particles beyond the plane receive it, as in the pairs of the next stage
+            moving_plane.plane.velocity = float(moving_plane.motion.velocity(self.time)[0])
 
     def finish(self, stepper: Any, stage: float) -> None:
-        """Put the layer in its place, in the state and in the packed rows, whose time is `stage` [s] ahead."""
-        if not self._waits:
+        """Write the positions of the layer into the state, and into the packed rows, which are `stage` [s] ahead."""
+        if not self._is_paused:
             self._ahead = stage
-            for one in self.moving:
-                one.move(self.time, stage)
+            for moving_plane in self.moving:
+                moving_plane.move(self.time, stage)
         if self.layer is None:
             return
         rows, some = self._here(self.layer.numbers)
         dim, at, gather = stepper.particles.dim, stepper.row_slots, self.share.gather_values
         position, ahead = stepper.particles["position"], stepper.rows[:, :dim]
         moved = np.zeros((2, dim))
-        for one in self.moving:
-            moved[:, one.plane.axis] = one.plane.at - one.place
-            moved[0, one.plane.axis] -= one.plane.ahead
+        for moving_plane in self.moving:
+            moved[:, moving_plane.plane.axis] = moving_plane.plane.at - moving_plane.place
+            moved[0, moving_plane.plane.axis] -= moving_plane.plane.ahead
         position[rows] = self.layer.follow(gather(self.layer.sources, position), moved[0])[some]
         stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead), moved[1])[some]
         normals = stepper.rows[:, at["AMBIENT"] : at["AMBIENT"] + dim]
-        normals[:] = 0.0  # no other packs them, and sorted rows may have stood in their place
+        normals[:] = 0.0  # nothing else writes them, and sorting moves rows
         normals[rows] = self.layer.normals[some]
         for name, value in (("LATTICE_ORDER", 0.0), ("TENSION_LIMIT", UNLIMITED), ("SHEAR_LIMIT", UNLIMITED)):
             if name in at:
@@ -236,17 +239,20 @@ class Boundaries:
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the times of state and stage, velocities of planes, and since when rows move, by name."""
-        speeds, since = [one.plane.velocity for one in self.moving], [row.since for row in self.edge_rows]
+        speeds, since = (
+            [moving_plane.plane.velocity for moving_plane in self.moving],
+            [row.since for row in self.edge_rows],
+        )
         return {"boundaries": np.array([self.time, self._ahead, *speeds, *since])}
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Restore what `history` returned."""
-        self.time, self._ahead, *kept = (float(one) for one in history["boundaries"])
-        for row, since in zip(self.edge_rows, kept[len(self.moving) :], strict=True):
+        self.time, self._ahead, *values = (float(value) for value in history["boundaries"])
+        for row, since in zip(self.edge_rows, values[len(self.moving) :], strict=True):
             row.since = since
-        for one, velocity in zip(self.moving, kept, strict=False):
-            one.plane.velocity = velocity
-            one.move(self.time, self._ahead)
+        for moving_plane, velocity in zip(self.moving, values, strict=False):
+            moving_plane.plane.velocity = velocity
+            moving_plane.move(self.time, self._ahead)
 
     def _here(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of the particles of this process, and their indices among `numbers`."""

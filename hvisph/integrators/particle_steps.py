@@ -60,13 +60,13 @@ WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 
 def load_state(state, i):
     """Return particle `i` of the state."""
-    none = min(max(state[i, S_DAMAGE], 0.0), 0.0)  # a number of the type of the others
+    zero = min(max(state[i, S_DAMAGE], 0.0), 0.0)  # 0 of the same type as the others
     return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
                  state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
                  own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
                  (state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
                   state[i, S_STRAIN_RATE]) + ((state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS],
-                  state[i, S_ONSET_TENSION], state[i, S_BAND_WIDTH]) if FRACTURES else (none, none, none, none))
+                  state[i, S_ONSET_TENSION], state[i, S_BAND_WIDTH]) if FRACTURES else (zero, zero, zero, zero))
                  if HAS_HISTORY else NO_HISTORY,
                  (state[i, S_MATERIAL_AXES], state[i, S_MATERIAL_AXES + 1], state[i, S_MATERIAL_AXES + 2],
                   state[i, S_MATERIAL_AXES + 3], state[i, S_FAILURE_MODES])
@@ -100,7 +100,7 @@ def load_rates(rates, k):
                  rates[k, R_DENSITY] if DENSITY_RATE else 0.0, rates[k, R_HOOP] if AXISYMMETRIC else 0.0)  # fmt: skip
 
 
-def remember(state, i, u, rate):
+def store_previous(state, i, u, rate):
     """Store the rates of an evaluation, and its velocity `u`, for the next step."""
     put(state, i, S_PREVIOUS_VELOCITY, u)
     put(state, i, S_PREVIOUS_ACCELERATION, rate.a)
@@ -181,7 +181,7 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept, axes), p, c, full, thicker
 
 
-def works(before, now, l, p, dt):
+def dissipation(before, now, l, p, dt):
     """Return plastic work and other dissipation of a particle in a step, per mass [J/kg].
 
     The energy that its own pressure `p` and deviator did not do, at its strain, came from viscosity, from the fluxes
@@ -220,4 +220,4 @@ def viscous_share(share, l, c, h, dt, coefficients):
     return balsara_share(l, c, h)
 
 
-PARTS = (load_state, store, load_rates, remember, move, isolated_density, strain, works, viscous_share)
+PARTS = (load_state, store, load_rates, store_previous, move, isolated_density, strain, dissipation, viscous_share)

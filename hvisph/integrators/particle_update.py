@@ -39,7 +39,7 @@ from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC
 from .time_step import VISCOUS_SIGNAL
 
 CHUNK = 256
-# Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
+# Axisymmetric particles in shear flow have at least the share 1 - AT_AXIS r/h of the viscosity.
 AT_AXIS = 0.5
 
 
@@ -58,8 +58,8 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
     h_low, h_high = h_limits[m, 0], h_limits[m, 1]
     lengths, signals, pressures = limits
     of_energy, of_momentum, of_force, of_power = rounders
-    s = np.uint64(0)  # arrays stand for all of the particles: any row will do
-    flowed = dissipated = 0.0
+    s = np.uint64(0)  # arrays represent the rows of all lanes: the index has no effect
+    plastic_work = dissipated = 0.0
     mass, now, rate = state[s, S_MASS], load_state(state, s), load_rates(rates, s)
     acting, free = rate, 0.0 if held else 1.0
     if held:
@@ -80,27 +80,27 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         now, l, swelling, hoop = move(state, s, now, acting, free, pull, u, dt)
         now, p, c, l, thicker = strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
         store(state, s, now)
-        flowed, dissipated = works(before, now, l, pressures[s], dt)
-        flowed, dissipated = mass * flowed, mass * dissipated
+        plastic_work, dissipated = dissipation(before, now, l, pressures[s], dt)
+        plastic_work, dissipated = mass * plastic_work, mass * dissipated
         if PLANE_STRESS:
             state[s, S_THICKNESS] *= thicker
         if SWITCH == MORRIS_MONAGHAN:
             state[s, S_VISCOSITY_FACTOR] = viscous_share(state[s, S_VISCOSITY_FACTOR], l, c, now.h, dt, coefficients)
         if PREVIOUS:
-            remember(state, s, u, acting)
+            store_previous(state, s, u, acting)
         if DENSITY_CORRECTION:
             bound = 2.0 * max(now.rho - least, 0.0) / (now.rho + least)  # 0 for an isolated particle
             correction = state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION]
             state[s, S_DENSITY_CORRECTION] = min(max(correction, -bound), bound)
         if ANGULAR_MOMENTUM:
-            made = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
-            put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), made))
+            residual = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
+            put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), residual))
     speed2 = dot(now.u, now.u)
     kinetic, internal = 0.5 * mass * speed2, mass * now.e
     add_lanes(counted, KINETIC, here, kinetic, of_energy)
     add_lanes(counted, INTERNAL, here, internal, of_energy)
     add_lane_vectors(counted, MOMENTUM, here, extend_vector(multiply(mass, now.u)), of_momentum)
-    add_lanes(counted, PLASTIC, here, flowed, of_energy)
+    add_lanes(counted, PLASTIC, here, plastic_work, of_energy)
     add_lanes(counted, HEATING, here, dissipated, of_energy)
     if SLIPS:
         add_lanes(counted, SLIPPING, here, mass * rates[s, R_SLIP], of_power)
@@ -167,7 +167,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         share = state[s, S_VISCOSITY_FACTOR] if SWITCH == MORRIS_MONAGHAN else 1.0
         share = viscous_share(share, l, c, ahead.h, stage, coefficients)
         rows[s, SHARE] = share
-        # a small share lets no step grow: the shock that raises it may be a step away
+        # a small share does not lengthen the step: a shock may raise it in the next one
         signal += VISCOUS_SIGNAL * coefficients[0] * max(share - 1.0, 0.0) * c
     signals[s] = max(signal, c_l * hoop_signal(ahead.h, ring)) if AXISYMMETRIC else signal
     fastest, longest, size = most

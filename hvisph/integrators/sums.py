@@ -17,12 +17,12 @@ from hvisph.core.text import Plain
 
 KINETIC, INTERNAL, MOMENTUM, PLASTIC, HEATING, SLIPPING, SUPPORT = 0, 1, 2, 5, 6, 7, 8
 FASTEST, LONGEST = 11, 12
-# Columns that are counted in whole numbers, of which eight are added at once; all columns.
+# Number of columns that are summed as integers, and of all columns.
 COUNTED, SUMS = 11, 13
-# Columns of the extremes of each chunk: largest speed squared, smoothing length, and sum of the sizes of energies,
-# which shows what integers hide: a number that is none, or too large.
+# Columns of the extremes of each chunk: largest speed squared and smoothing length, and the sum of energy magnitudes,
+# in which NaN and overflow, which integers hide, remain visible.
 SPEED2, LENGTH, SIZE = 0, 1, 2
-# A whole that hardly moves is counted as finely as if its energy were this share of M c^2: it may gain 2^11 times that.
+# Smallest energy over M c^2 for which the units are chosen; the energy may grow to 2^11 times that.
 SLOWEST = 2.0**-12
 
 
@@ -85,7 +85,7 @@ class Sums:
         return (self.wholes, self.extremes), self._rounders
 
     def total(self) -> np.ndarray:
-        """Return the sums (SUMS,); integers count as zero where a particle's are invalid or too large."""
+        """Return the sums (SUMS,); the integer ones are NaN where a particle's energy is invalid or too large."""
         parts, extremes = np.zeros((2, COUNTED), np.int64), np.zeros(3)
         _add_chunks()(self.wholes, self.extremes, parts, extremes)
         self._parts, extremes = self.over(parts, extremes)

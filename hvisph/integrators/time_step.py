@@ -31,16 +31,16 @@ class Limit:
 
 
 def _limits_of(lengths, signals, rates, place, viscous, s):
-    """Return the criteria of particle `s`, the second to the fourth as powers, and a sum that detects NaN."""
+    """Return h over the signal speed [s], (h/|a|)^2 [s^4], and a sum of the rates, which is NaN where one is."""
     k = np.uint64(place[s])
     h = lengths[s]
     a2 = 0.0
     for f in range(np.uint64(DIM)):
         a2 += rates[k, f] * rates[k, f]
-    health = a2 + signals[s]
+    rate_sum = a2 + signals[s]
     for f in range(np.uint64(DIM), np.uint64(DIM + 2 + DIM * DIM)):
-        health += rates[k, f]
-    return h / (signals[s] + viscous * rates[k, DIM + 1]), h * h / a2, health
+        rate_sum += rates[k, f]
+    return h / (signals[s] + viscous * rates[k, DIM + 1]), h * h / a2, rate_sum
 
 
 def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
@@ -49,32 +49,32 @@ def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
     by_signal = by_acceleration = np.inf
     whole = 0.0
     for s in range(first, min(first + np.uint64(CHUNK), count)):
-        signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
+        signal, acceleration, rate_sum = limits_of(lengths, signals, rates, place, viscous, s)
         by_signal = signal if signal < by_signal else by_signal  # `min` would not return NaN
         by_acceleration = acceleration if acceleration < by_acceleration else by_acceleration
-        whole += health
+        whole += rate_sum
     least[chunk, 0], least[chunk, 1], least[chunk, 2] = by_signal, by_acceleration, whole
 
 
 def _limiting_particle(lengths, signals, rates, place, viscous, numbers, least):
     """Return the limiting criterion (NOT_FINITE where a rate is so), its value, and the particle of smallest number."""
-    chosen, count, none = np.uint64(NOBODY), np.uint64(len(signals)), np.uint64(NOT_FINITE)
+    chosen, count, not_finite = np.uint64(NOBODY), np.uint64(len(signals)), np.uint64(NOT_FINITE)
     by_signal = by_acceleration = np.inf
     for chunk in range(np.uint64(len(least))):
         by_signal, by_acceleration = min(by_signal, least[chunk, 0]), min(by_acceleration, least[chunk, 1])
     by_time = np.uint64(1) if sqrt(sqrt(by_acceleration)) < by_signal else np.uint64(0)
     value = by_acceleration if by_time else by_signal
-    for criterion in (none, by_time):  # a sum may overflow where no particle has
+    for criterion in (not_finite, by_time):  # a sum may overflow where no particle has
         for chunk in range(np.uint64(len(least))):
             # np.isfinite takes x - x for 0 where sums may be reordered
-            if abs(least[chunk, 2]) < np.inf if criterion == none else least[chunk, criterion] != value:
+            if abs(least[chunk, 2]) < np.inf if criterion == not_finite else least[chunk, criterion] != value:
                 continue
             for s in range(chunk * np.uint64(CHUNK), min((chunk + np.uint64(1)) * np.uint64(CHUNK), count)):
-                signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
-                meant = (acceleration if criterion else signal) == value
-                if criterion == none:
-                    meant = not abs(health) < np.inf
-                if meant and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
+                signal, acceleration, rate_sum = limits_of(lengths, signals, rates, place, viscous, s)
+                limits = (acceleration if criterion else signal) == value
+                if criterion == not_finite:
+                    limits = not abs(rate_sum) < np.inf
+                if limits and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
                     chosen = s
         if chosen != np.uint64(NOBODY):
             return criterion, value, chosen
@@ -88,7 +88,7 @@ class Criteria:
         self.cfl, self.viscous = cfl, viscous
         limits_of = specialise(_limits_of, DIM=dim)
         self._loop = chunk_loop(specialise(_limits, limits_of=limits_of), CHUNK, short=True)
-        self._which = specialise(_limiting_particle, parallel=False, limits_of=limits_of)
+        self._find_limiting = specialise(_limiting_particle, parallel=False, limits_of=limits_of)
         self.resize(count)
 
     def resize(self, count: int) -> None:
@@ -102,9 +102,9 @@ class Criteria:
         `signals` (n,) are signal speeds without viscosity [m/s]; `rates` are in cell order, row `place`.
         The criterion is ``not_finite`` where a rate is not finite.
         """
-        given = (lengths, signals, rates, place, self.viscous)
-        self._loop(len(signals), *given, self._least)
-        kind, value, particle = self._which(*given, numbers, self._least)
+        arguments = (lengths, signals, rates, place, self.viscous)
+        self._loop(len(signals), *arguments, self._least)
+        kind, value, particle = self._find_limiting(*arguments, numbers, self._least)
         if kind == NOT_FINITE:
             return Limit(0.0, "not_finite", particle)
         return Limit(self.cfl * (sqrt(sqrt(value)) if kind else value), NAMES[kind], particle, value)

@@ -39,10 +39,7 @@ def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, t
 def diagnose(
     particles: Particles, table: np.ndarray, models: np.ndarray, names: Sequence[str] = NAMES
 ) -> dict[str, np.ndarray]:
-    """Return pressure, sound speed, von Mises stress and, where known, temperature of the state, (n,) each in SI.
-
-    `names`: those of them that are wanted.
-    """
+    """Return those of pressure, sound speed, von Mises stress and, where known, temperature in `names`, (n,) each."""
     fields = {name: np.zeros(particles.count) for name in names}
     for some, found in _slabs(particles, table, models):
         for name, values in fields.items():
@@ -55,7 +52,7 @@ def diagnose(
 
 
 def known_names(particles: Particles, table: np.ndarray, models: np.ndarray) -> tuple[str, ...]:
-    """Return the names of what `diagnose` finds: the temperature where a particle has one."""
+    """Return the names of the fields that `diagnose` returns: the temperature only where a particle has one."""
     knows = any(not np.isnan(found["temperature"]).all() for _, found in _slabs(particles, table, models))
     return NAMES if knows else NAMES[:-1]
 
@@ -73,8 +70,8 @@ def _slabs(
         "softened_pressure": softened_pressure,
         "COMPONENTS": particles["deviator"].shape[1],
     }
-    one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0, "S_ONSET_TENSION": 0} | particles.bindings())
-    loop = particle_loop(one)
+    particle_function = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0, "S_ONSET_TENSION": 0} | particles.bindings())
+    loop = particle_loop(particle_function)
     for first in range(0, particles.count, SLAB):  # rows need not lie side by side
         some = slice(first, first + SLAB)
         state = np.ascontiguousarray(particles.data[some])

@@ -24,7 +24,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 
 from .protocol import Formulation
 
-# Functions of a particle's material that the pass over single particles calls.
+# Functions of a particle's material that the particle update calls.
 OF_MATERIALS = (
     *(
         stress_update.update_stress,
@@ -63,8 +63,8 @@ class Stepper:
     `lengths`, `signals`, `pressures`: smoothing length [m], speed of signals [m/s] and pressure [Pa] of every particle
     at the stage.
     `sums`: sums over the completed state, columns as named in `update`.
-    `pieces`: piece of a body that each particle belongs to (n,) uint32, the number of the body itself until pieces come
-    apart (`sph.neighbours.connected_components`); None where that makes no difference.
+    `pieces`: connected component of each particle (n,) uint32, its body until that separates
+    (`sph.neighbours.connected_components`); None without contact between fragments.
     """
 
     has_energy = True
@@ -125,7 +125,7 @@ class Stepper:
             self.pieces = particles.body.copy()
 
     def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> CompiledFunction:
-        """Return the pass over single particles, compiled for this formulation, its row and scheme."""
+        """Return the particle update, compiled for this formulation, its row and integrator."""
         particles, formulation = self.particles, self.formulation
         dim, smoothing = particles.dim, formulation.smoothing
         # Columns that a state lacks are never read: the branches that name them are compiled away.
@@ -171,12 +171,12 @@ class Stepper:
 
     @property
     def rates(self) -> np.ndarray:
-        """Rows of rates in cell order; `place` says which is whose."""
+        """Rows of rates in cell order; `place` has the row of each particle."""
         return self.pairs.rates
 
     @property
     def workspace(self) -> np.ndarray | None:
-        """Numbers (k,) that nothing reads from an evaluation to the next; None where the history asks for some."""
+        """Storage (k,) that is unused between evaluations; None where the history reads it."""
         return None if self.formulation.corrects_kernels else self.pairs.workspace
 
     @property
@@ -206,7 +206,7 @@ class Stepper:
             self.formulation.keep(self.pairs, self.lengths)
             if self.motion is not None:
                 self.motion.note_contacts(self)
-        finally:  # other processes wait for this one's part in the contact, also where it has failed
+        finally:  # other processes wait for this one in the contact, also after an error
             self.body_contact.add(self.pairs, self.h_max)
         self._act()
 
@@ -251,7 +251,7 @@ class Stepper:
         self.table, self.models = self._later[number]
 
     def split(self, pieces: np.ndarray) -> None:
-        """Let particles of different `pieces` (n,) meet as different bodies do from now on."""
+        """Treat particles of different `pieces` (n,) as different bodies from now on."""
         self.pieces = pieces.astype(np.uint32)
         self._in_pieces = bool((self.pieces != self.particles.body).any())
         self._show_pieces()
@@ -264,7 +264,7 @@ class Stepper:
 
     @property
     def _contact_bodies(self) -> np.ndarray:
-        """Return the bodies that are in contact as such, by a number of each particle (n,)."""
+        """Body or piece of each particle (n,), as contact distinguishes them."""
         return self.particles.body if self.pieces is None else self.pieces
 
     def _sum_up(self) -> None:
@@ -274,7 +274,7 @@ class Stepper:
         self.h_max = float(self.sums[column.LONGEST])
 
     def limits(self) -> list[tuple[float, str, int]]:
-        return [one for motion in (self.motion.rigid if self.motion else ()) for one in motion.limits()]
+        return [limit for motion in (self.motion.rigid if self.motion else ()) for limit in motion.limits()]
 
     def permute(self) -> np.ndarray:
         count, pairs = self.particles.count, self.pairs
@@ -291,11 +291,9 @@ class Stepper:
         return order
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs of each particle beside its state, between steps, a row a particle.
+        """Return the arrays that the next step needs beside the state, a row a particle; valid until it is evaluated.
 
-        The packed rows are among it, though they follow from state and rates: rebuilt by other
-        compiled code they might differ in the last bit. A formulation with a memory of its own adds it.
-        It holds until the next evaluation.
+        The packed rows follow from state and rates, but other compiled code might rebuild them with other last bits.
         """
         pieces = {} if self.pieces is None else {"pieces": self.pieces}
         rates = take_rows(self.rates, self.place, self.pairs.workspace)
@@ -303,8 +301,8 @@ class Stepper:
                 "pressures": self.pressures, **pieces}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
-        driving = [one for one in (self.motion, self.boundaries) if one is not None]
-        return dict(item for one in (self.totals, *driving) for item in one.history().items())
+        driving = [part for part in (self.motion, self.boundaries) if part is not None]
+        return dict(item for part in (self.totals, *driving) for item in part.history().items())
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self.pairs.halo = halo_for(self.pairs.layout)
@@ -333,13 +331,8 @@ class Stepper:
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         pairs, count = self.pairs, self.particles.count
-        for name, own in (
-            ("rows", self.rows),
-            ("lengths", self.lengths),
-            ("signals", self.signals),
-            ("pressures", self.pressures),
-        ):
-            own[...] = carried[name]
+        for name in ("rows", "lengths", "signals", "pressures"):
+            getattr(self, name)[...] = carried[name]
         self.rates[:count] = carried["rates"]
         pairs.place[:count] = np.arange(count, dtype=np.uint32)
         pairs.numbers = self.particles.id

@@ -49,8 +49,8 @@ class SpatialPass:
         )
         coupled = {"COUPLED": 1, "shares": shares} | ({"HYBRID": 1} if formulation.axisymmetric else {})
         passes = [
-            replace(one, reads=layout, options=one.options | coupled, skips_undisturbed=False)
-            for one in euler.passes(dim)
+            replace(pass_, reads=layout, options=pass_.options | coupled, skips_undisturbed=False)
+            for pass_ in euler.passes(dim)
         ]
         constants = np.append(euler.coefficients(), (kernel.reach * h) ** 2)
         self.pairs = Pairs(layout, kernel, passes, constants, at, h, planes)
@@ -60,7 +60,7 @@ class SpatialPass:
         self._add_rates = particle_loop(bind(add_rates, {}, offered))
         to_spatial = {"TO_D": to["D"], "TO_KIND": to["KIND"], "TO_BODY": to["BODY"], "write": write}
         self._pack = particle_loop(bind(spatial_rows, to_spatial, offered))
-        self._seen: Halo | None = None
+        self._selection_halo: Halo | None = None
         self._chosen = 0
 
     @property
@@ -73,12 +73,12 @@ class SpatialPass:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which particles are near another body, and which near an Eulerian one (n,), bool."""
         own = len(numbers)
-        if self._seen is not None:
+        if self._selection_halo is not None:
             dim = self.pairs.layout.dim
             shown = np.zeros((own, _selection_layout(dim).used_width))
             shown[:, :dim], shown[:, dim], shown[:, dim + 1] = rows[:own, :dim], bodies, eulerian
             # cells are selected by the content of cells up to two cells away
-            rows, _ = self._seen.append(shown, numbers, 3.0 * self._selection.grid.edge)
+            rows, _ = self._selection_halo.append(shown, numbers, 3.0 * self._selection.grid.edge)
             bodies, eulerian = rows[:, dim].astype(np.uint32), rows[:, dim + 1].astype(np.uint8)
         near_body, near_eulerian = self._selection.choose(rows, eulerian, bodies)
         return near_body[:own], near_eulerian[:own]
@@ -106,7 +106,7 @@ class SpatialPass:
         self._add_rates(len(chosen), pairs.rates, self.paired_rows, chosen, eulerian, rates)
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        self._seen = halo_for(_selection_layout(self.pairs.layout.dim))
+        self._selection_halo = halo_for(_selection_layout(self.pairs.layout.dim))
         self.pairs.halo = halo_for(self.pairs.layout)
 
     def fit_grid(self, positions: np.ndarray) -> None:

@@ -69,10 +69,10 @@ class BodyContact:
         passes = self.law.passes(dim, self._revolved)
         self.pairs = Pairs(self.law.row_layout(dim, self._revolved), kernel, passes, coefficients, at, h, planes)
         layout, constants, look = penalty_contact.contact_search(dim, kernel)
-        self._looking = Pairs(layout, kernel, [look], constants, at, h, planes)
-        self._touching = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
+        self._overlap_pairs = Pairs(layout, kernel, [look], constants, at, h, planes)
+        self._contact_phi = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
         self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.has_friction
-        self.starts, self.omega = np.full(particles.count, self._touching), np.zeros(particles.count)
+        self.starts, self.omega = np.full(particles.count, self._contact_phi), np.zeros(particles.count)
         self.folded, self.leaving = np.zeros((2, particles.count), bool)
         self._pieces = self._bodies.copy()
         self.energy = self._power = self._power_before = 0.0
@@ -87,7 +87,7 @@ class BodyContact:
         self._bodies, self._numbers = particles.body.astype(np.float64), particles.numbers()
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        for pairs in (self.pairs, self._looking):
+        for pairs in (self.pairs, self._overlap_pairs):
             pairs.halo = halo_for(pairs.layout)
 
     @property
@@ -99,7 +99,7 @@ class BodyContact:
         if self.law.stores:
             everyone = np.arange(self.particles.count)
             phi, _ = self._find_overlap(everyone, rows, slots, self._bodies)
-            self.starts = np.maximum(self._touching, phi * (1.0 + 1e-12))  # round-off must not load what touches
+            self.starts = np.maximum(self._contact_phi, phi * (1.0 + 1e-12))  # round-off must not load what touches
 
     def leave(self, leaves: np.ndarray) -> None:
         """Detach the particles `leaves` (n,), bool, from their bodies."""
@@ -115,7 +115,7 @@ class BodyContact:
         looks = self._evaluations % SEARCH_EVERY == 0
         self._evaluations += 1
         if looks and self.law.self_contact:
-            self._look_for_folds(rows, slots, loose)
+            self._find_folded(rows, slots, loose)
         if self.folded.any():
             chosen = np.union1d(chosen, np.flatnonzero(self.folded))
         if not (len(chosen) if halo is None else halo.any_process(len(chosen) > 0)):
@@ -125,12 +125,12 @@ class BodyContact:
         self.pairs.rows, self.pairs.numbers = self._pack_rows(chosen, rows, slots, loose), self._numbers[chosen]
         try:
             self.pairs.evaluate(self.h)
-        finally:  # other processes wait for this one's part, also where it has failed
-            self._take_rates(chosen, rates)
+        finally:  # other processes wait for this one, also after an error
+            self._add_rates(chosen, rates)
             if looks:
-                self._look(chosen, rows, slots, loose)
+                self._find_penetrated(chosen, rows, slots, loose)
 
-    def _take_rates(self, chosen: np.ndarray, rates: np.ndarray) -> None:
+    def _add_rates(self, chosen: np.ndarray, rates: np.ndarray) -> None:
         dim, mass, halo, at = self.particles.dim, self.particles["mass"], self.pairs.halo, self.pairs.place
         pushed = self.pairs.rates[at[: len(chosen)]]
         power = encode_terms(mass[chosen] * pushed[:, dim], self._power_unit)
@@ -142,10 +142,10 @@ class BodyContact:
         self.omega[chosen] = pushed[:, dim + 1]
         if self.law.stores:
             phi, starts = self.pairs.sorted[at[: len(chosen)], self.pairs.slots["START"]], self.starts[chosen]
-            self.starts[:] = self._touching
-            self.starts[chosen] = np.maximum(self._touching, np.minimum(starts, phi))
+            self.starts[:] = self._contact_phi
+            self.starts[chosen] = np.maximum(self._contact_phi, np.minimum(starts, phi))
 
-    def _look(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
+    def _find_penetrated(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
         try:
             filled, _ = self._find_overlap(chosen, rows, slots, self._bodies)
         except RunError:  # the contact's own pass has found the same
@@ -153,12 +153,12 @@ class BodyContact:
         inside = chosen[(filled > INSIDE) & self._inner[chosen] & ~loose[chosen]]
         body, bodies = self.particles.body, self._bodies_in_all
         counts = np.stack([np.bincount(body[who], minlength=bodies) for who in (inside, self._inner)])
-        if self._looking.halo is not None:
-            counts = self._looking.halo.total(counts)
+        if self._overlap_pairs.halo is not None:
+            counts = self._overlap_pairs.halo.total(counts)
         through = counts[0] >= np.maximum(FEWEST, SHARE * counts[1])
         self.passed = inside[through[body[inside]]]
 
-    def _look_for_folds(self, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
+    def _find_folded(self, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
         tied = np.flatnonzero((rows[: len(loose), slots["KIND"]] == 1.0) & ~loose)
         self.folded[:] = False
         self.folded[tied] = self._find_overlap(tied, rows, slots, self._bodies)[1] > 0.0
@@ -166,15 +166,17 @@ class BodyContact:
     def _unload(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> None:
         """Take the present overlap of particles that leave their bodies as unloaded."""
         before = np.where(self.leaving, self._bodies, self._pieces)
-        phi, more = (self._find_overlap(chosen, rows, slots, one)[0] for one in (before, self._pieces))
-        self.starts[chosen] += (more - phi) * (1.0 + 1e-12)
+        phi_before, phi_after = (
+            self._find_overlap(chosen, rows, slots, bodies)[0] for bodies in (before, self._pieces)
+        )
+        self.starts[chosen] += (phi_after - phi_before) * (1.0 + 1e-12)
         self.leaving[:] = False
 
     def _find_overlap(
         self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], bodies: np.ndarray
     ) -> np.ndarray:
         """Return phi and whether a distant part is near (2, k) of the `chosen` particles."""
-        dim, pairs, to = self.particles.dim, self._looking, self._looking.slots
+        dim, pairs, to = self.particles.dim, self._overlap_pairs, self._overlap_pairs.slots
         packed = np.zeros((len(chosen), pairs.layout.used_width))
         self._place(chosen, rows, slots, packed, to)
         packed[:, to["BODY"]] = bodies[chosen]
@@ -253,7 +255,7 @@ class BodyContact:
         self._update_arrays()
 
     def fit_grid(self) -> None:
-        for pairs in (self.pairs, self._looking):
+        for pairs in (self.pairs, self._overlap_pairs):
             pairs.grid = Grid.from_positions(self.particles["position"], pairs.grid.edge)
 
     @property
@@ -262,5 +264,5 @@ class BodyContact:
         return self._pieces.astype(np.uint32)
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
-        self.energy, self._power, self._power_before, evaluations = (float(one) for one in history["contact"])
+        self.energy, self._power, self._power_before, evaluations = (float(value) for value in history["contact"])
         self._evaluations = int(evaluations)

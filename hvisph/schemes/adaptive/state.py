@@ -14,7 +14,7 @@ from hvisph.sph.neighbours import particle_layout as rate_slots
 from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
 
-# What a checkpoint holds beside the particles, of what every particle has one row.
+# Arrays of a checkpoint beside the particles, with a row for each.
 KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone",
         "volume", "sequence")  # fmt: skip
 
@@ -60,7 +60,7 @@ class CompositeState(ReferenceChanges, Stepper):
         self._convertible = np.ones(count, bool) if convertible is None else np.isin(body, convertible)
         self._body_indices = body.astype(np.uint32)
         self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
-        self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
+        self._undamaged, self._no_particles = np.zeros(count), np.zeros(count, bool)
 
     def get_carried(self) -> dict[str, np.ndarray]:
         renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
@@ -76,7 +76,6 @@ class CompositeState(ReferenceChanges, Stepper):
             super().history()
             | {"stage": np.array([self._stage])}
             | (self.contact.history() if self.contact is not None else {})
-            | ({} if self.motion is None else self.motion.history())
         )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
@@ -121,8 +120,6 @@ class CompositeState(ReferenceChanges, Stepper):
         if self.contact is not None:
             self.contact.restore(history)
         self._stage = float(history["stage"][0])
-        if self.motion is not None:
-            self.motion.restore(history)
         self.totals.restore(history)
         if self.motion is not None:
             self.motion.restore(history)
@@ -198,6 +195,6 @@ class Conversion:
                 torn |= damage >= 1.0
             torn &= active & ~lagrangian
         if beside.any_process(turns.any() or torn.any()):
-            theirs = torn | turns if self.neighbours else torn
-            turns |= lagrangian & beside.neighbours_of(theirs)
+            sources = torn | turns if self.neighbours else torn
+            turns |= lagrangian & beside.neighbours_of(sources)
         return turns

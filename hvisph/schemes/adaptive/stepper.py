@@ -38,10 +38,10 @@ class CompositeStepper(CompositeState):
     Parameters as those of `Stepper`; the particles carry `kernel_type`, `reference_position` is set here.
 
     `jacobians`, `strains`: J and equivalent strain (n,) of particles whose deformation gradient is known, at the stage.
-    `latest`: equivalent strain since the reference was renewed (n,), where it is.
-    `swellings`: chi, what J has beside the determinant of F since lists were cut (n,).
-    `loads`: pressure [Pa] that is added to every particle's own until the first step is done (n,).
-    `sequence`: place of every particle in the order of the start (n,), by which lists are sorted.
+    `latest`: equivalent strain since the last renewal of the reference (n,).
+    `swellings`: chi = J / det F (n,), which differs from 1 once lists were cut.
+    `loads`: pressure [Pa] that is added to every particle's own until the end of the first step (n,).
+    `sequence`: index of every particle in the initial order (n,), by which lists are sorted.
     """
 
     formulation: Any
@@ -86,7 +86,7 @@ class CompositeStepper(CompositeState):
     def _set_up(self) -> None:
         """Build all that depends on state and reference positions."""
         particles, formulation = self.particles, self.formulation
-        self._moduli = np.array([(one.young_modulus, 1.0 / one.first_yield) for one in self.materials])
+        self._moduli = np.array([(material.young_modulus, 1.0 / material.first_yield) for material in self.materials])
         bodies = particles.body.astype(float)
         lowest, highest = self.get_maxima(np.array([(-bodies).max(initial=-np.inf), bodies.max(initial=-np.inf)]))
         self._one_body, self._bodies_in_all = bool(highest == -lowest), int(highest) + 1
@@ -178,7 +178,7 @@ class CompositeStepper(CompositeState):
     def start(self) -> None:
         self.totals.begin(self.particles)
         self._set_up()  # not before: lists and their corrections take time and compiled loops
-        self._turn()
+        self._convert()
         self.predict(0.0)
         if self.contact is not None:
             self.contact.begin(self.rows_, self.slots)
@@ -210,14 +210,14 @@ class CompositeStepper(CompositeState):
                     (viscosity.alpha, viscosity.beta), formulation.hourglass, 1.0 / self.h, self._rates,
                 )  # fmt: skip
         self.spatial.rest()
-        near_body = near_eulerian = self._none
+        near_body = near_eulerian = self._no_particles
         if self._any_eulerian or not self._one_piece:
             near_body, near_eulerian = self.spatial.find_near(
                 self.rows_, self._numbers, self._eulerian, self._body_indices
             )
         try:
             self._add_spatial(near_eulerian if self.spatial.has_contact else near_eulerian | near_body)
-        finally:  # other processes wait for this one's part in the contact, also where it has failed
+        finally:  # other processes wait for this one in the contact, also after an error
             if self.contact is not None:
                 self.contact.add(np.flatnonzero(near_body), self.rows_, self.slots, self.loose, self._rates)
         self._act()
@@ -252,13 +252,13 @@ class CompositeStepper(CompositeState):
             self.loads[:] = 0.0
             if self.planes and self.any_process(stop_at_planes(self.particles, self.planes, self.h)):
                 self.predict(following)
-        self._turn()
+        self._convert()
         limit = self.formulation.renew_strain
         if limit is not None and self.any_process((self.latest[self._tied] > limit).any()):
             self._renew()
             self._classify()
 
-    def _turn(self) -> None:
+    def _convert(self) -> None:
         """Convert particles to Eulerian, or remove them from the lists."""
         particles, formulation = self.particles, self.formulation
         quiet = formulation.conversion.is_off and not self._any_eulerian
@@ -269,20 +269,20 @@ class CompositeStepper(CompositeState):
         turns = formulation.conversion.find_converting(
             lagrangian, self._convertible, self._active != 0, self.jacobians, self.strains, damage, self
         )
-        leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none
+        leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._no_particles
         turned, left = turns.any(), leaves.any()
         if not self.any_process(turned or left):
             return
         if self.any_process(left):
             before = self.loose.copy()
             self._leave(leaves)
-            self._part(self.loose & ~before)
+            self._separate(self.loose & ~before)
         if turned:
             particles["kernel_type"][turns] = 0.0
         self._classify()
 
-    def _part(self, leaves: np.ndarray) -> None:
-        """Treat particles that left their lists as another body in contact."""
+    def _separate(self, leaves: np.ndarray) -> None:
+        """Make particles that left their lists bodies of their own in contact."""
         if self.contact is not None and self.formulation.contact.self_contact:
             self.contact.leave(leaves)
             self._body_indices, self._one_piece = self.contact.pieces, False

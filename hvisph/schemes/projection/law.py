@@ -203,7 +203,7 @@ def carry(
         x, u = own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM)
         h, mass = state[i, S_SMOOTHING_LENGTH], state[i, S_MASS]
         a = own_vector(rates, i, R_ACCELERATION, DIM)
-        # What particles do not keep: the forces on clamped ones and, negative, the body force on others.
+        # For the budget: the forces on clamped particles and, negative, the body force on others.
         missing = multiply(-mass, body_force)
         if tags[i, 3] & np.uint32(1):
             missing = add(missing, multiply(mass, a))

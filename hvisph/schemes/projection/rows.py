@@ -10,8 +10,8 @@ from hvisph.sph.neighbours.particle_layout import aligned_zeros
 
 from .law import layouts
 
-# How far beyond the kernel's reach neighbours are listed, over h. At the published step the fastest
-# particle crosses half of it in 24 steps, a little more than the run waits until it sorts the particles.
+# Distance beyond the kernel's reach up to which neighbours are listed, over h. At the published step the fastest
+# particle crosses half of it in 24 steps, more than the steps between two sortings.
 MARGIN = 0.1
 
 
@@ -32,7 +32,7 @@ class ProjectionRows:
         self.pair = [aligned_zeros(rows, width) for _ in range(2)]
 
     @property
-    def get_neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Neighbours, first and last index of each particle's, kernels of the pairs."""
         return self.list.listed, self.list.first, self.list.last, self._kernels
 
@@ -54,7 +54,7 @@ class ProjectionRows:
             self._ensure_capacity(present + present // 4 + 1)
             self.pair[0][: self._count] = first
         for rows in self.pair:
-            # The far row: no neighbour of anybody, and nothing that it holds divides by zero.
+            # The far row: a neighbour of no particle, without zeros that would be divisors.
             rows[present] = 1.0
             rows[present, : positions.shape[1]] = traversal.FAR
 
@@ -80,7 +80,7 @@ class ProjectionRows:
                 self.list.halo.exchange_again(np.zeros((self._count, layout.used_width)))
 
 
-PARTS = 20  # parts of the window: it moves on by whole ones, and is shorter than asked for by less than one
+PARTS = 20  # parts of the window, which advances by whole parts
 
 
 class TrailingMean:

@@ -115,7 +115,7 @@ class ProjectionStepper:
                 self._rows.exchange_after_error()
                 raise
         n, data, tags = particles.count, particles.data, particles.tags
-        rows, near, scheme = self._rows, self._rows.get_neighbours, self.formulation
+        rows, near, scheme = self._rows, self._rows.neighbours, self.formulation
         stress, velocity, pressure, acceleration, _ = self._loops
         stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
         velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)

@@ -121,11 +121,11 @@ def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
     AHEAD_TWICE, STAGE_T, OPERATOR, ELASTIC     `sph.terms.adjoint_operator`
     TURN_RATE, AMBIENT      angular velocity of a rigid body; in the layer beyond an open edge its outward normal
     """
-    packed, made = (
+    packed, computed = (
         tuple((name, rank) for name, rank, *options in fields if all(map(holds, options)))
         for fields in (PACKED, MADE_BY_PASSES)
     )
-    return RowLayout(dim, packed, made)
+    return RowLayout(dim, packed, computed)
 
 
 def pair_layout(layout: RowLayout) -> RowLayout:
@@ -135,16 +135,16 @@ def pair_layout(layout: RowLayout) -> RowLayout:
 
 def contact_passes(layout: RowLayout, kernel: Kernel, unequal_spacings: bool, self_contact: bool = False) -> list[Pass]:
     """Return the passes after `gradients`: contact normals of particles near another body."""
-    ways, parts = {"SELF_CONTACT": int(self_contact)}, (is_other_body,)
+    options, parts = {"SELF_CONTACT": int(self_contact)}, (is_other_body,)
     first = (
-        [Pass(unequal_normals, layout, ways, parts, only="N_RAW", into_rows=True, skips_undisturbed=True)]
+        [Pass(unequal_normals, layout, options, parts, only="N_RAW", into_rows=True, skips_undisturbed=True)]
         if unequal_spacings
         else []
     )
     reach = {"REACH2": kernel.reach**2}
     return [
         *first,
-        Pass(smooth_normals, layout, ways | reach, parts, only="N_RAW", into_rows=True, skips_undisturbed=True),
+        Pass(smooth_normals, layout, options | reach, parts, only="N_RAW", into_rows=True, skips_undisturbed=True),
     ]
 
 

@@ -217,38 +217,38 @@ class Riemann:
         return _show_limits, self.options(_show_limits)
 
 
-def _pack(rows, s, coefficients, one):
+def _pack(rows, s, coefficients, particle):
     """Pack the row of a particle; return its signal speed [m/s]."""
-    put(rows, s, 0, one.x)
-    put(rows, s, U, one.u)
-    rows[s, H] = one.h
+    put(rows, s, 0, particle.x)
+    put(rows, s, U, particle.u)
+    rows[s, H] = particle.h
     # a retired particle has neither mass nor volume; its force is 0, not 0/0
-    rows[s, M] = one.mass if one.mass > 0.0 else 1.0
-    rows[s, V] = one.mass / one.rho
-    rows[s, ZN] = one.rho * one.c_l
+    rows[s, M] = particle.mass if particle.mass > 0.0 else 1.0
+    rows[s, V] = particle.mass / particle.rho
+    rows[s, ZN] = particle.rho * particle.c_l
     # A liquid has a small shear impedance: with none, u* of a pair of liquids is 0/0.
-    rows[s, ZT] = one.rho * max(one.c_t, SHEAR_IMPEDANCE_MIN * one.c_l)
-    put(rows, s, T, plane_components(add_identity(one.s, -one.p), DIM))
+    rows[s, ZT] = particle.rho * max(particle.c_t, SHEAR_IMPEDANCE_MIN * particle.c_l)
+    put(rows, s, T, plane_components(add_identity(particle.s, -particle.p), DIM))
     if ANISOTROPIC:
-        put(rows, s, Z_SQUARED, plane_components(multiply(one.rho * one.rho, one.waves), DIM))
+        put(rows, s, Z_SQUARED, plane_components(multiply(particle.rho * particle.rho, particle.waves), DIM))
     if ADJOINT:
-        put(rows, s, GU_BEFORE, one.gradient_before)
-        rows[s, AHEAD_TWICE] = one.ahead_twice
+        put(rows, s, GU_BEFORE, particle.gradient_before)
+        rows[s, AHEAD_TWICE] = particle.ahead_twice
     if SEPARATING:
-        rows[s, BODY] = one.body
+        rows[s, BODY] = particle.body
     if AXISYMMETRIC:
-        rows[s, RING] = one.ring
-        rows[s, HOOP] = one.s[2] - one.p
+        rows[s, RING] = particle.ring
+        rows[s, HOOP] = particle.s[2] - particle.p
     if ANGULAR_MOMENTUM:
-        put(rows, s, SPIN_STRESS, multiply(0.5 * one.rho, one.spin))
+        put(rows, s, SPIN_STRESS, multiply(0.5 * particle.rho, particle.spin))
     if CORRECTED_VARIANT:
-        rows[s, ENERGY] = one.e
+        rows[s, ENERGY] = particle.e
     if DENSITY_CORRECTION:
-        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * growth_factor(one.density_correction)
+        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * growth_factor(particle.density_correction)
         rows[s, CORRECTION_DECAY], rows[s, DENSITY_RELAXATION] = relaxation_rates(
-            one.density_correction, one.p, one.rho, one.c_l, one.h
+            particle.density_correction, particle.p, particle.rho, particle.c_l, particle.h
         )
-    return coefficients[0] * one.c_l
+    return coefficients[0] * particle.c_l
 
 
 def _show_limits(rows, s, coefficients, signal, rho, c, limits):

@@ -51,26 +51,26 @@ class SeparatingContact:
         options = {"has_contact": True, "axisymmetric": axisymmetric, "has_unequal_spacings": unequal_spacings,
                    "turns": turns}  # fmt: skip
         layout = riemann_row.row_layout(dim, lambda option: options.get(option, False))
-        ways = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unequal_spacings)}
-        seen = riemann_row.pair_layout(layout)
+        common = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unequal_spacings)}
+        read = riemann_row.pair_layout(layout)
         passes = [
-            Pass(riemann_row.gradients, seen, ways, (contact_normal.is_other_body,), into_rows=True),
+            Pass(riemann_row.gradients, read, common, (contact_normal.is_other_body,), into_rows=True),
             *riemann_row.contact_passes(layout, kernel, unequal_spacings),
-            Pass(riemann.accumulate, seen,
-                 ways | rigid | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1, "AXISYMMETRIC": int(axisymmetric),
-                                 "ANGULAR_MOMENTUM": int(angular_momentum)},
+            Pass(riemann.accumulate, read,
+                 common | rigid | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1,
+                                   "AXISYMMETRIC": int(axisymmetric), "ANGULAR_MOMENTUM": int(angular_momentum)},
                  riemann.PARTS, has_friction=True, axisymmetric=axisymmetric,
                  angular_momentum=angular_momentum or turns),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unequal_spacings else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, kernel.reach * h)
-        self._seen: Halo | None = None
+        self._selection_halo: Halo | None = None
         self._packed = np.zeros((0, layout.used_width))  # nothing writes what passes make, which stays zero
         self.renumber(bodies)
         self._spins = SIZE["axial"][dim - 1] if angular_momentum or turns else 0
-        self._clears = turns and not angular_momentum  # the standard law writes no rate of spin
-        self._bound: tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]] | None = None
+        self._clears_spin = turns and not angular_momentum  # the standard law writes no rate of spin
+        self._compiled: tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
     def renumber(self, bodies: np.ndarray) -> None:
@@ -79,35 +79,35 @@ class SeparatingContact:
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self._pairs.halo = halo_for(self._pairs.layout)
-        self._seen = halo_for(_places(self._pairs.layout.dim))
+        self._selection_halo = halo_for(_places(self._pairs.layout.dim))
 
     def _select(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the particles near another body, and those near one of these."""
-        if self._seen is None:
+        """Return the indices of particles near another body, and of those near one of these."""
+        if self._selection_halo is None:
             return self._selection.near_other_bodies(rows, self._bodies, reach)
         dim, own = self._pairs.layout.dim, len(rows)
         places = np.zeros((own, _places(dim).used_width))
         places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
         # cells are selected by the content of cells up to two cells away
-        places, _ = self._seen.append(places, numbers, 3.0 * reach)
+        places, _ = self._selection_halo.append(places, numbers, 3.0 * reach)
         near, beside = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
         return near[near < own], beside[beside < own]
 
     def add(self, standard: Pairs, h: float) -> None:
         """Add the contact rates to those of the `standard` law; `h` is the largest smoothing length [m]."""
         rows, numbers, rates = standard.rows, standard.numbers, standard.rates
-        if self._clears:
+        if self._clears_spin:
             rates[:, sums_of_pairs.slots(self._pairs.layout.dim)["R_SPIN"] :] = 0.0
         meeting, beside = self._select(rows, numbers, self._pairs.kernel.reach * h)
         chosen = np.concatenate([meeting, beside])
-        if not (len(chosen) if self._seen is None else self._seen.any_process(len(chosen) > 0)):
+        if not (len(chosen) if self._selection_halo is None else self._selection_halo.any_process(len(chosen) > 0)):
             return
         if len(self._packed) < len(chosen):
             self._packed = np.zeros((len(chosen) + len(chosen) // 4, self._pairs.layout.used_width))
         packed = self._packed[: len(chosen)]
-        if self._bound is None:
-            self._bound = self._bind(standard.slots)
-        pack, add, taken = self._bound
+        if self._compiled is None:
+            self._compiled = self._bind(standard.slots)
+        pack, add, taken = self._compiled
         pack(len(chosen), rows, chosen, taken, packed)
         self._pairs.rows, self._pairs.numbers = packed, numbers[chosen].astype(np.uint64)
         self._pairs.evaluate(h, len(meeting))
@@ -121,8 +121,8 @@ class SeparatingContact:
         same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
         named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
         pack = particle_loop(bind(contact_rows, named, to), short=True)
-        ways = {"DIM": dim, "ANGULAR_MOMENTUM": self._spins}
-        add = particle_loop(bind(add_contact, ways, sums_of_pairs.slots(dim)), short=True)
+        options = {"DIM": dim, "ANGULAR_MOMENTUM": self._spins}
+        add = particle_loop(bind(add_contact, options, sums_of_pairs.slots(dim)), short=True)
         taken = np.array(same, np.uint64).T.copy()
         return pack, add, (taken[0], taken[1])
 
@@ -133,10 +133,10 @@ def _places(dim: int) -> RowLayout:
 
 
 def contact_rows(k, rows, chosen, taken, packed):
-    """Pack the rows of the `chosen` particles for contact: a template.
+    """Pack the rows of the `chosen` particles for contact (template).
 
-    `taken` are slots of contact and those of the standard law with the same in them; stresses (STRESSES from T on)
-    want a factor of rho^2, and particles without mass are given one.
+    `taken`: slots of contact, and those of the standard law with the same content. The STRESSES stresses from T on are
+    multiplied by rho^2; a particle without mass receives the mass 1.
     """
     to, of = taken
     i = np.uint64(chosen[k])
@@ -151,18 +151,18 @@ def contact_rows(k, rows, chosen, taken, packed):
 
 
 def add_contact(k, pushed, place, chosen, of_standard, rates):
-    """Add the rates of contact, `pushed`, to those of standard SPH: a template.
+    """Add the rates of contact, `pushed`, to those of standard SPH (template).
 
-    All of them add up but the largest |mu|, of which the larger stays, and the heat of slip, which is that of contact.
-    Behind them stand ANGULAR_MOMENTUM numbers of the spin. `place` and `of_standard` say where the rates of the
-    chosen particles, and those of all, stand.
+    Exceptions: of |mu| the larger value remains, and the heat of slip is that of contact. ANGULAR_MOMENTUM is the
+    number of components of the spin rate. `place` and `of_standard`: row of the rates of each chosen particle in
+    `pushed`, and of each particle in `rates`.
     """
-    mine, at = np.uint64(of_standard[np.uint64(chosen[k])]), np.uint64(place[k])
-    before, closing = rates[mine, R_APPROACH], pushed[at, R_APPROACH]
+    standard, at = np.uint64(of_standard[np.uint64(chosen[k])]), np.uint64(place[k])
+    before, closing = rates[standard, R_APPROACH], pushed[at, R_APPROACH]
     for f in range(np.uint64(R_GRADIENT + DIM * DIM)):
-        rates[mine, f] += pushed[at, f]
+        rates[standard, f] += pushed[at, f]
     for f in range(np.uint64(R_SPIN), np.uint64(R_SPIN + ANGULAR_MOMENTUM)):
-        rates[mine, f] += pushed[at, f]
+        rates[standard, f] += pushed[at, f]
     # NaN must remain NaN
-    rates[mine, R_APPROACH] = before if before > closing or before != before else closing
-    rates[mine, R_SLIP] = pushed[at, R_SLIP]
+    rates[standard, R_APPROACH] = before if before > closing or before != before else closing
+    rates[standard, R_SLIP] = pushed[at, R_SLIP]

@@ -152,7 +152,7 @@ def correction_margin_by_component(own, others, plain, dx, r, factor, level):
 
 @inline
 def turning_kept(l, moment):
-    """Return the velocity gradient `l` with the turning of the neighbourhood, B = `moment`, as it is."""
+    """Return the velocity gradient `l` with the rotation of the neighbourhood unchanged; B = `moment`."""
     inverse, _ = sound_inverse(inertia(moment))
     return add(l, product(spin_gradient(dot_rows(inverse, axial_curl(l))), subtract(identity(l), matrix(moment))))
 
@@ -177,7 +177,7 @@ def accumulate(near, n, rows, i, constants, out):
     inverse_ring = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
     a, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM:
-        made, whole = broadcast(no_axial(DIM)), add(matrix(t), spin_gradient(own_axial(rows, i, SPIN_STRESS, DIM)))
+        spin_sum, whole = broadcast(no_axial(DIM)), add(matrix(t), spin_gradient(own_axial(rows, i, SPIN_STRESS, DIM)))
     density_rate = power = mu_max = plain = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
@@ -248,7 +248,9 @@ def accumulate(near, n, rows, i, constants, out):
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
         force, apart = add(add(own, pair), other), du
         if ANGULAR_MOMENTUM:
-            made = add(made, multiply(m, torque(dx, add(own, multiply(0.5, pair)) if ARTIFICIAL_STRESS else own)))
+            spin_sum = add(
+                spin_sum, multiply(m, torque(dx, add(own, multiply(0.5, pair)) if ARTIFICIAL_STRESS else own))
+            )
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING], inverse_ring)
             force, apart, closing = axisymmetric_pair(force, pair, du, radial_part(u), b[U + 1], weight, real)
@@ -273,7 +275,7 @@ def accumulate(near, n, rows, i, constants, out):
         out[i, R_HOOP] = around - unequal_spacings
     if ANGULAR_MOMENTUM:
         gradient_u = turning_kept(gradient_u, lane_sums(moment))
-        put(out, i, R_SPIN, lane_sums(made))
+        put(out, i, R_SPIN, lane_sums(spin_sum))
     write_rates(out, i, force, -work, lane_max(mu_max), gradient_u)
     if MASS_FORM or DISSIPATION:
         out[i, R_DENSITY] = inverse_rho * lane_sum(density_rate)

@@ -100,7 +100,7 @@ class Eulerian:
         return self.has_contact
 
     def body_contact(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
-        """Return the contact between the bodies of `particles`, none where they are welded."""
+        """Return the contact between the bodies of `particles`; none where they are bonded."""
         if not self.has_contact:
             return NoContact()
         return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
@@ -109,7 +109,7 @@ class Eulerian:
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""
-        plain, ways = (
+        plain, law_options = (
             self._plain_layout(dim),
             {
                 "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
@@ -126,12 +126,12 @@ class Eulerian:
         if self.has_contact:  # pairs of different bodies are left to the contact between them
             apart = {"COUPLED": 1, "shares": bind(coupling.separate_shares, {}, plain.slots())}
         if not self.correction.acts:
-            ways |= apart
+            law_options |= apart
             return [
                 Pass(
                     standard.accumulate,
                     plain,
-                    ways,
+                    law_options,
                     density_rate=self.density_rate,
                     has_friction=self.has_contact,
                     axisymmetric=self.axisymmetric,
@@ -141,15 +141,15 @@ class Eulerian:
             ]
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
-        ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
+        law_options |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
         if self.correction.by_component:
-            ways["correction_margin"] = standard.correction_margin_by_component
+            law_options["correction_margin"] = standard.correction_margin_by_component
         return [
             Pass(kernel_correction.corrections, plain, parts | apart, into_rows=True),
             Pass(
                 standard.accumulate,
                 kernel_correction.pair_layout(plain),
-                ways | apart,
+                law_options | apart,
                 density_rate=self.density_rate,
                 has_friction=self.has_contact,
                 angular_momentum=self.turns,
@@ -214,32 +214,32 @@ class Eulerian:
         """Store nothing."""
 
 
-def _pack(rows, s, coefficients, one):
+def _pack(rows, s, coefficients, particle):
     """Pack the row of a particle; return its signal speed [m/s] without the |mu| term."""
-    inverse2 = 1.0 / (one.rho * one.rho)
-    stress = plane_components(add_identity(one.s, -one.p), DIM)
-    put(rows, s, 0, one.x)
-    put(rows, s, U, one.u)
-    rows[s, H] = one.h
-    rows[s, M] = one.mass
-    rows[s, RHO] = one.rho
-    rows[s, C] = one.c
+    inverse2 = 1.0 / (particle.rho * particle.rho)
+    stress = plane_components(add_identity(particle.s, -particle.p), DIM)
+    put(rows, s, 0, particle.x)
+    put(rows, s, U, particle.u)
+    rows[s, H] = particle.h
+    rows[s, M] = particle.mass
+    rows[s, RHO] = particle.rho
+    rows[s, C] = particle.c
     put(rows, s, T, multiply(inverse2, stress))
     if ARTIFICIAL_STRESS:
         put(rows, s, R, multiply(-coefficients[3] * inverse2, tensile_part(stress)))
     if SEPARATING:
-        rows[s, BODY] = one.body
-        rows[s, ZN] = one.rho * one.c_l
-        rows[s, ZT] = one.rho * max(one.c_t, SHEAR_IMPEDANCE_MIN * one.c_l)
+        rows[s, BODY] = particle.body
+        rows[s, ZN] = particle.rho * particle.c_l
+        rows[s, ZT] = particle.rho * max(particle.c_t, SHEAR_IMPEDANCE_MIN * particle.c_l)
     if AXISYMMETRIC:
-        rows[s, RING] = one.ring
-        rows[s, HOOP] = (one.s[2] - one.p) * inverse2
+        rows[s, RING] = particle.ring
+        rows[s, HOOP] = (particle.s[2] - particle.p) * inverse2
     if ANGULAR_MOMENTUM:
-        put(rows, s, SPIN_STRESS, multiply(0.5 * one.rho * inverse2, one.spin))
+        put(rows, s, SPIN_STRESS, multiply(0.5 * particle.rho * inverse2, particle.spin))
     if DISSIPATION:
-        rows[s, P] = one.p
-        return one.c_l + VISCOUS_SIGNAL * (coefficients[0] + coefficients[4]) * one.c
-    return one.c_l + VISCOUS_SIGNAL * coefficients[0] * one.c
+        rows[s, P] = particle.p
+        return particle.c_l + VISCOUS_SIGNAL * (coefficients[0] + coefficients[4]) * particle.c
+    return particle.c_l + VISCOUS_SIGNAL * coefficients[0] * particle.c
 
 
 def fallbacks(stepper: Any) -> int:

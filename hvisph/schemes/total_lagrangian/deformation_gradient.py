@@ -66,24 +66,23 @@ def equivalent_strain(f, hoop):
 
 @inline
 def secant_modulus(modulus, inverse_yield, plastic_strain, damage):
-    """Return the stiffness [Pa] that is left of Young's modulus E after plastic flow: sigma over strain."""
+    """Return the secant modulus [Pa], stress over strain, of Young's modulus E after plastic flow and damage."""
     return modulus / (1.0 + modulus * inverse_yield * plastic_strain) * (1.0 - min(damage, 1.0))
 
 
 def move(i, rows, motions):
-    """Write how far row `i` is from its place in the reference, and its velocity, into `motions`: a template.
+    """Write displacement from the reference and velocity of row `i` into `motions` (template).
 
-    What the passes over neighbours read of each stands side by side, at rest zero: there is nothing for round-off.
+    Both lie side by side for the passes over neighbours, and are exactly zero at rest.
     """
     put(motions, i, 0, subtract(own_vector(rows, i, 0, DIM), own_vector(rows, i, X0, DIM)))
     put(motions, i, DIM, own_vector(rows, i, U, DIM))
 
 
 def collect(motions, i, lists, sums, k):
-    """Write the sums over the neighbour list of particle `i` into row `k` of `sums` (template).
+    """Write the neighbour sums of particle `i` that `load_deformation` reads into row `k` of `sums` (template).
 
-    `load_deformation` reads them. Displacement and velocity of a neighbour are lanes of a vector, which a component of
-    its slope multiplies.
+    Displacement and velocity of a neighbour are lanes of one vector.
     """
     starts, near, codes, kernels = lists
     own = load_row_lanes(motions, np.uint64(i), MOTIONS)
@@ -106,7 +105,7 @@ def load_deformation(sums, k, i, corrections):
 
 
 def show(rows, i, stress, f, j, inverse, corrections):
-    """Write what neighbours read of the first Piola-Kirchhoff `stress`, F and J into row `i`: a template."""
+    """Write what neighbours read of the first Piola-Kirchhoff `stress`, F and J into row `i` (template)."""
     a, b = own_gradient(corrections[0], i, 0, DIM), own_vector(corrections[1], i, 0, DIM)
     put(rows, i, Q, product(stress, a))
     if MIXED:
@@ -121,20 +120,18 @@ def show(rows, i, stress, f, j, inverse, corrections):
 
 
 def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
-    """Deform LANES particles of one material, all Total Lagrangian or all Eulerian: a template.
+    """Deform LANES particles of one material, all Total Lagrangian or all Eulerian (template).
 
-    `rows`, `particles`, `corrections`, `results`, `rates`: see `deform`; those of these particles, particles without
-      their tags
     `alike`: their material, and whether they are Total Lagrangian
-    `sums`: what `collect` wrote of them
-    `materials`, `ahead`: see `deform`
+    `sums`: their neighbour sums by `collect`
+    Others as of `deform`, restricted to these particles; `particles` without tags.
     """
     m, tied = alike
     state, volume, loads, swellings, before = particles
     table, models, moduli = materials
     stage, signal_alpha, courant = ahead
     jacobians, strains, latest, pressures, signals = results
-    i = np.uint64(0)  # arrays stand for all of the particles: any row will do
+    i = np.uint64(0)  # arrays represent the rows of all lanes: the index has no effect
     f, rate = load_deformation(sums, i, i, corrections)
     of_list = determinant(f)
     section = swellings[i] * of_list
@@ -191,11 +188,10 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
 def deform(
     chunk, count, rows, motions, active, eulerian, particles, lists, corrections, materials, ahead, results, rates
 ):
-    """Compute the deformation of those of a chunk of particles that are `active`: the template.
+    """Compute the deformation of the `active` particles of a chunk (template).
 
-    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, AXISYMMETRIC, MOTIONS, slots of the row,
-    columns of
-    the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
+    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, RENEWS, AXISYMMETRIC, MOTIONS, slots of the row, columns of the
+    rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
 
     `chunk`, `count`: see `compiler.parallel_for.chunk_loop`
     `rows`: packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total Lagrangian
@@ -252,7 +248,7 @@ def deform(
 
 
 def map_particles(k, chosen, motions, lists, corrections, maps):
-    """Write F of the particle chosen[k] by its list as it is now into row `k` of `maps`: a template."""
+    """Write F of the particle chosen[k] by its present list into row `k` of `maps` (template)."""
     i, sums = np.uint64(chosen[k]), np.empty((1, SUMS))
     collect(motions, i, lists, sums, np.uint64(0))
     put(maps, k, 0, load_deformation(sums, np.uint64(0), i, corrections)[0])

@@ -43,7 +43,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axisymmetric_jump, mirror_weight
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 
-AHEAD = 96  # the rows of neighbours are asked for so many entries before they are needed
+AHEAD = 96  # rows of neighbours are prefetched so many entries before they are needed
 
 
 def row_layout(
@@ -68,13 +68,12 @@ def row_layout(
 
 
 def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass, ih, rates):
-    """Sum the forces and powers of the particles that are `active` as `which` says: the template.
+    """Sum forces and powers over the neighbours of particle `i`, if active[i] equals `which` (template).
 
-    Parameters are those of `deform` and of `sph.neighbours.reference_neighbours` (`sums`: first and zeroth), alpha
-    and beta of the
-    viscosity, the hourglass coefficient and 1/h [1/m]. `rates` receives acceleration, power and largest |mu|.
-    Without Eulerian neighbours (COUPLED 0) the particle's own stress comes in as a whole, and its power is known
-    from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and in axisymmetric cases.
+    Parameters: those of `deform` and of `sph.neighbours.reference_neighbours` (`sums`: first and zeroth), alpha and
+    beta of the viscosity, the hourglass coefficient, 1/h [1/m]. `rates` receives acceleration, power and largest |mu|.
+    The particle's own stress is summed pair by pair (BY_PAIRS) beside Eulerian neighbours (COUPLED) and in
+    axisymmetric cases; otherwise as a whole, with the power of `deform`.
     """
     starts, near, codes, kernels = lists
     first_sums, zeroth_sums = sums

@@ -93,10 +93,13 @@ class ReferenceChanges:
         bodies = particles.body.astype(np.int64)
         bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
         volume, bodies = self.copies.extend_rows(self.volume), self.copies.extend_rows(bodies)
-        ways = formulation.correction.shepard, formulation.correction.gradient
-        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *ways)
+        corrections = formulation.correction.shepard, formulation.correction.gradient
+        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *corrections)
         # neighbours that move against each other under hourglass control, in the mean over directions; cuts soften it
-        of_material = [2.0 * formulation.hourglass * one.young_modulus / (dim * one.density) for one in self.materials]
+        of_material = [
+            2.0 * formulation.hourglass * material.young_modulus / (dim * material.density)
+            for material in self.materials
+        ]
         self._held = self._oscillation_limits(
             "hourglass", np.array(of_material)[particles.material] * self.reference.holding
         )
@@ -119,7 +122,7 @@ class ReferenceChanges:
         return np.maximum(np.abs(position[:, 1]), ON_AXIS * self.h)
 
     def _current_rows(self) -> np.ndarray:
-        """Return displacements and velocities of the rows."""
+        """Return displacements [m] and velocities [m/s] of the rows, (rows, `motion_width`)."""
         self._loops.move(len(self.rows_), self.rows_, self._motions)
         return self._motions
 
@@ -146,10 +149,10 @@ class ReferenceChanges:
             return
         self._mirror()
         while self.any_process(leaves.any()):
-            gone = self.copies.extend_rows(leaves)
-            beside = np.flatnonzero(ref.neighbours_of(gone) & ~leaves & ~self.loose)
+            removed = self.copies.extend_rows(leaves)
+            beside = np.flatnonzero(ref.neighbours_of(removed) & ~leaves & ~self.loose)
             with_them = np.linalg.det(self._maps(beside))
-            ref.remove(gone)
+            ref.remove(removed)
             self.loose |= leaves
             with np.errstate(divide="ignore", invalid="ignore"):
                 chi = self.swellings[beside] * with_them / np.linalg.det(self._maps(beside))
@@ -181,7 +184,7 @@ class ReferenceChanges:
 
 
 def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) -> bool:
-    """Return whether particles were beyond a plane: they are put on it at its velocity, energy becomes heat."""
+    """Stop particles beyond a plane at it, their relative energy becoming heat; return whether there were any."""
     passed = False
     x, u = particles["position"], particles["velocity"]
     for plane in planes:

@@ -55,7 +55,7 @@ class TotalLagrangian:
     # their volume then
     failed_leave: bool = True
     keeps_volume: bool = True
-    # equivalent strain since the last renewal at which all take their present places as the reference; None for never
+    # equivalent strain since the last renewal of the reference at which it is renewed; None for never
     renew_strain: float | None = None
     # contact between bodies, and self-contact; `Welded` for bodies that spatial sums connect
     contact: Pressing | Contact | Welded = field(default_factory=Pressing)
@@ -116,8 +116,8 @@ class TotalLagrangian:
 
     def row(self, dim: int) -> tuple[RowLayout, int]:
         """Return the row layout, and the number of slots that neighbours read."""
-        ways = self.correction.shepard, self.printed_viscosity, self.hourglass != 0.0
-        return reference.row_layout(dim, *ways, self.axisymmetric)
+        law_options = self.correction.shepard, self.printed_viscosity, self.hourglass != 0.0
+        return reference.row_layout(dim, *law_options, self.axisymmetric)
 
     def coefficients(self) -> np.ndarray:
         """Return alpha of the viscosity."""
@@ -135,16 +135,16 @@ class TotalLagrangian:
         """Return None: no law needs strength limits."""
 
 
-def _pack(rows, s, coefficients, one):
+def _pack(rows, s, coefficients, particle):
     """Pack the row of a particle except its reference position and kind; return its signal speed [m/s]."""
-    put(rows, s, 0, one.x)
-    put(rows, s, U, one.u)
-    rows[s, M] = one.mass
-    rows[s, RHO] = one.rho
-    rows[s, C] = one.c
-    rows[s, H] = one.h
-    rows[s, E] = one.e
-    put(rows, s, S, plane_components(one.s, DIM))
+    put(rows, s, 0, particle.x)
+    put(rows, s, U, particle.u)
+    rows[s, M] = particle.mass
+    rows[s, RHO] = particle.rho
+    rows[s, C] = particle.c
+    rows[s, H] = particle.h
+    rows[s, E] = particle.e
+    put(rows, s, S, plane_components(particle.s, DIM))
     if AXISYMMETRIC:
-        rows[s, RING] = one.ring
-    return one.c_l + VISCOUS_SIGNAL * coefficients[0] * one.c
+        rows[s, RING] = particle.ring
+    return particle.c_l + VISCOUS_SIGNAL * coefficients[0] * particle.c
