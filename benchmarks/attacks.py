@@ -1,4 +1,4 @@
-"""Attacks that `robustness.py` counts: forged files with a right seal, foreign files and links in run folders."""
+"""Attacks that `robustness.py` counts: forged files with a right checksum, foreign files and links in run folders."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def in_place(action, seconds=60):
 
 
 def forged(work):
-    """Let snapshots, checkpoints and summaries lie, each with a seal that fits, and measure, compare and resume."""
+    """Let snapshots, checkpoints and summaries lie, each with a right checksum, and measure, compare and resume."""
     elsewhere = work / "elsewhere.h5"
     with h5py.File(elsewhere, "w") as h5:
         h5["secret"] = np.full(10, SECRET)

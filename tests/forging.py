@@ -6,23 +6,23 @@ import shutil
 import h5py
 import numpy as np
 
-from hvisph.output.sealed_hdf5 import SEAL_LENGTH, append_seal
+from hvisph.output.verified_hdf5 import CHECKSUM_LENGTH, append_checksum
 
 NUMBERS = (0, -1, 1, 1e300, -1e300, float("nan"), float("inf"), 2**40, 5e-324)
 PLAIN = (None, True, -1, 0, 2**70, 1e999, "", "x" * 1000, "\x1b[31m", [], [[]], {}, {"a": {}}, ["a", 1])
 
 
 def resealed(path):
-    """Give a file whose bytes were changed the seal that fits them."""
+    """Give a file whose bytes were changed the checksum that fits them."""
     content = path.read_bytes()
-    if b"hvisph crc32" in content[-SEAL_LENGTH:]:
-        path.write_bytes(content[:-SEAL_LENGTH])
+    if b"hvisph crc32" in content[-CHECKSUM_LENGTH:]:
+        path.write_bytes(content[:-CHECKSUM_LENGTH])
     with path.open("r+b") as file:
-        append_seal(file)
+        append_checksum(file)
 
 
 def forge(original, path, rng, elsewhere):
-    """Write to `path` a copy of an HDF5 file with one lie in it, sealed; return what was done.
+    """Write to `path` a copy of an HDF5 file with one lie in it and a right checksum; return what was done.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def forge(original, path, rng, elsewhere):
         A file that nobody may read or write.
     """
     shutil.copyfile(original, path)
-    content = path.read_bytes()[:-SEAL_LENGTH]
+    content = path.read_bytes()[:-CHECKSUM_LENGTH]
     path.write_bytes(content)
     lie = rng.choice([values, shape, kind, link, external, virtual, huge, header, missing, more, bytes_of_it])
     if lie is bytes_of_it:

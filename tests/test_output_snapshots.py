@@ -18,7 +18,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructured
 
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
-from hvisph.output import sealed_hdf5
+from hvisph.output import verified_hdf5
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.reader import read_snapshot, read_time
 from hvisph.output.snapshot import Snapshot
@@ -195,9 +195,9 @@ def test_a_kill_while_writing_leaves_no_partial_file_under_the_name(tmp_path):
         import os, sys
         sys.path.insert(0, sys.argv[-1])
         from test_output_snapshots import WRITERS, make_snapshot
-        from hvisph.output import sealed_hdf5, vtu
-        for module in (vtu, sealed_hdf5):
-            module.append_seal = lambda file: os.kill(os.getpid(), 9)
+        from hvisph.output import verified_hdf5, vtu
+        for module in (vtu, verified_hdf5):
+            module.append_checksum = lambda file: os.kill(os.getpid(), 9)
         WRITERS[sys.argv[2]](sys.argv[1], make_snapshot())
     """
     for kind in WRITERS:
@@ -403,8 +403,8 @@ def test_the_series_forgets_what_is_forgotten(ran, tmp_path):
 def test_a_file_is_checked_once_and_again_when_it_changed(tmp_path, monkeypatch):
     path, checked = tmp_path / "000001.vtkhdf", []
     write_hdf5(path, make_snapshot())
-    verify_seal = sealed_hdf5.verify_seal
-    monkeypatch.setattr(sealed_hdf5, "verify_seal", lambda file: checked.append(verify_seal(file)))
+    verify_checksum = verified_hdf5.verify_checksum
+    monkeypatch.setattr(verified_hdf5, "verify_checksum", lambda file: checked.append(verify_checksum(file)))
     for _ in range(2):  # just written: a change might not show in its time
         read_snapshot(path)
     assert len(checked) == 2

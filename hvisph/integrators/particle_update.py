@@ -138,27 +138,10 @@ def advance_lanes(particles, here, alike, materials, coefficients, gravity, time
         rows[s, C] *= left
     if LIMITED:
         acting = acting_damage(table, m, ahead.damage, ahead.history)
-        tension, sheared, soft = softened_limits(
-            table,
-            m,
-            bearable_tension(table, models, m, ahead.s, ahead.damage),
-            bearable_shear(
-                table,
-                models,
-                m,
-                ahead.rho,
-                ahead.e,
-                p,
-                ahead.s,
-                ahead.plastic_strain,
-                ahead.plastic_strain > now.plastic_strain,
-                acting,
-                l,
-            ),
-            ahead.s,
-            ahead.damage,
-            ahead.history,
-        )
+        tension = bearable_tension(table, models, m, ahead.s, ahead.damage)
+        sheared = bearable_shear(table, models, m, ahead.rho, ahead.e, p, ahead.s, ahead.plastic_strain,
+                                 ahead.plastic_strain > now.plastic_strain, acting, l)  # fmt: skip
+        tension, sheared, soft = softened_limits(table, m, tension, sheared, ahead.s, ahead.damage, ahead.history)
         signal = show_limits(rows, s, coefficients, signal, ahead.rho, c, Limits(
             thickness * tension, thickness * sheared,
             has_failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),

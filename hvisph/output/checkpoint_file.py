@@ -1,4 +1,4 @@
-"""Checkpoints in sealed HDF5 files.
+"""Checkpoints in HDF5 files with a checksum.
 
 A file contains arrays by name and a header in JSON, nothing that can be executed. The last two are kept,
 named by their step: if the newer one is damaged the older one is used.
@@ -19,7 +19,7 @@ from hvisph.core.fields import Derived
 from hvisph.core.text import Plain, PlainMapping
 
 from . import file_names
-from .sealed_hdf5 import reading, writing
+from .verified_hdf5 import reading, writing
 
 FORMAT_VERSION = 7
 KEPT = 2
@@ -51,13 +51,13 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
             if isinstance(values, np.ndarray):
                 h5.create_dataset(f"{_ARRAYS}/{name}", data=values)
                 continue
-            made = h5.create_dataset(f"{_ARRAYS}/{name}", values.shape, values.dtype)
+            dataset = h5.create_dataset(f"{_ARRAYS}/{name}", values.shape, values.dtype)
             for begin in range(0, len(values), _PIECE):
-                made[begin : begin + _PIECE] = values[begin : begin + _PIECE]
+                dataset[begin : begin + _PIECE] = values[begin : begin + _PIECE]
     earlier = [other for other in list_checkpoints(folder) if other.name < path.name]
     for other in list_checkpoints(folder):
         if other.name not in {path.name, *(kept.name for kept in earlier[: KEPT - 1])}:
-            with suppress(OSError):  # one too many does no harm
+            with suppress(OSError):  # an additional one does no harm
                 other.unlink()
     return path
 
@@ -70,7 +70,7 @@ def list_checkpoints(folder: str | Path) -> list[Path]:
 
 
 def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
-    """Read a checkpoint after verifying its seal; `lazily`: read arrays on access and do not keep them.
+    """Read a checkpoint after verifying its checksum; `lazily`: read arrays on each access.
 
     Raises `OutputError` when it is missing, truncated, damaged or of another kind; `CaseError` for another version.
     """
@@ -100,10 +100,10 @@ def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
     return Checkpoint(int(header["step"]), content, Derived(arrays, array) if lazily else arrays)
 
 
-def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: bool = False) -> Checkpoint | None:
+def newest_checkpoint(folder: str | Path, report: Callable[[str], None], lazily: bool = False) -> Checkpoint | None:
     """Return the newest undamaged checkpoint; None if there is no checkpoint.
 
-    `tell`: called with the reason for each that is skipped.
+    `report`: called with the reason for each that is skipped.
     Raises `OutputError` when there are some and none is whole; `CaseError` when another version of hvisph wrote it.
     """
     files = list_checkpoints(folder)
@@ -113,5 +113,5 @@ def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: b
         except OutputError as error:
             if number + 1 == len(files):
                 raise OutputError(f"{error}; there is no other checkpoint to go on from") from error
-            tell(f"{error}; going on from the checkpoint before it")
+            report(f"{error}; going on from the checkpoint before it")
     return None

@@ -61,10 +61,10 @@ def own_files(folder: Path) -> Iterator[Path]:
 
 
 def is_plain(path: Path) -> bool:
-    """Tell whether `path` is a file, and no link to one."""
+    """Return whether `path` is a file, and no link to one."""
     return path.is_file() and not path.is_symlink()
 
 
 def is_plain_folder(path: Path) -> bool:
-    """Tell whether `path` is a folder, and no link to one."""
+    """Return whether `path` is a folder, and no link to one."""
     return path.is_dir() and not path.is_symlink()

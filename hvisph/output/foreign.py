@@ -234,7 +234,7 @@ def read_lammps(path: str | Path, convention: Convention = SI) -> Snapshot:
             raise ValueError(f"{items['NUMBER OF ATOMS'][1][0]} particles of {len(names)} columns were announced")
         columns = dict(zip((re.sub(r"^[cvf]_", "", name) for name in names), rows.T, strict=True))
         arrays = {name: values for name, values in columns.items() if not np.isnan(values).all()}
-        boxes = [[float(one) for one in line.split()] for line in items["BOX BOUNDS"][1][:3]]
+        boxes = [[float(bound) for bound in line.split()] for line in items["BOX BOUNDS"][1][:3]]
         if any(len(box) > 2 for box in boxes):
             raise OutputError("its box is not rectangular")
         points = np.zeros((len(rows), 3))

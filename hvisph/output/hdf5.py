@@ -2,9 +2,9 @@
 
 Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
 Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata, and the CRC-32 of each array, by which one
-that is read alone is verified. Numbers are stored unchanged by default (`StorageOptions`); the file ends with a seal
-(`hvisph.output.sealed_hdf5`). Units and meanings are attributes, names of bodies and materials texts
-of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
+that is read alone is verified. Numbers are stored unchanged by default (`StorageOptions`); the file ends with a
+checksum (`hvisph.output.verified_hdf5`). Units and meanings are attributes, names of bodies and materials texts of the
+field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
 
 import json
@@ -21,13 +21,14 @@ from hvisph.core.fields import CATALOGUE, Derived
 from hvisph.core.text import Plain
 from hvisph.output import file_names
 from hvisph.output.atomic_write import read_errors
-from hvisph.output.sealed_hdf5 import LABELS, reading, writing
+from hvisph.output.verified_hdf5 import LABELS, reading, writing
 
 from .snapshot import FORMAT_VERSION, INDICES, Snapshot, header_text, snapshot_from, to_vtk
 
 _VTK_VERTEX = 1
+COUNTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
 CONSTANTS = ("mass", "body", "material")  # constant data of particles, which may be stored in the first snapshot only
-# Particles in a compressed piece, and those that are written at a time where none is.
+# Particles in a compressed piece, and particles written at a time without compression.
 PIECE, _ROWS = 65536, 8192
 _SMALL = 30_000  # particles of a snapshot that is read at once
 
@@ -55,8 +56,8 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: StorageOptions = PLAI
 def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     """Read a snapshot that `write_hdf5` wrote, after checking that it is whole.
 
-    `lazily`: whether fields of a large one are read whenever they are asked for, and not kept, but for masses, the
-        numbers of bodies, materials and particles and what stands in another file: the file must stay as it is.
+    `lazily`: whether fields of a large file are read on each access, except masses, the numbers of bodies, materials
+        and particles, and constants stored in another file: the file must not change.
     Raises `OutputError` when the file is missing, truncated, damaged, of another format version or not a snapshot.
     """
     with reading(path, "a snapshot", verified=not (lazily and _has_sums(path))) as h5:
@@ -66,7 +67,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
         places = {name: f"VTKHDF/PointData/{name}" for name in h5["VTKHDF/PointData"]}
         places["position"] = "VTKHDF/Points"
         lazily = lazily and h5[places["position"]].shape[0] > _SMALL
-        sums = header.get("sums", {}) if lazily else {}  # else the seal holds them
+        sums = header.get("sums", {}) if lazily else {}  # else the checksum of the file was verified
         arrays = {name: _array(h5, places[name], sums) for name in (INDICES if lazily else places) if name in places}
     if lazily:  # few values are needed
         arrays |= {name: arrays[name].astype(np.int32) for name in ("body", "material") if name in arrays}
@@ -85,7 +86,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
 
 
 def _has_sums(path: str | Path) -> bool:
-    """Whether a large file has a sum of each array, by which one alone is verified; checks the header's own."""
+    """Return whether the file is large and has a checksum of each array; verifies that of the header."""
     with reading(path, "a snapshot", verified=False) as h5:
         if h5["VTKHDF/Points"].shape[0] <= _SMALL or "crc32" not in h5["hvisph/header"].attrs:
             return False
@@ -101,7 +102,7 @@ def time_in(path: str | Path) -> float:
 
 
 def _array(h5: h5py.File, place: str, sums: Mapping[str, int]) -> np.ndarray:
-    """Return an array of an open snapshot, held against its sum where that is known."""
+    """Return an array of an open snapshot, verified by its checksum where that is known."""
     values = np.ascontiguousarray(h5[place][...])
     if place in sums and crc32(values.data) != sums[place]:
         raise OutputError(f"'{place}' in it is damaged, or was changed after it was written (its checksum)")
@@ -119,7 +120,7 @@ def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarra
         data = h5["VTKHDF/PointData"]
         if not np.array_equal(data["id"][...], number):
             raise OutputError(f"it should hold masses, bodies and materials of {path}, but has other particles")
-        return {one: data[one][...] for one in CONSTANTS if one in data}
+        return {constant: data[constant][...] for constant in CONSTANTS if constant in data}
 
 
 def names_in(h5: h5py.File) -> tuple[list[str], list[str]]:
@@ -168,17 +169,17 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: StorageOptions) -> dict[
             if form.compress and n
             else {}
         )
-        made = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
+        dataset = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
         size, total = PIECE if form.compress else _ROWS, 0
         for begin in range(0, len(values), size):
             piece = to_vtk(name, values[begin : begin + size], snapshot.dimensions)
-            made[begin : begin + size] = piece
+            dataset[begin : begin + size] = piece
             total = crc32(np.ascontiguousarray(piece).data, total)
-        sums[made.name.removeprefix("/")] = total
-        return made
+        sums[dataset.name.removeprefix("/")] = total
+        return dataset
 
-    for name, count in (("NumberOfPoints", n), ("NumberOfCells", n), ("NumberOfConnectivityIds", n)):
-        root.create_dataset(name, data=np.array([count], dtype=np.int64))
+    for name in COUNTS:
+        root.create_dataset(name, data=np.array([n], dtype=np.int64))
     points = put(root, "Points", snapshot.fields["position"], "position")
     put(root, "Connectivity", np.arange(n, dtype=np.int64))
     put(root, "Offsets", np.arange(n + 1, dtype=np.int64))
@@ -197,11 +198,11 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: StorageOptions) -> dict[
     return sums
 
 
-def _describe(made: h5py.Dataset, name: str, units: bool) -> None:
+def _describe(dataset: h5py.Dataset, name: str, units: bool) -> None:
     """Write the attributes of an array; numbers of bodies, materials and particles have the unit 1."""
-    made.attrs["units"] = CATALOGUE[name].unit if units and name in CATALOGUE else ""
+    dataset.attrs["units"] = CATALOGUE[name].unit if units and name in CATALOGUE else ""
     if name in CATALOGUE:
-        made.attrs["meaning"] = CATALOGUE[name].meaning
+        dataset.attrs["meaning"] = CATALOGUE[name].meaning
 
 
 NAMES = ("density", "temperature", "pressure", "energy")

@@ -20,8 +20,8 @@ from . import file_names
 from .atomic_write import read_errors
 from .foreign import SI, Convention, read_lammps, read_vtk
 from .hdf5 import read_hdf5, time_in
-from .sealed_hdf5 import SIGNATURE
 from .snapshot import Snapshot
+from .verified_hdf5 import SIGNATURE
 from .vtu import read_vtu
 
 STATUSES = ("done", "failed", "interrupted")
@@ -39,7 +39,8 @@ def _is_text(value: object) -> bool:
     return isinstance(value, str)
 
 
-# What a summary holds, by key: of what kind a value is, or the form of a mapping; "*" stands for every key or entry.
+# Form of a summary, by key: a test of the value, or the form of a mapping; "*" stands for every key or entry, "*?" for
+# optional keys of every entry.
 Form = Callable[[object], bool] | Mapping[str, Any]
 _MEASURE = dict.fromkeys(("value", "uncertainty"), _is_number_or_none) | {"unit": _is_text}
 _OPTIONAL = {"time": _is_number_or_none, "reason": _is_text}
@@ -68,10 +69,10 @@ def misfit(value: object, form: Form = _SUMMARY, path: str = "") -> str:
     if not isinstance(entries, dict):
         return f"its {path} has no keys" if path else "it is not a summary"
     wanted: Mapping[Any, Any] = dict.fromkeys(entries, form["*"]) if "*" in form else form
-    texts = [misfit(entries.get(key, _is_text), one, f"{path}.{key}".lstrip(".")) for key, one in wanted.items()]
+    texts = [misfit(entries.get(key, _is_text), part, f"{path}.{key}".lstrip(".")) for key, part in wanted.items()]
     for key, entry in entries.items() if "*?" in form else ():
-        given = {name: one for name, one in form["*?"].items() if isinstance(entry, dict) and name in entry}
-        texts.append(misfit(entry, given, f"{path}.{key}"))
+        optional = {name: part for name, part in form["*?"].items() if isinstance(entry, dict) and name in entry}
+        texts.append(misfit(entry, optional, f"{path}.{key}"))
     return next(filter(None, texts), "")
 
 
@@ -84,7 +85,7 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
     """Read a snapshot by the content of the file, for any name: HDF5 or VTU, or points of another code.
 
     `path`: HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
-    `lazily`: whether fields of an HDF5 file are read whenever they are asked for, and not kept: it must stay as it is.
+    `lazily`: whether fields of an HDF5 file are read on each access: the file must not change.
     Raises `OutputError` when it is missing, truncated, damaged or of no known kind.
     """
     start = _bytes(Path(path), 64)
@@ -161,7 +162,7 @@ def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snaps
         return
     times = [read_time(file) for file in files]
     for time in at:
-        yield read_snapshot(files[int(np.argmin([abs(one - float(time)) for one in times]))])
+        yield read_snapshot(files[int(np.argmin([abs(moment - float(time)) for moment in times]))])
 
 
 def read_history(run: str | Path) -> dict[str, np.ndarray]:

@@ -19,8 +19,8 @@ from .atomic_write import NO_LINK, reason, write_bytes, write_errors
 class RunLog:
     """Log that appends lines to `path`, each with the local date and time to the millisecond.
 
-    The file is opened for every line: a log is a few dozen lines, and so a folder that vanished is noticed.
-    It is never opened through a link, and what would steer a terminal is spelled out.
+    The file is opened for every text, so that a vanished folder is noticed, but never through a link. Control
+    characters are escaped.
     """
 
     def __init__(self, path: str | Path):
@@ -45,12 +45,12 @@ class SilentLog(RunLog):
         """Write nothing."""
 
 
-# File systems without locks (some network ones) say so by these; a run there goes on unlocked.
+# Errors of file systems without locks, as some network ones; a run there continues unlocked.
 _NO_LOCKS = {errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS}
 
 
 class FileLock:
-    """Holds `path` (made if missing) locked until `release` or the end of the process.
+    """Lock on the file `path`, created if missing, until `release` or the end of the process.
 
     Raises `BlockingIOError` when another process, or this one, holds it; `OSError` when the file cannot be opened, or
     is a link.
@@ -67,7 +67,7 @@ class FileLock:
             raise BlockingIOError(errno.EAGAIN, "another run is writing there") from error
 
     def release(self) -> None:
-        """Let the lock go."""
+        """Release the lock."""
         if self._handle is not None:
             os.close(self._handle)
             self._handle = None
@@ -166,15 +166,15 @@ class RunFolder:
         return self.path / file_names.CHECKPOINT
 
     def write_text(self, name: str, text: str) -> None:
-        """Write a text file of the folder, beside and renamed; raises `OutputError`."""
+        """Write a text file of the folder atomically; raises `OutputError`."""
         atomic_write.write_text(self.path / name, text)
 
     def write_json(self, name: str, content: object) -> None:
-        """Write `content` as indented JSON, beside and renamed; raises `OutputError`."""
+        """Write `content` as indented JSON atomically; raises `OutputError`."""
         self.write_text(name, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
 
     def close(self) -> None:
-        """Let the lock go."""
+        """Release the lock."""
         self._lock.release()
 
     def __enter__(self) -> "RunFolder":
@@ -211,12 +211,10 @@ def looks_like_a_run(folder: Path) -> bool:
 
 def refuse_links(folder: Path) -> None:
     """Raise `CaseError` if a name that hvisph uses belongs to a link or anything but a plain file or folder."""
-    odd = [folder / one for one in file_names.FOLDERS if not _plain_or_absent(folder / one, file_names.is_plain_folder)]
-    odd += [
-        path
-        for path in (folder / file_names.LOCK, *file_names.own_files(folder))
-        if not _plain_or_absent(path, file_names.is_plain)
-    ]
+    folders = (folder / name for name in file_names.FOLDERS)
+    odd = [path for path in folders if not _plain_or_absent(path, file_names.is_plain_folder)]
+    files = folder / file_names.LOCK, *file_names.own_files(folder)
+    odd += [path for path in files if not _plain_or_absent(path, file_names.is_plain)]
     if odd:
         what = "link" if odd[0].is_symlink() else "plain folder" if odd[0].name in file_names.FOLDERS else "plain file"
         raise CaseError(
@@ -261,7 +259,7 @@ def delete_snapshots(path: Path, last: bool) -> None:
         if not file_names.is_plain_folder(folder):
             continue
         numbered = sorted(
-            one for one in folder.iterdir() if file_names.is_own(one) and file_names.number_of(one) is not None
+            file for file in folder.iterdir() if file_names.is_own(file) and file_names.number_of(file) is not None
         )
         kept = numbered[-1:] if last and name not in (file_names.CHECKPOINT, file_names.REGIONS) else []
         for file in numbered:

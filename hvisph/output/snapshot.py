@@ -21,8 +21,8 @@ class Snapshot:
 
     `time`, `step`: time since the start of the run [s] and number of steps done.
     `fields`: arrays by the names of `hvisph.core.fields.CATALOGUE`: shape (n,) for scalars, (n, components) for others,
-        with the components of the run's dimensions. SI units. Those of a running simulation, and of large files that
-        are read `lazily`, are made anew whenever they are asked for.
+        with the components of the run's dimensions. SI units. Those of a running simulation, and of large files read
+        `lazily`, are computed or read on each access.
     `body`, `material`, `id`: integer arrays of shape (n,): index into `bodies`, index into `materials`, permanent
         number.
     `bodies`, `materials`: names, in the order of the indices. The first body is the projectile, the second the target.

@@ -16,10 +16,9 @@ from hvisph.core.errors import OutputError
 
 from . import file_names
 from .atomic_write import write_errors
-from .hdf5 import CONSTANTS, mark_vtk, names_in, write_labels
-from .sealed_hdf5 import LABELS, reading
+from .hdf5 import CONSTANTS, COUNTS, mark_vtk, names_in, write_labels
+from .verified_hdf5 import LABELS, reading
 
-COUNTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
 TIME = "FieldData/TimeValue"
 
 
@@ -42,13 +41,13 @@ def write_time_series(folder: str | os.PathLike[str]) -> None:
     home = Path(folder)
     target = home / file_names.TIME_SERIES
     partial = target.with_name(target.name + file_names.PARTIAL)
-    outlines = _layouts(home / file_names.SNAPSHOTS)
+    layouts = _layouts(home / file_names.SNAPSHOTS)
     with write_errors(target):
-        if not outlines:
+        if not layouts:
             target.unlink(missing_ok=True)
             return
         with h5py.File(partial, "w") as h5:
-            _write(h5, outlines)
+            _write(h5, layouts)
         os.replace(partial, target)
 
 
@@ -58,48 +57,41 @@ def _layouts(place: Path) -> list[_Layout]:
         for path in place.glob(f"*{file_names.SNAPSHOT_ENDING}")
         if file_names.is_own(path) and file_names.is_plain(path)
     ]
-    outlines = []
+    layouts = []
     for path in sorted((path for path in files if path.stem.isdecimal()), key=lambda path: int(path.stem)):
         try:
             with reading(path, "a snapshot", verified=False) as h5:
-                outlines.append(_layout(path, h5))
+                layouts.append(_layout(path, h5))
         except OutputError:
             continue
-    for one in outlines:  # columns of the first alone
+    for layout in layouts:  # constants may be stored in the first alone
         for name in (f"PointData/{name}" for name in CONSTANTS):
-            first = outlines[0].arrays.get(name)
-            if first is not None and name not in one.arrays and one.arrays["Points"][0][0] == first[0][0]:
-                one.arrays[name] = first
-    return outlines
+            first = layouts[0].arrays.get(name)
+            if first is not None and name not in layout.arrays and layout.arrays["Points"][0][0] == first[0][0]:
+                layout.arrays[name] = first
+    return layouts
 
 
 def _layout(path: Path, h5: h5py.File) -> _Layout:
-    root, arrays = h5["VTKHDF"], {}
-    for name in (
-        "Points",
-        "Connectivity",
-        "Offsets",
-        "Types",
-        TIME,
-        *(f"PointData/{one}" for one in root["PointData"]),
-    ):
-        arrays[name] = (root[name].shape, root[name].dtype, path.name)
+    root = h5["VTKHDF"]
+    names = ("Points", "Connectivity", "Offsets", "Types", TIME, *(f"PointData/{name}" for name in root["PointData"]))
+    arrays = {name: (root[name].shape, root[name].dtype, path.name) for name in names}
     return _Layout(path, arrays, float(root[TIME][0]), names_in(h5))
 
 
-def _write(h5: h5py.File, outlines: Sequence[_Layout]) -> None:
-    root, steps = mark_vtk(h5), len(outlines)
-    sizes = np.array([one.arrays["Points"][0][0] for one in outlines], np.int64)
+def _write(h5: h5py.File, layouts: Sequence[_Layout]) -> None:
+    root, steps = mark_vtk(h5), len(layouts)
+    sizes = np.array([layout.arrays["Points"][0][0] for layout in layouts], np.int64)
     begins = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
     for name in COUNTS:
         root[name] = sizes
-    shared = [name for name in outlines[0].arrays if all(name in one.arrays for one in outlines)]
+    shared = [name for name in layouts[0].arrays if all(name in layout.arrays for layout in layouts)]
     for name in shared:
-        _concatenate(root, name, outlines)
-    write_labels(root, *outlines[0].labels)
+        _concatenate(root, name, layouts)
+    write_labels(root, *layouts[0].labels)
     group = root.create_group("Steps")
     group.attrs["NSteps"] = steps
-    group["Values"] = np.array([one.time for one in outlines])
+    group["Values"] = np.array([layout.time for layout in layouts])
     group["PartOffsets"], group["NumberOfParts"] = np.arange(steps), np.ones(steps, np.int64)
     group["PointOffsets"] = begins
     group["CellOffsets"], group["ConnectivityIdOffsets"] = begins.reshape(-1, 1), begins.reshape(-1, 1)
@@ -110,7 +102,7 @@ def _write(h5: h5py.File, outlines: Sequence[_Layout]) -> None:
         (TIME, np.arange(steps), 1),
         *(
             (f"FieldData/{label}", np.zeros(steps, np.int64), len(texts))
-            for label, texts in zip(LABELS, outlines[0].labels, strict=True)
+            for label, texts in zip(LABELS, layouts[0].labels, strict=True)
         ),
     ):
         own = name.removeprefix("FieldData/")
@@ -118,15 +110,15 @@ def _write(h5: h5py.File, outlines: Sequence[_Layout]) -> None:
         group[f"FieldDataSizes/{own}"] = np.array([[1, size]] * steps)
 
 
-def _concatenate(root: h5py.Group, name: str, outlines: Sequence[_Layout]) -> None:
+def _concatenate(root: h5py.Group, name: str, layouts: Sequence[_Layout]) -> None:
     """Create the array that concatenates those of all snapshots."""
-    (_, *columns), kind, _ = outlines[0].arrays[name]
-    total = sum(one.arrays[name][0][0] for one in outlines)
-    layout = h5py.VirtualLayout((total, *columns), kind)
+    (_, *columns), kind, _ = layouts[0].arrays[name]
+    total = sum(layout.arrays[name][0][0] for layout in layouts)
+    virtual = h5py.VirtualLayout((total, *columns), kind)
     at = 0
-    for one in outlines:
-        shape, dtype, file = one.arrays[name]
+    for layout in layouts:
+        shape, dtype, file = layout.arrays[name]
         source = h5py.VirtualSource(f"{file_names.SNAPSHOTS}/{file}", f"VTKHDF/{name}", shape, dtype)
-        layout[at : at + shape[0]] = source
+        virtual[at : at + shape[0]] = source
         at += shape[0]
-    root.create_virtual_dataset(name, layout)
+    root.create_virtual_dataset(name, virtual)

@@ -1,7 +1,7 @@
 """Snapshots as VTU files: an unstructured grid of vertices, and the series that lists them.
 
 Arrays are encoded and written one at a time, bit for bit, so that large states need no copy; time and hvisph's
-header are field data. A seal (`hvisph.output.sealed_hdf5`) ends the file as an XML comment.
+header are field data. A checksum (`hvisph.output.verified_hdf5`) ends the file as an XML comment.
 """
 
 import base64
@@ -19,8 +19,8 @@ import numpy as np
 
 from .atomic_write import read_errors, replacing, write_text
 from .foreign import SI, Convention, snapshot_of_another_code
-from .sealed_hdf5 import append_seal, has_seal, verify_seal
 from .snapshot import INDICES, Snapshot, header_text, snapshot_from, to_vtk
+from .verified_hdf5 import append_checksum, has_checksum, verify_checksum
 
 HEADER = "hvisph_header"
 TIME = "TimeValue"  # the name under which ParaView looks for the time
@@ -36,7 +36,7 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
         kind = f'type="UnstructuredGrid" version="1.0" byte_order="{order}" header_type="UInt64"'
         file.write(f"<VTKFile {kind}>\n".encode())
         file.write(f'<UnstructuredGrid>\n<Piece NumberOfPoints="{n}" NumberOfCells="{n}">\n<Points>\n'.encode())
-        _write_array(file, "Points", snapshot.fields["position"], lambda one: to_vtk("position", one, dim))
+        _write_array(file, "Points", snapshot.fields["position"], lambda values: to_vtk("position", values, dim))
         file.write(b"</Points>\n<Cells>\n")
         _write_array(file, "connectivity", np.arange(n))
         _write_array(file, "offsets", np.arange(1, n + 1))
@@ -52,7 +52,7 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
         for name, values in ((TIME, np.array([snapshot.time])), (HEADER, header)):
             _write_array(file, name, values, further=f'NumberOfTuples="{len(values)}"')
         file.write(b"</FieldData>\n</UnstructuredGrid>\n</VTKFile>\n")
-        append_seal(file)
+        append_checksum(file)
 
 
 def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
@@ -64,15 +64,15 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
     import meshio
 
     with read_errors(path, "a VTU file"), Path(path).open("rb") as file:
-        sealed = has_seal(file)
-        if sealed:
-            verify_seal(file)
+        verified = has_checksum(file)
+        if verified:
+            verify_checksum(file)
         mesh = meshio.vtu.read(path)
         if HEADER not in mesh.field_data:
             return snapshot_of_another_code(mesh.points, mesh.point_data or {}, mesh.field_data, convention)
         convention.refuse_for_own_files()
-        if not sealed:
-            verify_seal(file)
+        if not verified:
+            verify_checksum(file)
         header = json.loads(np.asarray(mesh.field_data[HEADER], dtype=np.uint8).tobytes())
         return snapshot_from(header, dict(mesh.point_data) | {"position": mesh.points})
 
@@ -100,11 +100,11 @@ def _write_array(
     further: str = "",
 ) -> None:
     """Write an array in base 64 after its length, in pieces; `shown` converts rows."""
-    none = shown(values[:0])
-    kind = {"f": "Float", "i": "Int", "u": "UInt"}[none.dtype.kind] + str(8 * none.dtype.itemsize)
-    columns = f'NumberOfComponents="{none.shape[1]}"' if none.ndim == 2 else ""
+    empty = shown(values[:0])
+    kind = {"f": "Float", "i": "Int", "u": "UInt"}[empty.dtype.kind] + str(8 * empty.dtype.itemsize)
+    columns = f'NumberOfComponents="{empty.shape[1]}"' if empty.ndim == 2 else ""
     file.write(f'<DataArray type="{kind}" Name="{escape(name)}" {columns} {further} format="binary">\n'.encode())
-    row = none.dtype.itemsize * math.prod(none.shape[1:])
+    row = empty.dtype.itemsize * math.prod(empty.shape[1:])
     rest = np.uint64(row * len(values)).tobytes()
     for begin in range(0, len(values), _PIECE):
         rest += shown(values[begin : begin + _PIECE]).tobytes()

@@ -18,7 +18,7 @@ from . import parallel_output
 from .world import SingleProcess
 
 T = TypeVar("T")
-# Criteria, beside those of `criteria` what stops a run: they travel as numbers.
+# Criteria of the step and of failures, exchanged as their indices.
 COLLAPSED = "collapsed"
 CRITERIA = (*NAMES, "not_finite", COLLAPSED, "hourglass", "contact", "inverted", "passed_through", "rigid_body")
 
@@ -98,9 +98,9 @@ class Collectives:
         sums = self.world.total(bits)
         return sums.view(values.dtype) if wide else sums.astype(values.dtype)
 
-    def first_of(self, one: T | None) -> T:
+    def first_of(self, own: T | None) -> T:
         """Return the value of the first process that has one."""
-        return next(some for some in self.world.gather_objects(one) if some is not None)
+        return next(value for value in self.world.gather_objects(own) if value is not None)
 
     def find_rows(self, numbers: np.ndarray) -> np.ndarray:
         """Return the rows of particles by their permanent numbers, -1 for those of other processes."""
@@ -131,8 +131,8 @@ class Collectives:
             rows = np.flatnonzero(score == score.max())
             row = int(rows[particles.id[rows].argmin()])
             own = (-float(score[row]), int(particles.id[row]), self._report(row))
-        all_ = [one for one in self.world.gather_objects(own) if one is not None]
-        return min(all_, key=lambda one: one[:2])[2] if all_ else None
+        reports = [report for report in self.world.gather_objects(own) if report is not None]
+        return min(reports, key=lambda report: report[:2])[2] if reports else None
 
     def look_up(self, number: int) -> ParticleReport:
         """Return a particle by its permanent number."""
@@ -184,7 +184,7 @@ class Collectives:
     def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
         """Return all particles and their `further` rows on the first process, without copies of its own; else None."""
         tags, data = self.gather_rows(particles.tags), self.gather_rows(particles.data)
-        rows = [self.gather_rows(one) for one in further]
+        rows = [self.gather_rows(values) for values in further]
         if not self.world.first:
             return None
         whole = particles.like(0)

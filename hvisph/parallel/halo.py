@@ -50,7 +50,7 @@ class Halo:
         self._numbers = np.zeros(0, np.uint64)
         self._chosen = np.zeros(0, np.uint32)
         self._sent: dict[int, np.ndarray] = {}
-        self._came: dict[int, slice] = {}
+        self._received_rows: dict[int, slice] = {}
         self._find_box = specialise(_box, parallel=False, DIM=dim)
         self._choose = specialise(_choose, parallel=False, DIM=dim)
         self._pack = specialise(_pack, parallel=False)
@@ -78,15 +78,15 @@ class Halo:
                 table = np.empty((count, used + 1))
                 self._pack(rows, numbers, chosen, used, table)
                 tables[rank], self._sent[rank] = table, chosen
-        came = world.exchange_tables(tables, used + 1)
-        coming = sum(map(len, came.values()))
+        received = world.exchange_tables(tables, used + 1)
+        coming = sum(map(len, received.values()))
         self.evaluations, self.received = self.evaluations + 1, self.received + coming
         whole, all_numbers = self._enlarged_storage(rows, numbers, own + coming)
-        self._came, first = {}, own
-        for rank, table in sorted(came.items()):
+        self._received_rows, first = {}, own
+        for rank, table in sorted(received.items()):
             last = first + len(table)
             whole[first:last, :used], all_numbers[first:last] = table[:, :-1], table[:, -1]
-            self._came[rank], first = slice(first, last), last
+            self._received_rows[rank], first = slice(first, last), last
         return whole, all_numbers
 
     def _distance_beyond_planes(self, rows: np.ndarray, reach: float) -> float:
@@ -112,9 +112,12 @@ class Halo:
         """Send the same rows again after a pass has changed them."""
         used = self._used
         tables = {rank: np.ascontiguousarray(sorted_rows[place[chosen], :used]) for rank, chosen in self._sent.items()}
-        into = {rank: np.empty((rows.stop - rows.start, used), sorted_rows.dtype) for rank, rows in self._came.items()}
+        into = {
+            rank: np.empty((rows.stop - rows.start, used), sorted_rows.dtype)
+            for rank, rows in self._received_rows.items()
+        }
         self._world.exchange(tables, into)
-        for rank, rows in self._came.items():
+        for rank, rows in self._received_rows.items():
             sorted_rows[place[rows], :used] = into[rank]
 
     def select_appended(self, chosen: np.ndarray) -> None:
@@ -124,14 +127,14 @@ class Halo:
     def exchange_again(self, values: np.ndarray) -> np.ndarray:
         """Return `values` (n, ...) of the rows received by the last `append`."""
         tables = {rank: np.ascontiguousarray(values[chosen]) for rank, chosen in self._sent.items()}
-        coming = sum(rows.stop - rows.start for rows in self._came.values())
-        came = np.empty((coming, *values.shape[1:]), values.dtype)
+        coming = sum(rows.stop - rows.start for rows in self._received_rows.values())
+        received = np.empty((coming, *values.shape[1:]), values.dtype)
         into, first = {}, 0
-        for rank, rows in sorted(self._came.items()):
+        for rank, rows in sorted(self._received_rows.items()):
             last = first + rows.stop - rows.start
-            into[rank], first = came[first:last], last
+            into[rank], first = received[first:last], last
         self._world.exchange(tables, into)
-        return came
+        return received
 
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of integers over all processes."""

@@ -15,7 +15,7 @@ from hvisph.output.snapshot import Snapshot
 
 from .world import SingleProcess
 
-# From so many particles on the whole is not gathered for a file, and rows of a slab.
+# Largest number of particles gathered on one process for a file; rows of a slab.
 MOST_GATHERED, SLAB = 10_000_000, 1 << 20
 
 
@@ -71,7 +71,7 @@ class Slabs:
             yield None
             return
         yield self
-        self.world.broadcast_from_first(lambda: None)  # the others go on
+        self.world.broadcast_from_first(lambda: None)  # ends `serve` of the others
 
 
 class Slabbed:

@@ -20,10 +20,10 @@ from .collectives import Collectives
 from .halo import Halo
 from .world import MpiProcesses, SingleProcess
 
-# Steps between two cuts of the space, and between two checks for particles that left their part.
+# Steps between two decompositions, and between two checks for particles that left their part.
 CUT_EVERY, MOVE_EVERY = 128, 16
-# Largest share of the mean work that a process may have before the space is cut again: where particles change sides
-# between any two steps, and where all must be built anew for it, which is looked at so many times less often.
+# Ratio of the largest to the mean work of a process above which the decomposition is repeated: where particles migrate
+# between any two steps; where everything is rebuilt then, which is considered SELDOM times less often.
 BALANCED, SETTLED, SELDOM = 1.05, 1.2, 8
 
 
@@ -73,8 +73,8 @@ class Subdomain(Collectives):
         stepper = self._stepper
         stepper.replace_particles(data, tags, carried)
         self._criteria.resize(len(data))
-        for (_, write), one in zip(self._rows_of, rows, strict=True):
-            write(one)
+        for (_, write), values in zip(self._rows_of, rows, strict=True):
+            write(values)
         self.note_reordering()
 
     def rebalance(self, steps: int) -> None:
@@ -103,18 +103,17 @@ class Subdomain(Collectives):
         carried = stepper.get_carried()
         rows = [read() for read, _ in self._rows_of]
         parts = [particles.data, particles.tags.astype(np.float64), *carried.values(), *rows]
-        tables = [one.reshape(len(goes), -1) for one in parts]
-        widths = [one.shape[1] for one in tables]
-        going = np.concatenate([one[goes] for one in tables], axis=1)
+        tables = [array.reshape(len(goes), -1) for array in parts]
+        widths = [table.shape[1] for table in tables]
+        going = np.concatenate([table[goes] for table in tables], axis=1)
         to = target[goes]
-        came = world.exchange_tables({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
-        if not self.get_maxima(float(goes.any() or bool(came)))[
-            0
-        ]:  # all hold anew or none: who lists anew asks the others
+        received = world.exchange_tables({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
+        moves = self.get_maxima(float(goes.any() or bool(received)))[0]
+        if not moves:  # on no process: replacing particles is collective
             if cut:
                 stepper.fit_grid()
             return
-        new = np.concatenate([came[rank] for rank in sorted(came)]) if came else going[:0]
+        new = np.concatenate([received[rank] for rank in sorted(received)]) if received else going[:0]
         columns = np.split(new, np.cumsum(widths)[:-1], axis=1)
         stays = ~goes
         held = [

@@ -18,7 +18,7 @@ from hvisph.core.errors import CaseError, HvisphError
 from . import launched_rank
 
 T = TypeVar("T")
-MESSAGE = 1 << 28  # bytes at most; what counts them may be of 32 bits
+MESSAGE = 1 << 28  # largest message [bytes]; MPI may count them in 32 bits
 INSTALL = "pip install 'hvisph[mpi]', or mpi4py alone for the MPI that is there"
 
 
@@ -49,9 +49,9 @@ class SingleProcess:
         """Return the values (k,) of all processes, (size, k)."""
         return values[None]
 
-    def gather_objects(self, one: object) -> list[Any]:
+    def gather_objects(self, own: object) -> list[Any]:
         """Return a small object of every process."""
-        return [one]
+        return [own]
 
     def gather_rows(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows of all processes in order of rank on the first process; empty on the others."""
@@ -119,8 +119,8 @@ class MpiProcesses(SingleProcess):
         self._waiting(lambda: self._all.Allgather(np.ascontiguousarray(values), table))
         return table
 
-    def gather_objects(self, one: Any) -> list[Any]:
-        return list(self._waiting(lambda: self._all.allgather(one)))
+    def gather_objects(self, own: Any) -> list[Any]:
+        return list(self._waiting(lambda: self._all.allgather(own)))
 
     def gather_rows(self, rows: np.ndarray) -> np.ndarray:
         own = np.ascontiguousarray(rows)
@@ -144,8 +144,8 @@ class MpiProcesses(SingleProcess):
             self._waiting(lambda piece=piece: self._all.Recv(piece, rank, 1))  # type: ignore[misc]
 
     def scatter_rows(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
-        made = None if rows is None or wanted is None else (rows.shape[1:], rows.dtype.str, [len(w) for w in wanted])
-        shape, kind, counts = self.broadcast_from_first(lambda: made or ((), "", [0]))
+        form = None if rows is None or wanted is None else (rows.shape[1:], rows.dtype.str, [len(w) for w in wanted])
+        shape, kind, counts = self.broadcast_from_first(lambda: form or ((), "", [0]))
         if rows is None or wanted is None:
             own = np.empty((counts[self.rank], *shape), kind)
             self._receive(own, 0)
@@ -172,15 +172,15 @@ class MpiProcesses(SingleProcess):
         for rank, table in tables.items():
             going[rank] = len(table)
         self._waiting(lambda: self._all.Alltoall(going, coming))
-        came = {int(rank): np.empty((coming[rank], width)) for rank in np.flatnonzero(coming)}
-        self.exchange({rank: table for rank, table in tables.items() if len(table)}, came)
-        return came
+        received = {int(rank): np.empty((coming[rank], width)) for rank in np.flatnonzero(coming)}
+        self.exchange({rank: table for rank, table in tables.items() if len(table)}, received)
+        return received
 
     def exchange(self, tables: dict[int, np.ndarray], into: dict[int, np.ndarray]) -> None:
         """Send tables to processes by rank, and receive those of known sizes."""
-        asked = [self._all.Irecv(table, rank, 3) for rank, table in into.items()]
-        asked += [self._all.Isend(table, rank, 3) for rank, table in tables.items()]
-        self._waiting(lambda: self._mpi.Request.Waitall(asked))
+        requests = [self._all.Irecv(table, rank, 3) for rank, table in into.items()]
+        requests += [self._all.Isend(table, rank, 3) for rank, table in tables.items()]
+        self._waiting(lambda: self._mpi.Request.Waitall(requests))
         self.messages += len(tables)
         self.sent += sum(map(len, tables.values()))
 
@@ -196,7 +196,7 @@ class MpiProcesses(SingleProcess):
             yield
         except Exception as error:
             own = error
-        errors: list[Any] = [one for one in self.gather_objects(own) if one is not None]
+        errors: list[Any] = [failed for failed in self.gather_objects(own) if failed is not None]
         if errors:
             failure: Any = own or errors[0]
             failure.shared = True  # see `end_together`

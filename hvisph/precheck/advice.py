@@ -309,7 +309,7 @@ def contact_warnings(case: Case) -> list[str]:
     dx, dim = case.resolution, case.dim
     stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
     pressure = contact.carried_over_stiffness(kernel, case.formulation.h_over_dx, dim) * stiffness
-    if not contact.stores:
+    if not contact.stores_energy:
         pressure *= dx**dim
     warnings = []
     if pair is not None:

@@ -26,22 +26,10 @@ from .protocol import Formulation
 
 # Functions of a particle's material that the particle update calls.
 OF_MATERIALS = (
-    *(
-        stress_update.update_stress,
-        plane_stress.thinning,
-        thermodynamics.longitudinal_speed,
-        thermodynamics.shear_speed,
-        thermodynamics.shear_modulus,
-    ),
-    *(
-        traction_limits.bearable_tension,
-        traction_limits.bearable_shear,
-        traction_limits.acting_damage,
-        traction_limits.softened_limits,
-        traction_limits.has_failed,
-        traction_limits.orderly,
-        traction_limits.density_at_rest,
-    ),
+    *(stress_update.update_stress, plane_stress.thinning, thermodynamics.longitudinal_speed),
+    *(thermodynamics.shear_speed, thermodynamics.shear_modulus, traction_limits.bearable_tension),
+    *(traction_limits.bearable_shear, traction_limits.acting_damage, traction_limits.softened_limits),
+    *(traction_limits.has_failed, traction_limits.orderly, traction_limits.density_at_rest),
     *(anisotropic_stress.update_with_axes, anisotropic_stress.transverse_modulus, anisotropic_stress.squared_speeds),
 )
 PERMUTE_EVERY = 16  # steps between two sortings of the state itself into cell order, which keeps memory access near
@@ -102,16 +90,8 @@ class Stepper:
         self._later = [pack(stage) for stage in later]
         self.late = np.zeros(1 + len(later))
         layout = formulation.layout(dim)
-        self.pairs = Pairs(
-            layout,
-            formulation.kernel,
-            formulation.passes(dim),
-            self.coefficients,
-            particles["position"],
-            h,
-            planes,
-            formulation.single,
-        )
+        self.pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), self.coefficients,
+                           particles["position"], h, planes, formulation.single)  # fmt: skip
         smoothing = formulation.smoothing
         self.h_limits = h * np.tile([smoothing.smallest, smoothing.largest], (len(materials), 1))  # by material
         self.h_max = h

@@ -20,7 +20,7 @@ from hvisph.schemes.standard import options as standard
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
 from hvisph.sph.contact.penalty_contact import Pressing
-from hvisph.sph.contact.repulsion import Contact, Welded
+from hvisph.sph.contact.repulsion import Bonded, Contact
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.terms.limiters import LIMITERS
 
@@ -131,7 +131,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "h_over_dx": model.h_over_dx,
         "viscosity": VISCOSITIES[model.viscosity.type](model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
-        "contact": contact_of(model.contact) if model.contact_algorithm else Welded(),
+        "contact": contact_of(model.contact) if model.contact_algorithm else Bonded(),
         "axisymmetric": KINEMATICS[case.kinematics].axisymmetric,
         "courant": case.time.cfl,
     }

@@ -101,10 +101,10 @@ class CheckpointContent:
     def restore(self, checkpoint: Checkpoint) -> TimeStep:
         """Restore `checkpoint`, whose arrays the first process has, and return the next step.
 
-        Raises `CaseError` when the case has changed, or ends before the checkpoint, and `OutputError` when the
-        checkpoint does not fit the run, though it is whole.
+        Raises `CaseError` if the case has changed or ends before the checkpoint, `OutputError` if the content does not
+        fit the run.
         """
-        share, particles, given = self.setup.subdomain, self.setup.particles, checkpoint.arrays
+        share, particles, arrays = self.setup.subdomain, self.setup.particles, checkpoint.arrays
         refuse_changed(checkpoint, self.case)
         header, rows, history = self._header(TimeStep(1.0, "")), self._rows(), self.setup.stepper.history()
         own = {name: ((share.count, *values.shape[1:]), values.dtype) for name, values in rows.items()}
@@ -115,15 +115,15 @@ class CheckpointContent:
                 refuse_misfit(checkpoint, header, own)
                 if header.get("origin") != checkpoint.header.get("origin"):
                     raise ValueError("the run that it started from has been run anew since")
-                return {name: given[f"{HISTORY}{name}"] for name in history}
+                return {name: arrays[f"{HISTORY}{name}"] for name in history}
 
         taken = share.world.broadcast_from_first(whole)
-        mine = {name: share.scatter_rows(given.get(name)) for name in rows}
+        own_rows = {name: share.scatter_rows(arrays.get(name)) for name in rows}
         with share.world.raise_together(), _content_errors(checkpoint):
             renews = header["case"]["formulation"].get("reference_update_strain") is not None
-            refuse_other_particles(mine[STATE], mine[TAGS], particles, renews)
+            refuse_other_particles(own_rows[STATE], own_rows[TAGS], particles, renews)
         with _content_errors(checkpoint):
-            return self._restore(checkpoint.header, mine, taken)
+            return self._restore(checkpoint.header, own_rows, taken)
 
     def _restore(self, header: Plain, rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
         clock, budget, particles, stepper = self.clock, self.budget, self.setup.particles, self.setup.stepper
@@ -151,7 +151,7 @@ class CheckpointContent:
 
 @contextmanager
 def _content_errors(checkpoint: Checkpoint) -> Iterator[None]:
-    """Raise an error on a checkpoint's content as one on a checkpoint that does not fit the run."""
+    """Convert errors in reading the content of a checkpoint to an `OutputError`."""
     try:
         yield
     except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
@@ -188,7 +188,9 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
         what = f"the checkpoint of step {checkpoint.step} does not fit this run"
         raise OutputError(f"{what}: it lacks {error}") from error
     changes = [
-        "{} was {} and is {}".format(path, *("nothing" if one is None else shorten(str(one)) for one in (old, new)))
+        "{} was {} and is {}".format(
+            path, *("nothing" if value is None else shorten(str(value)) for value in (old, new))
+        )
         for path, old, new in _differences(before, now, "")
         if not any(path == may or path.startswith(f"{may}.") for may in MAY_CHANGE)
     ]
@@ -214,22 +216,22 @@ def _differences(before: object, now: object, path: str) -> list[tuple[str, Any,
     return [] if before == now else [(path, before, now)]
 
 
-def refuse_misfit(given: Checkpoint, header: Plain, own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:
+def refuse_misfit(checkpoint: Checkpoint, header: Plain, own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:
     """Raise `ValueError` unless `given` has the types and shapes of `own` and `header`."""
     for name, value in header.items():
         if name != "case":
-            _refuse_other_kind(value, given.header[name], name)
-    if given.header["fields"] != header["fields"]:
+            _refuse_other_kind(value, checkpoint.header[name], name)
+    if checkpoint.header["fields"] != header["fields"]:
         raise ValueError("it has other fields")
-    if not (given.header["clock"]["time"] >= 0.0 and given.header["step"]["length"] > 0.0):
+    if not (checkpoint.header["clock"]["time"] >= 0.0 and checkpoint.header["step"]["length"] > 0.0):
         raise ValueError("its time or its step is not positive")
-    if given.arrays.keys() != own.keys():
-        raise ValueError(f"it differs in {', '.join(sorted(given.arrays.keys() ^ own.keys()))}")
+    if checkpoint.arrays.keys() != own.keys():
+        raise ValueError(f"it differs in {', '.join(sorted(checkpoint.arrays.keys() ^ own.keys()))}")
     for name, (shape, kind) in own.items():
-        other = given.arrays[name]
+        other = checkpoint.arrays[name]
         if other.dtype != kind or other.shape != shape:
             raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {shape}")
-    numbers = given.arrays["tags"][:, ID]
+    numbers = checkpoint.arrays["tags"][:, ID]
     if not np.array_equal(numbers, np.arange(len(numbers))):
         raise ValueError("its particles are not in the order of their numbers, each once")
 
@@ -256,28 +258,28 @@ def refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Parti
         raise ValueError("its particles have other places in the reference configuration")
 
 
-def _refuse_other_kind(own: object, given: object, path: str) -> None:
+def _refuse_other_kind(own: object, stored: object, path: str) -> None:
     """Raise `ValueError` unless plain values have equal types; None may stand for a number."""
     if isinstance(own, dict):
-        if not isinstance(given, dict) or own.keys() != given.keys():
+        if not isinstance(stored, dict) or own.keys() != stored.keys():
             raise ValueError(f"its {path} has other keys")
         for name, value in own.items():
-            _refuse_other_kind(value, given[name], f"{path}.{name}")
+            _refuse_other_kind(value, stored[name], f"{path}.{name}")
     elif path == "series":
-        if not isinstance(given, list) or not all(_is_entry(entry) for entry in given):
+        if not isinstance(stored, list) or not all(_is_entry(entry) for entry in stored):
             raise ValueError(f"its {path} is no list of times and files")
     elif isinstance(own, list):
-        if not isinstance(given, list) or len(given) != len(own):
+        if not isinstance(stored, list) or len(stored) != len(own):
             raise ValueError(f"its {path} has another length")
-        for number, (one, other) in enumerate(zip(own, given, strict=True)):
-            _refuse_other_kind(one, other, f"{path}.{number}")
-    elif isinstance(own, str) != isinstance(given, str) or not (
-        given is None or isinstance(given, str) or is_number(given)
+        for number, (value, stored_value) in enumerate(zip(own, stored, strict=True)):
+            _refuse_other_kind(value, stored_value, f"{path}.{number}")
+    elif isinstance(own, str) != isinstance(stored, str) or not (
+        stored is None or isinstance(stored, str) or is_number(stored)
     ):
         raise ValueError(f"its {path} is of another kind")
-    elif isinstance(own, int) and not isinstance(own, bool) and not (isinstance(given, int) and abs(given) < 2**62):
+    elif isinstance(own, int) and not isinstance(own, bool) and not (isinstance(stored, int) and abs(stored) < 2**62):
         raise ValueError(f"its {path} is no whole number")
-    elif own is not None and given is None:
+    elif own is not None and stored is None:
         raise ValueError(f"its {path} is missing")
 
 

@@ -129,12 +129,12 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
     return at
 
 
-def release_arrays(holder: Any, _seen: set[int] | None = None) -> None:
+def release_arrays(holder: Any, _visited: set[int] | None = None) -> None:
     """Release the arrays of an object and of the objects it contains; it cannot be used afterwards."""
-    seen = set() if _seen is None else _seen
-    if id(holder) in seen or not hasattr(holder, "__dict__") or not type(holder).__module__.startswith("hvisph."):
+    visited = set() if _visited is None else _visited
+    if id(holder) in visited or not hasattr(holder, "__dict__") or not type(holder).__module__.startswith("hvisph."):
         return
-    seen.add(id(holder))
+    visited.add(id(holder))
     frozen = getattr(type(holder), "__dataclass_params__", None)
     if frozen is not None and frozen.frozen:
         return
@@ -142,7 +142,7 @@ def release_arrays(holder: Any, _seen: set[int] | None = None) -> None:
         if isinstance(value, np.ndarray):
             vars(holder)[name] = np.empty((0, *value.shape[1:]), value.dtype)
         elif isinstance(value, list | tuple):
-            for one in value:
-                release_arrays(one, seen)
+            for item in value:
+                release_arrays(item, visited)
         else:
-            release_arrays(value, seen)
+            release_arrays(value, visited)

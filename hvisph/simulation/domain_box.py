@@ -48,37 +48,37 @@ class Domain:
             return 0
         setup = self._setup
         particles, stepper = setup.particles, setup.stepper
-        gone = np.flatnonzero(self._is_outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
+        outside = np.flatnonzero(self._is_outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
         share = setup.subdomain
-        count = int(share.total(np.array([len(gone)]))[0])
+        count = int(share.total(np.array([len(outside)]))[0])
         if not count:
             return 0
 
         def total(terms: np.ndarray, unit: float) -> np.ndarray:
             return decode_sum(share.total(encode_terms(terms, unit)), unit)
 
-        mass, velocity = particles["mass"][gone], particles["velocity"][gone]
+        mass, velocity = particles["mass"][outside], particles["velocity"][outside]
         budget.retired[0] += count
         units = stepper.totals.units
         budget.retired[1] += total(mass, units[MOMENTUM])
         budget.retired[2 : 2 + particles.dim] += total(mass[:, None] * velocity, units[MOMENTUM])
-        energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][gone]
+        energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][outside]
         if budget.gravity is not None:
-            energy += budget.gravity.potential(particles["position"][gone])
+            energy += budget.gravity.potential(particles["position"][outside])
         budget.retired[5] += total(mass * energy, units[INTERNAL])
         if particles.has_previous:  # the step under way still gives the others half of what the last forces did
-            force = mass[:, None] * particles["previous_acceleration"][gone]
-            power = mass * particles["previous_power"][gone]
-            power += (force * particles["previous_velocity"][gone]).sum(axis=1)
+            force = mass[:, None] * particles["previous_acceleration"][outside]
+            power = mass * particles["previous_power"][outside]
+            power += (force * particles["previous_velocity"][outside]).sum(axis=1)
             budget.pending[: particles.dim] += 0.5 * total(force, units[SUPPORT])
             budget.pending[3] += 0.5 * total(power, units[SLIPPING])
-        length = particles["smoothing_length"][gone]
-        particles.begin(gone)
-        particles["smoothing_length"][gone] = length
-        particles["density"][gone] = stepper.table[particles.material[gone], RHO0]
-        particles["position"][gone] = self._parking_places(particles.id[gone])
-        particles.tags[gone, FLAGS] |= RETIRED
-        stepper.rates[stepper.place[gone]] = 0.0
+        length = particles["smoothing_length"][outside]
+        particles.begin(outside)
+        particles["smoothing_length"][outside] = length
+        particles["density"][outside] = stepper.table[particles.material[outside], RHO0]
+        particles["position"][outside] = self._parking_places(particles.id[outside])
+        particles.tags[outside, FLAGS] |= RETIRED
+        stepper.rates[stepper.place[outside]] = 0.0
         stepper.predict(following)
         return count
 

@@ -33,7 +33,7 @@ class _State(NamedTuple):
 
 def _dominant_speed(speeds: np.ndarray, masses: np.ndarray) -> float:
     """Return the speed [m/s] below which particles (n,) have the share `ENERGY_SHARE` of the kinetic energy."""
-    order = np.lexsort((masses, speeds))  # whatever process they come from
+    order = np.lexsort((masses, speeds))  # independent of the order of processes
     energy = np.cumsum((masses * speeds**2)[order])
     return float(speeds[order][np.searchsorted(energy, ENERGY_SHARE * energy[-1])]) if len(order) else 0.0
 
@@ -43,7 +43,7 @@ class LateStages:
 
     def __init__(self, case: Case, setup: Setup):
         self._stages, self._setup, self._done = case.late, setup, 0
-        self._moduli = np.array([[one.bulk_modulus, one.shear_modulus] for one in setup.substances])
+        self._moduli = np.array([[material.bulk_modulus, material.shear_modulus] for material in setup.substances])
         if case.late:
             assert isinstance(setup.stepper, Stepper)
             self._stepper = setup.stepper
@@ -56,9 +56,9 @@ class LateStages:
 
     def _use_materials(self, number: int, modulus: float) -> np.ndarray:
         """Use the materials of a stage with a bulk modulus [Pa]; return increases of 1/K and 1/G by material [1/Pa]."""
-        materials = [late_material(one, modulus, self._stages[number].nu) for one in self._setup.substances]
+        materials = [late_material(material, modulus, self._stages[number].nu) for material in self._setup.substances]
         self._stepper.use_late_materials(number, materials)
-        before, self._moduli = self._moduli, np.array([[modulus, one.shear_modulus] for one in materials])
+        before, self._moduli = self._moduli, np.array([[modulus, material.shear_modulus] for material in materials])
         stiff = before > 0.0
         return np.divide(1.0, self._moduli, where=stiff, out=np.zeros(before.shape)) - np.divide(
             1.0, before, where=stiff, out=np.zeros(before.shape)
@@ -82,12 +82,12 @@ class LateStages:
         return f"{left} late stage{'s' if left > 1 else ''} (at: auto) did not begin" if left else ""
 
     def _largest_modulus(self) -> float:
-        """Return the modulus of the next stage [Pa], if `auto` without one a tenth of that before."""
+        """Return the bulk modulus of the next stage [Pa]; by default a tenth of the one before."""
         return float(self._stages[self._done].bulk_modulus or MODULUS_RATIO * self._moduli[:, 0].min())
 
     def _speed_limit(self, modulus: float) -> float:
         """Return a tenth of the sound speed [m/s] of a stage of a bulk modulus [Pa]."""
-        return 0.1 * sqrt(modulus / max(one.density_at_rest for one in self._setup.substances))
+        return 0.1 * sqrt(modulus / max(material.density_at_rest for material in self._setup.substances))
 
     def _evaluate(self) -> _State:
         """Return the present state, on which the beginning of a stage depends."""
@@ -107,10 +107,10 @@ class LateStages:
         fast = share.world.broadcast_from_first(lambda: _dominant_speed(speeds, masses))
         rates = stepper.rates[stepper.place, slots(particles.dim)["R_APPROACH"]]
         highest, strongest, closing = (
-            float(share.get_maxima(float(np.where(dispersed, 0.0, np.abs(one)).max(initial=0.0)))[0])
-            for one in (pressure, stress, rates)
+            float(share.get_maxima(float(np.where(dispersed, 0.0, np.abs(values)).max(initial=0.0)))[0])
+            for values in (pressure, stress, rates)
         )
-        density = max(one.density_at_rest for one in self._setup.substances)
+        density = max(material.density_at_rest for material in self._setup.substances)
         wanted = max(30.0 * highest, 100.0 * density * fast**2, 100.0 * strongest)
         return _State(dispersed, pressure, stress, highest, fast, closing, wanted)
 

@@ -74,8 +74,8 @@ class Reporter:
             return
         pace = (clock.steps - self._last_steps) / since
         self._last, self._last_steps = now, clock.steps
-        gone, limit, where = now - self._began, time_step.criterion, self._setup.bodies[body]
-        progress = Progress(clock.time, clock.end, clock.steps, time_step.length, limit, where, gone, pace, drift)
+        elapsed, limit, where = now - self._began, time_step.criterion, self._setup.bodies[body]
+        progress = Progress(clock.time, clock.end, clock.steps, time_step.length, limit, where, elapsed, pace, drift)
         self._listener.progress(progress)
 
 

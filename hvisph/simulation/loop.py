@@ -79,9 +79,9 @@ class Run:
         )
         self.listener.start(self.folder.path, count, self.clock.end)
         warnings = [*warnings_of(self.case), *contact_warnings(self.case), *advice(self.case)]
-        said = [f"warning: {warning.splitlines()[0]}" for warning in warnings]
-        said += [self._settled] if self._settled else []
-        for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
+        lines = [f"warning: {warning.splitlines()[0]}" for warning in warnings]
+        lines += [self._settled] if self._settled else []
+        for line in (*lines, *(f"note: {note}" for note in self.setup.notes)):
             self._report(line)
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
         self.subdomain.begin()
@@ -114,19 +114,19 @@ class Run:
 
     def _begin_files(self) -> AbstractContextManager[object]:
         start = self.start
-        del self.start  # its file has it from now on
+        del self.start  # it is in its file now
         return self.files.begin(start)
 
     def _prepare(self) -> None:
         """Evaluate the initial rates; restore the checkpoint when resuming."""
         separate_fragments(self.setup, 0)
-        early = type(self.setup.stepper) is Stepper and self.case.settle is None  # before rows and rates are filled
+        early = type(self.setup.stepper) is Stepper and self.case.settle is None  # less memory before rates are filled
         if early:
             self.start = self.writer.start(self.case.begins)
         self.setup.stepper.start()
         self._settled = settle(self.case, self.setup)
         if self._settled:
-            self.writer.begun.rows[...] = self.setup.particles["position"]
+            self.writer.start_positions.rows[...] = self.setup.particles["position"]
         self.budget = Budget(self.setup)
         self.checks = SanityChecks(self.setup, self.case.limits, self.budget.scale - self.budget.energy)
         if not early:
@@ -174,7 +174,7 @@ class Run:
         """Advance by one step: rates, next step, state, schedule."""
         stepper, clock = self.setup.stepper, self.clock
         last = clock.last(self.time_step)
-        if last is not None:  # the end cuts it; from before it the run can be extended
+        if last is not None:  # shortened by the end: the checkpoint allows to extend the run
             self._checkpoint()
             self.time_step = last
             stepper.predict(last.length)
@@ -192,7 +192,7 @@ class Run:
         self._report(self.checks.warning(clock.time))
         drift = self.budget.energy_drift(stepper.sums)
         self.checks.check_state(drift, clock.time, clock.steps)
-        while due:  # snapshots hold as long as the particles lie as they do
+        while due:  # snapshots refer to the present order of the particles
             number += 1
             self.files.write_output(due.pop(0)(), number)
         if self.late.is_due(clock.time, clock.steps):
@@ -208,7 +208,7 @@ class Run:
             self._checkpoint()
         try:
             self.reporter.report(self.time_step, limit.body, drift)
-        except KeyboardInterrupt:  # from whoever listens
+        except KeyboardInterrupt:  # raised by the listener
             self.stop.note()
 
     def _complete(self, following: TimeStep) -> list[Callable[[], Moment]]:
@@ -256,8 +256,8 @@ class Run:
             "highest_pressure": self.budget.highest(),
             "crack_area": self.budget.crack_area(),
         }
-        for one in (self.setup, self.writer):
-            release_arrays(one)
+        for holder in (self.setup, self.writer):
+            release_arrays(holder)
 
         def summary_of() -> Plain:
             assert last is not None
@@ -285,12 +285,12 @@ def separate_fragments(setup: Setup, steps: int) -> None:
     position = share.gather_rows(particles["position"])
     reach = stepper.formulation.kernel.reach
     if share.world.size == 1:
-        told_apart = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+        components = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
     else:
         whole = None
         if share.world.first:
             whole = np.zeros(len(tags), np.uint32)
             whole[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
-        told_apart = share.scatter_rows(whole)
-    if share.get_maxima(float((told_apart != pieces).any()))[0]:
-        stepper.split(told_apart)
+        components = share.scatter_rows(whole)
+    if share.get_maxima(float((components != pieces).any()))[0]:
+        stepper.split(components)

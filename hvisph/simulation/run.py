@@ -45,11 +45,11 @@ def run(
     `case`: a loaded case, the path of a case file or the name of a bundled case.
     `out`: the run's folder; by default ``runs/NAME`` with the name of the case's file.
     `force`: whether what an earlier run wrote there is replaced.
-    `threads`: number of threads, at most as many as a step finds work for; by default as many as its work is worth, at
-    most one per core. The results are the same bits for any number.
+    `threads`: number of threads; by default as many as a step's work is worth, at most one per core. The results are
+    the same bits for any number.
     `listener`: receives the progress of the run.
-    Raises `CaseError` when the case cannot be run or the folder is in use: nothing is written then; `OutputError` when
-    a file cannot be written; what was written before is intact.
+    Raises `CaseError`, without writing anything, when the case cannot be run or the folder is in use; `OutputError`
+    when a file cannot be written.
     """
     name = "case"
     if not isinstance(case, Case):
@@ -94,9 +94,9 @@ def prepare_process(
 
 def folder_of(world: SingleProcess, path: Path, make: Callable[[], RunFolder]) -> RunFolder:
     """Return the run's folder, created by the first process; the others write nothing."""
-    made: list[RunFolder] = []
-    world.broadcast_from_first(lambda: made.append(make()))
-    return made[0] if made else SilentFolder(path)
+    folders: list[RunFolder] = []
+    world.broadcast_from_first(lambda: folders.append(make()))
+    return folders[0] if folders else SilentFolder(path)
 
 
 def with_threads(case: Case, start: InitialState, threads: int | None, world: SingleProcess) -> InitialState:
@@ -132,16 +132,16 @@ def resume(
 ) -> Outcome:
     """Continue a run from its newest checkpoint, with the same bits as without the stop.
 
-    A run that was killed before its first checkpoint begins again. One that has reached its end only sums up
-    anew, unless the end is later now.
+    A run killed before its first checkpoint begins again. One that has reached its end writes its summary again, unless
+    the end is later now.
 
     `run`: the run's folder.
     `end`: a new end: a number [s] or text with a unit, as ``"10 us"``.
     `max_steps`: a new number of steps at which to stop early; 0 for none.
     `threads`: number of threads; by default as many as a step's work is worth, at most one per core.
     `listener`: receives the progress of the run.
-    Raises `CaseError` when the folder is not a run's, its case has changed, another version wrote the checkpoint, or
-    the new end is behind it: nothing is changed then; `OutputError` when no checkpoint is whole, or a file cannot be
+    Raises `CaseError`, without changing anything, when the folder is not a run's, its case has changed, another version
+    wrote the checkpoint, or the new end is before it; `OutputError` when no checkpoint is whole, or a file cannot be
     written.
     """
     return resume_run(run, resume_case(run, end, max_steps), threads=threads, listener=listener)
@@ -219,7 +219,7 @@ def distribute(
     def prepare() -> tuple[InitialState, Parts]:
         whole = make()
         particles = whole.particles
-        if whole.formulation.stepper.keeps_order:  # it keeps this order, by which lists are sorted
+        if whole.formulation.stepper.keeps_order:  # lists are sorted in this order
             from hvisph.schemes.adaptive.stepper import order_of
 
             particles.permute(order_of(particles, whole.formulation.kernel.reach * whole.longest))

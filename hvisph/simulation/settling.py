@@ -21,7 +21,7 @@ from hvisph.setup.build import Setup
 
 from .clock import Clock
 
-AT_REST = 0.1  # greatest speed left, over the speed g/k of a damped fall, above which bodies are not at rest
+AT_REST = 0.1  # largest remaining speed over the speed g/k of a damped fall below which bodies are at rest
 
 
 def own_limit(case: Case, setup: Setup) -> Limit:
@@ -38,32 +38,32 @@ def own_limit(case: Case, setup: Setup) -> Limit:
 def settle(case: Case, setup: Setup) -> str:
     """Let the bodies at rest settle for `case.settle`; return the note or warning on the result.
 
-    Bodies with a velocity, also over time, and loads wait: their initial state is restored afterwards. Raises
-    `RunError` if the state is not finite.
+    Bodies with a velocity or a motion are held, loads are removed; both are restored afterwards. Raises `RunError` if
+    the state is not finite.
     """
     stepper, particles = setup.stepper, setup.particles
     gravity: Gravity | None = getattr(stepper, "gravity", None)
     if case.settle is None or gravity is None:
         return ""
     moves = _moving(case, setup)
-    waits = moves[particles.body]
-    held, loads = particles.data[waits].copy(), getattr(stepper, "loads", None)
-    kept = None if loads is None else loads.copy()
+    is_held = moves[particles.body]
+    start_state, loads = particles.data[is_held].copy(), getattr(stepper, "loads", None)
+    start_loads = None if loads is None else loads.copy()
     tags, boundaries = particles.tags.copy(), getattr(stepper, "boundaries", None)
-    particles.tags[waits, FLAGS] |= CLAMPED
-    particles["velocity"][waits] = 0.0
+    particles.tags[is_held, FLAGS] |= CLAMPED
+    particles["velocity"][is_held] = 0.0
     if loads is not None:
         loads[:] = 0.0
     if boundaries is not None:
         boundaries.wait(True)
     motion = getattr(stepper, "motion", None)
     rigid = [] if motion is None else motion.rigid
-    first = [(one, one.hold()) for one in rigid if moves[setup.bodies.index(one.name)]]
-    if moves.any():  # the last rates are of their velocities
+    stopped = [(rigid_body, rigid_body.hold()) for rigid_body in rigid if moves[setup.bodies.index(rigid_body.name)]]
+    if moves.any():  # the last rates contain their velocities
         stepper.predict(0.0)
         stepper.evaluate()
     free = (particles.tags[:, FLAGS] & CLAMPED) == 0
-    rate, scale = damping_rate(setup, gravity, ~waits)
+    rate, scale = damping_rate(setup, gravity, ~is_held)
     clock = Clock(case.settle, case.settle, case.time.step)
     limit = setup.subdomain.reduce_limit(own_limit(case, setup), 0, False)
     if particles.has_previous:
@@ -80,25 +80,25 @@ def settle(case: Case, setup: Setup) -> str:
         following = clock.choose(limit.dt, limit.criterion, step)
         stepper.complete(step.length, following.length)
         particles["velocity"][free] *= exp(-rate * step.length)
-        for one in rigid:
-            one.slow(exp(-rate * step.length))
+        for rigid_body in rigid:
+            rigid_body.slow(exp(-rate * step.length))
         stepper.predict(following.length)
         clock.complete(step)
         if not (limit.dt > 0.0 and isfinite(stepper.sums[column.FASTEST])):
             raise RunError(f"settling failed after {clock.time:.4g} s: not finite; give a smaller time.cfl")
         step = following
     left = float(stepper.sums[column.FASTEST])
-    particles.tags[...], particles.data[waits] = tags, held
+    particles.tags[...], particles.data[is_held] = tags, start_state
     if boundaries is not None:
         boundaries.wait(False)
     if motion is not None:
         motion.time = case.begins
-    for one, state in first:
-        one.release(state)
+    for rigid_body, state in stopped:
+        rigid_body.release(state)
     stepper.predict(0.0)
     stepper.evaluate()
     if loads is not None:
-        loads[...] = kept
+        loads[...] = start_loads
     ratio, second, speed = left / scale if scale > 0.0 else 0.0, *((" s", " m/s") if case.units == "si" else ("", ""))
     said = (
         f"settled for {case.settle:g}{second} in {clock.steps} steps: greatest speed left {left:.3g}{speed}, "
@@ -123,10 +123,10 @@ def damping_rate(setup: Setup, gravity: Gravity, rests: np.ndarray) -> tuple[flo
         low, high = 0.0, share.get_maxima(float(away[rests].max(initial=0.0)))[0]
     else:
         up = x @ -np.array(gravity.vector) / max(float(np.sqrt(np.square(gravity.vector).sum())), 1e-300)
-        low, high = share.get_maxima(*(float(one[rests].max(initial=-np.inf)) for one in (-up, up))) * (-1.0, 1.0)
+        low, high = share.get_maxima(*(float(height[rests].max(initial=-np.inf)) for height in (-up, up))) * (-1.0, 1.0)
     length = float(setup.particles["smoothing_length"].max(initial=0.0))
     height = float(high - low + share.get_maxima(length)[0])
-    speeds = [one.longitudinal_sound_speed for one in setup.substances]
+    speeds = [material.longitudinal_sound_speed for material in setup.substances]
     g = share.get_maxima(float(pull[rests].max(initial=0.0)))[0]
     rate = pi * min(speeds) / (2.0 * height)
     return rate, g / rate
@@ -134,6 +134,6 @@ def damping_rate(setup: Setup, gravity: Gravity, rests: np.ndarray) -> tuple[flo
 
 def _moving(case: Case, setup: Setup) -> np.ndarray:
     """Return which bodies start with a velocity, or have one over time (bodies,)."""
-    bodies = [case.bodies[name] for name in setup.bodies]
-    moves = [any(one.velocity) or bool(one.initial_velocity or (one.rigid and one.rigid.velocity)) for one in bodies]
-    return np.array(moves)
+    bodies = (case.bodies[name] for name in setup.bodies)
+    motions = [(any(body.velocity), body.initial_velocity, body.rigid and body.rigid.velocity) for body in bodies]
+    return np.array([any(motion) for motion in motions])

@@ -3,7 +3,7 @@
 import time as wall
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -66,7 +66,7 @@ class SnapshotWriter:
             self.metadata["witness"] = case.witness.x
         self.series: list[tuple[float, str]] = []
         self.peaks = Peaks(setup)
-        self.begun = MigratingRows(setup, setup.particles["position"].copy())  # where the particles are at the start
+        self.start_positions = MigratingRows(setup, setup.particles["position"].copy())
         self._count = 0  # particles in the first snapshot
         self._series_due = 0.0
 
@@ -75,16 +75,17 @@ class SnapshotWriter:
         share, particles = self.setup.subdomain, particles or self.setup.particles
         if share.uses_slabs:
             return self._snapshot_in_slabs(
-                self._take_snapshot(time, step, particles, self.peaks.rows, self.begun.rows), particles
+                self._take_snapshot(time, step, particles, self.peaks.rows, self.start_positions.rows), particles
             )
-        whole = share.whole(particles, self.peaks.rows, self.begun.rows)
+        whole = share.whole(particles, self.peaks.rows, self.start_positions.rows)
         return Moment(None if whole is None else self._take_snapshot(time, step, whole[0], *whole[1]))
 
     def _snapshot_in_slabs(self, own: Snapshot, particles: Particles) -> Moment:
         """Return a snapshot over all processes that is fetched by slabs; `own` is the part of this process."""
         share = self.setup.subdomain
         retired = np.sort(share.gather_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
-        arrays = Derived((*own.fields, *INDICES), lambda one: getattr(own, one) if one in INDICES else own.fields[one])
+        indices = {name: getattr(own, name) for name in INDICES}
+        arrays = Derived((*own.fields, *INDICES), lambda name: indices[name] if name in indices else own.fields[name])
         number = np.asarray(own.id)
         places = number - np.searchsorted(retired, number)
         slabs = Slabs(share.world, arrays, places, share.count - len(retired))
@@ -121,8 +122,8 @@ class SnapshotWriter:
         shown = known_names(particles, stepper.table, stepper.models)
         more = ["entropy"] * ("entropies" in self.metadata)
         names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
-        indices: Any = [Ordered(one, order, np.int64) for one in (particles.body, particles.material, particles.id)]
-        body, material, number = indices
+        numbers = particles.body, particles.material, particles.id
+        body, material, number = (cast(Any, Ordered(values, order, np.int64)) for values in numbers)
         metadata, fields = dict(self.metadata) | self._moved_planes(time), Derived(names_, field)
         bodies, materials = self.setup.bodies, self.setup.materials
         return Snapshot(time, step, particles.dim, fields, body, material, number, bodies, materials, metadata)
@@ -130,7 +131,7 @@ class SnapshotWriter:
     def _moved_planes(self, time: float) -> Plain:
         """Return the positions of moving planes of symmetry at the start and at a time [s]."""
         moving = getattr(getattr(self.setup.stepper, "boundaries", None), "moving", ())
-        moved = [{"axis": "xyz"[one.plane.axis], "from": one.place, "at": one.place_at(time)} for one in moving]
+        moved = [{"axis": "xyz"[it.plane.axis], "from": it.place, "at": it.place_at(time)} for it in moving]
         return {"moved_planes": moved} if moved else {}
 
     def _entropy(self, particles: Particles, peak: np.ndarray) -> np.ndarray:
@@ -148,7 +149,7 @@ class SnapshotWriter:
     def permute(self, order: np.ndarray) -> None:
         """Reorder stored arrays with the particles."""
         self.peaks.permute(order)
-        self.begun.permute(order)
+        self.start_positions.permute(order)
 
     @property
     def exact(self) -> bool:
@@ -214,13 +215,13 @@ class SnapshotWriter:
                 shown,
                 StorageOptions(output.compress == "gzip", first if once else None),
             )
-            if number and wall.monotonic() > self._series_due:  # one alone is no series yet
+            if number and wall.monotonic() > self._series_due:  # not for the first snapshot
                 self.write_series()
         if "vtu" in output.formats and not isinstance(number, str):
             path = _with_folder(self.folder.vtu_path(number))
             write_vtu(path, shown)
             entry = f"{file_names.VTU}/{path.name}"
-            self.series[:] = [one for one in self.series if one[1] != entry]
+            self.series[:] = [listed for listed in self.series if listed[1] != entry]
             self.series.append((snapshot.time, entry))
             write_pvd(self.folder.path / file_names.SERIES, self.series)
 
@@ -260,8 +261,8 @@ def _reduce_fields(snapshot: Snapshot, output: Output) -> Snapshot:
         single = output.precision == "single" and values.dtype == np.float64 and name != "position"
         return values.astype(np.float32) if single else values
 
-    asked = [one for one in snapshot.fields if output.fields is None or one in output.fields or one in ALWAYS]
-    return replace(snapshot, fields=transform_arrays(snapshot.fields, convert, asked))
+    names = [name for name in snapshot.fields if output.fields is None or name in output.fields or name in ALWAYS]
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, convert, names))
 
 
 def _impedance(start: Snapshot, number: int) -> float:

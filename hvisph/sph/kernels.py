@@ -20,7 +20,7 @@ import numpy as np
 from hvisph.compiler.jit import CompiledFunction, inline
 from hvisph.core.catalogues import REACH
 
-# Standard deviation of the cubic spline over h, the kernel of which steps of 0.3 h/c are usual.
+# Standard deviation of the cubic spline over h.
 _CUBIC_DEVIATION = 3.0**-0.5
 _CUT = REACH["gaussian"]
 STEEP = 1e300  # slope of a step
@@ -259,7 +259,7 @@ def weigh(state, point, reach, rows, weights):
     `state`: particles (n, width)
     `point`: the place (dim,) [m]
     `reach`: support radius of the kernel over h
-    `rows`, `weights`: receive the particles and their weights V W, up to a common factor; as long as all particles need
+    `rows`, `weights`: (n,) receive the particles and their weights V W, up to a common factor
 
     Returns the number of particles found.
     """

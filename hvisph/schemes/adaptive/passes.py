@@ -37,7 +37,7 @@ class SpatialPass:
         dim, kernel, euler, self._h = at.shape[1], formulation.kernel, formulation.eulerian, h
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
         to = layout.slots()
-        self.has_contact = formulation.contact.parts
+        self.has_contact = formulation.contact.separates
         shares = specialise(
             coupling.shares,
             DIM=dim,

@@ -43,17 +43,8 @@ class BodyContact:
     `passed`: particles inside a body that their own interpenetrates (k,); None if there are none.
     """
 
-    def __init__(
-        self,
-        particles: Particles,
-        formulation: Any,
-        materials: list[Material],
-        at: np.ndarray,
-        h: float,
-        planes: tuple[Plane, ...],
-        fullness: tuple[np.ndarray, np.ndarray],
-        power_unit: float,
-    ):
+    def __init__(self, particles: Particles, formulation: Any, materials: list[Material], at: np.ndarray, h: float,
+                 planes: tuple[Plane, ...], fullness: tuple[np.ndarray, np.ndarray], power_unit: float):  # fmt: skip
         self.particles, self.law, self.h = particles, formulation.contact, h
         dim, kernel = particles.dim, formulation.kernel
         spacing = h / formulation.h_over_dx
@@ -68,8 +59,8 @@ class BodyContact:
         coefficients = self.law.coefficients(kernel, formulation.h_over_dx, dim)
         passes = self.law.passes(dim, self._revolved)
         self.pairs = Pairs(self.law.row_layout(dim, self._revolved), kernel, passes, coefficients, at, h, planes)
-        layout, constants, look = penalty_contact.contact_search(dim, kernel)
-        self._overlap_pairs = Pairs(layout, kernel, [look], constants, at, h, planes)
+        layout, constants, search = penalty_contact.contact_search(dim, kernel)
+        self._overlap_pairs = Pairs(layout, kernel, [search], constants, at, h, planes)
         self._contact_phi = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
         self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.has_friction
         self.starts, self.omega = np.full(particles.count, self._contact_phi), np.zeros(particles.count)
@@ -92,11 +83,11 @@ class BodyContact:
 
     @property
     def stored_energy(self) -> float:
-        return self.energy if self.law.stores else 0.0
+        return self.energy if self.law.stores_energy else 0.0
 
     def begin(self, rows: np.ndarray, slots: dict[str, int]) -> None:
         """Take the state of `rows` as the unloaded one."""
-        if self.law.stores:
+        if self.law.stores_energy:
             everyone = np.arange(self.particles.count)
             phi, _ = self._find_overlap(everyone, rows, slots, self._bodies)
             self.starts = np.maximum(self._contact_phi, phi * (1.0 + 1e-12))  # round-off must not load what touches
@@ -135,12 +126,12 @@ class BodyContact:
         pushed = self.pairs.rates[at[: len(chosen)]]
         power = encode_terms(mass[chosen] * pushed[:, dim], self._power_unit)
         self._power = float(decode_sum(power if halo is None else halo.total(power), self._power_unit))
-        rates[chosen, : dim + (not self.law.stores)] += pushed[:, : dim + (not self.law.stores)]
+        rates[chosen, : dim + (not self.law.stores_energy)] += pushed[:, : dim + (not self.law.stores_energy)]
         if self._slips:
             rates[chosen, dim] += pushed[:, self._slip]
             rates[chosen, self._slip] = pushed[:, self._slip]
         self.omega[chosen] = pushed[:, dim + 1]
-        if self.law.stores:
+        if self.law.stores_energy:
             phi, starts = self.pairs.sorted[at[: len(chosen)], self.pairs.slots["START"]], self.starts[chosen]
             self.starts[:] = self._contact_phi
             self.starts[chosen] = np.maximum(self._contact_phi, np.minimum(starts, phi))
@@ -192,7 +183,7 @@ class BodyContact:
         dim, own = self.particles.dim, rows[chosen]
         packed[:, :dim] = own[:, :dim]
         packed[:, to["H"]] = self.h
-        if not self.law.stores:
+        if not self.law.stores_energy:
             packed[:, to["V"]] = own[:, slots["M"]] / own[:, slots["RHO"]]
             return
         # the contact energy is a potential of the positions: volumes are reference volumes, whole ones if axisymmetric
@@ -217,7 +208,7 @@ class BodyContact:
             packed[:, to["RING"]] = own[:, slots["RING"]]
         if "RIGID_SIDE" in to:
             packed[:, to["RIGID_SIDE"]] = is_rigid_particle(self.particles.tags[chosen])
-        if self.law.stores:
+        if self.law.stores_energy:
             packed[:, to["START"]] = self.starts[chosen]
         if self.law.self_contact:
             packed[:, to["D"] : to["D"] + dim] = self._get_displacements(chosen, rows, slots)

@@ -105,19 +105,12 @@ class CompositeStepper(CompositeState):
         self.pairs = self.spatial.pairs
         if self._halo_for is not None:
             self.spatial.attach_halo(self._halo_for)
-        if formulation.contact.parts and (formulation.contact.self_contact or not self._one_body):
+        if formulation.contact.separates and (formulation.contact.self_contact or not self._one_body):
             fullest = np.zeros(self._bodies_in_all)
             np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
-            self.contact = BodyContact(
-                particles,
-                formulation,
-                self.materials,
-                self._at_start,
-                self.h,
-                self.planes,
-                (self.reference.zeroth_sums, self.get_maxima(fullest)),
-                self.totals.units[column.SLIPPING],
-            )
+            self.contact = BodyContact(particles, formulation, self.materials, self._at_start, self.h, self.planes,
+                                       (self.reference.zeroth_sums, self.get_maxima(fullest)),
+                                       self.totals.units[column.SLIPPING])  # fmt: skip
             if self._halo_for is not None:
                 self.contact.attach_halo(self._halo_for)
         self._classify()
@@ -226,14 +219,8 @@ class CompositeStepper(CompositeState):
         """Add the pairs of Eulerian particles, and of bodies in bonded contact, at present positions."""
         if (self._any_eulerian or not self.spatial.has_contact) and self.any_process(near.any()):
             chosen = np.flatnonzero(near & ~self.loose)
-            self.spatial.add(
-                chosen,
-                self.rows_,
-                self._numbers,
-                (self._bodies, self.pressures, self.loads),
-                self._eulerian,
-                self._rates,
-            )
+            self.spatial.add(chosen, self.rows_, self._numbers, (self._bodies, self.pressures, self.loads),
+                             self._eulerian, self._rates)  # fmt: skip
 
     def _mirror(self) -> None:
         """Update positions and velocities of images and copies."""

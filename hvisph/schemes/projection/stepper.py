@@ -32,16 +32,8 @@ class ProjectionStepper:
     workspace = None
     stored_energy = contact_energy = 0.0
 
-    def __init__(
-        self,
-        particles: Particles,
-        formulation: Projection,
-        materials: list[Material],
-        stage: float,
-        previous: float,
-        h: float,
-        planes: tuple[Plane, ...] = (),
-    ):
+    def __init__(self, particles: Particles, formulation: Projection, materials: list[Material], stage: float,
+                 previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
         dim, count = particles.dim, particles.count
         self.particles, self.formulation = particles, formulation
         self.table, self.models = pack(materials)
@@ -119,17 +111,8 @@ class ProjectionStepper:
         stress, velocity, pressure, acceleration, _ = self._loops
         stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
         velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
-        pressure(
-            n,
-            data,
-            near,
-            *rows.get_pass_rows(2),
-            dt,
-            self._eta2,
-            self._fullness,
-            scheme.min_support,
-            scheme.original_gradient,
-        )
+        pressure(n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.min_support,
+                 scheme.original_gradient)  # fmt: skip
         acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.original_gradient)
 
     def complete(self, dt: float, following: float) -> None:

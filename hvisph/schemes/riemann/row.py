@@ -89,7 +89,7 @@ PACKED = (
     ("correction_decay", "scalar", "corrects_density"),
     ("density_relaxation", "scalar", "corrects_density"),
 )
-MADE_BY_PASSES = (
+COMPUTED_BY_PASSES = (
     ("gu", "gradient", "reconstructs"),
     ("gt", "symmetric_gradient", "reconstructs"),
     ("crack", "vector", "fractures"),
@@ -123,14 +123,14 @@ def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
     """
     packed, computed = (
         tuple((name, rank) for name, rank, *options in fields if all(map(holds, options)))
-        for fields in (PACKED, MADE_BY_PASSES)
+        for fields in (PACKED, COMPUTED_BY_PASSES)
     )
     return RowLayout(dim, packed, computed)
 
 
 def pair_layout(layout: RowLayout) -> RowLayout:
     """Return the part of the row that all pairs read; pairs in contact read all of it."""
-    return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in READ_BY_PAIRS))
+    return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.computed if field[0] in READ_BY_PAIRS))
 
 
 def contact_passes(layout: RowLayout, kernel: Kernel, unequal_spacings: bool, self_contact: bool = False) -> list[Pass]:

@@ -101,7 +101,7 @@ class ReferenceChanges:
             for material in self.materials
         ]
         self._held = self._oscillation_limits(
-            "hourglass", np.array(of_material)[particles.material] * self.reference.holding
+            "hourglass", np.array(of_material)[particles.material] * self.reference.hourglass_sums
         )
 
     def _oscillation_limits(self, name: str, omega: np.ndarray) -> list[tuple[float, str, int]]:
@@ -130,14 +130,8 @@ class ReferenceChanges:
         """Return F of the particles `chosen` by the present lists, (k, dim, dim)."""
         dim = self.particles.dim
         maps = np.zeros((len(chosen), dim * dim))
-        self._loops.map_particles(
-            len(chosen),
-            chosen.astype(np.uint64),
-            self._current_rows(),
-            self.reference.lists,
-            self.reference.corrections,
-            maps,
-        )
+        self._loops.map_particles(len(chosen), chosen.astype(np.uint64), self._current_rows(), self.reference.lists,
+                                  self.reference.corrections, maps)  # fmt: skip
         return maps.reshape(-1, dim, dim)
 
     def _leave(self, leaves: np.ndarray) -> None:

@@ -21,7 +21,7 @@ from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.standard import options
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.contact.penalty_contact import Pressing
-from hvisph.sph.contact.repulsion import Contact, Welded
+from hvisph.sph.contact.repulsion import Bonded, Contact
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
@@ -57,8 +57,8 @@ class TotalLagrangian:
     keeps_volume: bool = True
     # equivalent strain since the last renewal of the reference at which it is renewed; None for never
     renew_strain: float | None = None
-    # contact between bodies, and self-contact; `Welded` for bodies that spatial sums connect
-    contact: Pressing | Contact | Welded = field(default_factory=Pressing)
+    # contact between bodies, and self-contact; `Bonded` for bodies that spatial sums connect
+    contact: Pressing | Contact | Bonded = field(default_factory=Pressing)
     conversion: Conversion = field(default_factory=Conversion)  # when Total Lagrangian particles turn Eulerian
     axisymmetric: bool = False  # whether particles are axisymmetric about the axis x
     # Courant number of the run: the share of a spacing to which particles may be squeezed before they set the step
@@ -77,7 +77,7 @@ class TotalLagrangian:
 
     @property
     def stores_contact_energy(self) -> bool:
-        return self.contact.parts
+        return self.contact.separates
 
     @property
     def viscous_factor(self) -> float:

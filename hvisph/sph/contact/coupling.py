@@ -5,7 +5,7 @@
     gradient  1 within a body
     stress    artificial stress of a mixed pair: on both sides or on neither
 
-All three are 0 between bodies where a contact algorithm parts them.
+All three are 0 between bodies that a contact algorithm separates.
 """
 
 from __future__ import annotations

@@ -81,8 +81,8 @@ class Pressing:
     self_contact: bool = True
     rigid: bool = False
 
-    parts = True  # kernel sums do not connect different bodies
-    stores = True  # it has a potential energy
+    separates = True  # kernel sums do not connect different bodies
+    stores_energy = True  # it has a potential energy
 
     def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
         """Return the stiffness [Pa] of a material from reference density [kg/m^3] and bulk sound speed [m/s].
@@ -116,11 +116,11 @@ class Pressing:
     def passes(self, dim: int, axisymmetric: bool) -> list[Pass]:
         """Return the passes: overlap of bodies, then forces."""
         layout = self.row_layout(dim, axisymmetric)
-        ways = {"SELF_CONTACT": int(self.self_contact), "FRICTION": int(self.friction > 0.0)}
-        ways |= {"AXISYMMETRIC": int(axisymmetric)}
+        options = {"SELF_CONTACT": int(self.self_contact), "FRICTION": int(self.friction > 0.0)}
+        options |= {"AXISYMMETRIC": int(axisymmetric)}
         return [
-            Pass(fill, layout, ways, (against,), into_rows=True),
-            Pass(accumulate, layout, ways | {"RIGID": int(self.rigid)}, (against,), has_friction=True),
+            Pass(fill, layout, options, (against,), into_rows=True),
+            Pass(accumulate, layout, options | {"RIGID": int(self.rigid)}, (against,), has_friction=True),
         ]
 
     def row_layout(self, dim: int, axisymmetric: bool) -> RowLayout:
@@ -145,9 +145,11 @@ def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.
     for s in np.linspace(1.0, 0.0, 50, endpoint=False):
         r = np.hypot.outer(s + layers, across).ravel()
         along = np.repeat(s + layers, len(across)) / r
-        filled.append(sum(kernel.value(one, h_over_dx, dim) for one in r))
+        filled.append(sum(kernel.value(distance, h_over_dx, dim) for distance in r))
         slope.append(
-            -sum(kernel.derivative(one, h_over_dx, dim) * cosine for one, cosine in zip(r, along, strict=True))
+            -sum(
+                kernel.derivative(distance, h_over_dx, dim) * cosine for distance, cosine in zip(r, along, strict=True)
+            )
         )
     return np.array(filled), np.array(slope)
 
@@ -204,7 +206,7 @@ def accumulate(near, n, rows, i, constants, out):
     if FRICTION:
         fills = own_vector(rows, i, N_OTHER, DIM)
     a = broadcast(no_vector(DIM))
-    power = omega2 = rubbed = widened = broadcast_lanes(0.0)
+    power = omega2 = friction_heat = widened = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx, du = subtract(x, vector(b, 0, DIM)), subtract(u, vector(b, U, DIM))
@@ -231,7 +233,7 @@ def accumulate(near, n, rows, i, constants, out):
             sticks = STICKING * np.sqrt(stiff * min(own_m, b[M]) / rows[i, V]) * slip
             held = min(abs(constants[2] * dot(force, n_ab)), sticks)
             force = subtract(force, multiply(held / slip, du))
-            rubbed += held * slip * (1.0 + b[RIGID_SIDE] - rows[i, RIGID_SIDE]) if RIGID else held * slip
+            friction_heat += held * slip * (1.0 + b[RIGID_SIDE] - rows[i, RIGID_SIDE]) if RIGID else held * slip
         a = add(a, force)
     acceleration, work = multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power)
     if AXISYMMETRIC:  # a widened torus has a smaller section and fills less
@@ -239,16 +241,16 @@ def accumulate(near, n, rows, i, constants, out):
         acceleration, work = add_radial(acceleration, outwards), work - outwards * radial_part(u)
     curvature = own_k * own_g * own_g + lane_sum(omega2)
     write_rates(out, i, acceleration, work, 2.0 * scale_own * curvature, no_gradient(DIM))
-    out[i, R_SLIP] = 0.5 * scale_own * lane_sum(rubbed)
+    out[i, R_SLIP] = 0.5 * scale_own * lane_sum(friction_heat)
 
 
 def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pass]:
-    """Return layout, constants and pass of the law `look`."""
+    """Return row layout, constants and pass of the law `find_overlap`."""
     layout = RowLayout(dim, (("x", "vector"), ("h", "scalar"), ("v", "scalar"), ("body", "scalar"), ("d", "vector")))
-    return layout, np.array([kernel.reach**2]), Pass(look, layout, {})
+    return layout, np.array([kernel.reach**2]), Pass(find_overlap, layout, {})
 
 
-def look(near, n, rows, i, constants, out):
+def find_overlap(near, n, rows, i, constants, out):
     """Find phi of particle `i` (slot of power), and whether distant parts of its body are near (slot of |mu|)."""
     x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
     filled, folded, reach2 = broadcast_lanes(0.0), broadcast_lanes(0.0), constants[0] * h * h

@@ -63,8 +63,8 @@ class Contact:
     exponent: int = 4
     absolute: float | None = None
 
-    parts = True  # kernel sums do not connect different bodies
-    stores = self_contact = False  # its work is heat of both sides
+    separates = True  # kernel sums do not connect different bodies
+    stores_energy = self_contact = False  # its work is heat of both sides
     friction = 0.0
 
     def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
@@ -91,7 +91,7 @@ class Contact:
         return stiffness * dx**dim
 
     def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
-        """Return None: bodies at one spacing repel each other."""
+        """Return 0: bodies at one spacing repel each other."""
         return 0.0
 
     def coefficients(self, kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
@@ -101,31 +101,22 @@ class Contact:
 
     def passes(self, dim: int, axisymmetric: bool) -> list[Pass]:
         """Return the contact pass."""
-        ways = {"EXPONENT": self.exponent, "AXISYMMETRIC": int(axisymmetric)}
-        return [Pass(accumulate, self.row_layout(dim, axisymmetric), ways)]
+        options = {"EXPONENT": self.exponent, "AXISYMMETRIC": int(axisymmetric)}
+        return [Pass(accumulate, self.row_layout(dim, axisymmetric), options)]
 
     def row_layout(self, dim: int, axisymmetric: bool) -> RowLayout:
         """Return the particle row; K is the stiffness [Pa/m^d]."""
-        return RowLayout(
-            dim,
-            select_fields(
-                ("x", "vector"),
-                ("u", "vector"),
-                ("h", "scalar"),
-                ("m", "scalar"),
-                ("v", "scalar"),
-                ("body", "scalar"),
-                ("k", "scalar"),
-                axisymmetric and ("ring", "radius"),
-            ),
-        )
+        return RowLayout(dim, select_fields(
+            ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
+            ("k", "scalar"), axisymmetric and ("ring", "radius"),
+        ))  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Welded:
+class Bonded:
     """Bonded contact through the kernel sums."""
 
-    parts = stores = self_contact = False
+    separates = stores_energy = self_contact = False
     friction = 0.0
 
 
@@ -162,16 +153,10 @@ def accumulate(near, n, rows, i, constants, out):
         if AXISYMMETRIC:
             share = other * b[V] * min(stiffness, b[K]) * (power_of_w * ratio * (-0.5 * inverse_ring))
             force = add_radial(force, share)
-            power += (2.0 * radial_part(u)) * share  # all of it its own, not half
+            power += (2.0 * radial_part(u)) * share  # its whole work is that of particle i
         a = add(a, force)
         omega2 += both * (
             float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
         )
-    write_rates(
-        out,
-        i,
-        multiply(scale_own, lane_sums(a)),
-        -0.5 * scale_own * lane_sum(power),
-        2.0 * scale_own * lane_sum(omega2),
-        no_gradient(DIM),
-    )
+    write_rates(out, i, multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power),
+                2.0 * scale_own * lane_sum(omega2), no_gradient(DIM))  # fmt: skip

@@ -18,12 +18,12 @@ from hvisph.compiler.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.tensors import own_vector
 
 CHUNK = 1024
-# Rows of cells along y that are numbered together, so that in 3D more of the neighbours lie in a cache: the least of a
+# Rows of cells along y that are numbered together, so that in 3D more neighbours lie in a cache; the least number in a
 # grid.
 BLOCK = 4
-# Slots of a packed row where it stands in a sorted one, behind as many; 0 for rows by themselves.
+# Number of slots of packed rows that are stored in the sorted rows, behind as many others; 0 for separate packed rows.
 PACKED = 0
-# What stands for no limit in rows of single precision, and units of rows in double precision, which are not read.
+# Largest value in rows of single precision; units of rows in double precision, which are not read.
 LARGEST, NO_UNITS = 1e30, np.zeros(0)
 
 
@@ -123,11 +123,12 @@ def count_and_place(cells, starts, order):
 
 
 def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out, columns, h, units):
-    """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them (template)."""
+    """Sort the rows of each cell by their numbers, and gather them (template)."""
     one, first = np.uint64(1), np.uint64(PACKED)
     begin = chunk * np.uint64(CHUNK)
     end = min(begin + np.uint64(CHUNK), n)
-    # A chunk has the cells that begin in it. What it reads of one under another's hands is in the same cell.
+    # A chunk sorts the cells that begin in it. Another one may be sorting the cell before these: all its rows have the
+    # same cell number, so that reading them meanwhile is safe.
     cell = np.uint64(cells[np.uint64(order[begin])])
     k = begin if np.uint64(starts[cell]) == begin else np.uint64(starts[cell + one])
     while k < end:
@@ -200,7 +201,7 @@ def find_surrounded(c, starts, rows, equal, nx, ny, nz, uniform, surrounded):
 def find_undisturbed(
     grid: Grid, order: np.ndarray, known: int, rows: np.ndarray, zero: np.ndarray, equal: np.ndarray, dim: int
 ) -> None:
-    """Mark the cells whose particles have no rates: those that no wave and no other body has come near.
+    """Mark the cells whose particles have no rates, as no wave and no other body is near.
 
     Within two cells around, all rows are zero in some slots (stresses) and agree in others (velocity, body). Every pair
     law then sums zeros, in one cell around as well, so that leaving the cell out changes no result.
@@ -222,7 +223,7 @@ def find_undisturbed(
 def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
          place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int, units: np.ndarray = NO_UNITS,
          vectors: tuple[int, int, int] = (0, 0, 0), packed: int = 0) -> None:  # fmt: skip
-    """Put `rows` into cell order, and within a cell into that of their permanent numbers.
+    """Sort `rows` by cell, and within a cell by permanent number.
 
     Sums over neighbours in this order depend neither on the order of `rows` nor on the shape of the torus.
 
@@ -233,9 +234,9 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
       its inverse
     `out`, `columns`: sorted rows (n or more, width), and their positions and smoothing lengths by column, (dim + 1, n +
       8)
-    `units`, `vectors`: for sorted rows of float32: what the slots of `rows` are multiplied by, and the slots of the
-      velocity and of what rounding takes of position and velocity
-    `packed`: number of slots of a packed row if these stand in `out`, which is then given for `rows`, too
+    `units`, `vectors`: for sorted rows of float32: factors of the slots of `rows`, and the slots of the velocity and of
+      the rounding errors of position and velocity
+    `packed`: number of slots of a packed row if these are stored in `out`, which is then given for `rows`, too
     """
     find, count_and_place, order_and_gather = _loops(dim, packed, *vectors)
     find(len(cells), rows, 1.0 / grid.edge, *grid.sizes, cells)
@@ -255,7 +256,7 @@ def _loops(dim: int, packed: int, u: int, x_rest: int, u_rest: int) -> tuple[Com
 
 
 @cache
-def _rest_loops(dim: int) -> tuple[Any, ...]:
+def _rest_loops(dim: int) -> tuple[CompiledFunction, CompiledFunction]:
     return (
         particle_loop(specialise(find_uniform), short=True),
         particle_loop(specialise(find_surrounded, DIM=dim), short=True),

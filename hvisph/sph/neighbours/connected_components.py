@@ -52,10 +52,10 @@ def label_components(
         keeps = np.zeros(len(sizes), bool)
         keeps[order[np.unique(of[order], return_index=True)[1]]] = True
         new = np.flatnonzero(~keeps & (sizes >= SMALLEST[position.shape[1]]))
-        fresh += [(int(body), int(least[one]), rows[group == one]) for one in new]
+        fresh += [(int(body), int(least[component]), rows[group == component]) for component in new]
     if fresh:
         numbered = pieces.copy()
-        for number, (_, _, rows) in enumerate(sorted(fresh, key=lambda one: one[:2]), free):
+        for number, (_, _, rows) in enumerate(sorted(fresh, key=lambda part: part[:2]), free):
             numbered[rows] = number
     return numbered
 

@@ -16,12 +16,12 @@ from hvisph.compiler.vector.api import atomic_max, atomic_min, fetch
 from .cells import Grid, adjacent_cell, cell_at, number_of, place_of
 
 CHUNK = 1024
-# Rows are asked for so many particles before they are needed.
+# Rows are prefetched so many particles before they are needed.
 AHEAD = 8
 NO_BODY = 0xFFFFFFFF
 # Largest number of cells per particle: a thin plate fills few cells of its box.
 CELLS = 4
-# Cells of space that have a number of their own along each axis: beyond so many, numbers repeat.
+# Number of cells along each axis with distinct codes.
 BITS = 21
 APART = 1 << BITS
 
@@ -37,7 +37,7 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
         fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
         cell = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, nz)
         cells[i] = cell
-        # a particle marked again is rare
+        # atomic operations are slow, and rarely needed
         if bodies[i] < lowest[cell]:
             atomic_min(lowest, cell, bodies[i])
         if bodies[i] > highest[cell]:
@@ -49,15 +49,15 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
             extent[1, axis] = max(extent[1, axis], rows[i, axis])
 
 
-def _tell(i, cells, lowest, highest, spatial, meets, near, of_meets, of_near):
+def _assign_marks(i, cells, lowest, highest, spatial, meets, near, of_meets, of_near):
     """Write the marks of each particle's cell to the particle, and clear the cell's marks."""
     cell = np.uint64(cells[i])
     of_meets[i], of_near[i] = meets[cell], near[cell] != 0
     lowest[cell], highest[cell], spatial[cell] = np.uint32(NO_BODY), np.uint32(0), np.uint8(0)
 
 
-def _choose_apart(rows, eulerian, bodies, some, inverse_edge, rounds, meets, spatial):
-    """Write what `Selection.choose` returns for `some` of the particles, by cells that do not wrap round (template).
+def _choose_unwrapped(rows, eulerian, bodies, some, inverse_edge, rounds, meets, spatial):
+    """Write the results of `Selection.choose` for `some` particles, with cells that do not wrap round (template).
 
     `rounds`: 2 where neighbours of those near an Eulerian particle are near, too, else 1
     """
@@ -97,7 +97,7 @@ def _choose_apart(rows, eulerian, bodies, some, inverse_edge, rounds, meets, spa
         meets[some[k]], spatial[some[k]] = own[0] != own[1], own[2] != 0
 
 
-def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
+def _mark_near(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
     """Find the occupied cells that have another body, or an Eulerian particle, in or beside them."""
     if lowest[cell] == np.uint32(NO_BODY):
         spatial_near[cell] = np.uint8(0)
@@ -114,10 +114,10 @@ def _widen(cell, nx, ny, nz, lowest, near, wider):
     """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
     if lowest[cell] == np.uint32(NO_BODY):
         return
-    beside_one, place = near[cell], place_of(cell, nx, nz)
+    marked, place = near[cell], place_of(cell, nx, nz)
     for shift in range(np.uint64(3**DIM)):
-        beside_one |= near[adjacent_cell(place, shift, nx, ny, nz)]
-    wider[cell] = beside_one
+        marked |= near[adjacent_cell(place, shift, nx, ny, nz)]
+    wider[cell] = marked
 
 
 class Selection:
@@ -135,12 +135,12 @@ class Selection:
         self.grid = Grid.from_positions(position, reach, CELLS)
         self.fit(position)
         self._with_neighbours = with_neighbours
-        self._nowhere = np.zeros(count, np.uint8)
+        self._no_eulerian = np.zeros(count, np.uint8)
         self._locate = chunk_loop(specialise(_locate, DIM=dim), CHUNK, short=True)
-        self._tell = particle_loop(specialise(_tell), short=True)
-        self._spread = particle_loop(specialise(_spread, DIM=dim), short=True)
+        self._assign_marks = particle_loop(specialise(_assign_marks), short=True)
+        self._mark_near = particle_loop(specialise(_mark_near, DIM=dim), short=True)
         self._widen = particle_loop(specialise(_widen, DIM=dim), short=True)
-        self._choose_apart = specialise(_choose_apart, parallel=False, DIM=dim)
+        self._choose_unwrapped = specialise(_choose_unwrapped, parallel=False, DIM=dim)
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""
@@ -161,31 +161,32 @@ class Selection:
         `bodies`: body of each particle (n,) uint32
         """
         count, edge, sizes = len(bodies), self.grid.edge, self.grid.sizes
-        if len(self._cells) < count:
-            self._cells = np.zeros(count + count // 4, np.uint32)
-        cells = self._cells[:count]
-        self._find(rows, eulerian, bodies, cells)
-        near = self._spatial_near
+        cells, near = self._find(rows, eulerian, bodies), self._spatial_near
         if self._with_neighbours:
             self._widen(len(self._lowest), *sizes, self._lowest, near, self._wider)
             near = self._wider
         meets, spatial = np.empty((2, count), bool)
-        self._tell(count, cells, *self._marks, self._meets, near, meets, spatial)
+        self._assign_marks(count, cells, *self._marks, self._meets, near, meets, spatial)
         if self._wraps():
             some = np.flatnonzero(meets | spatial)
-            self._choose_apart(rows, eulerian, bodies, some, 1.0 / edge, 1 + self._with_neighbours, meets, spatial)
+            self._choose_unwrapped(rows, eulerian, bodies, some, 1.0 / edge, 1 + self._with_neighbours, meets, spatial)
         return meets, spatial
 
-    def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, cells: np.ndarray) -> None:
-        """Find the cells of the rows, mark what they hold, and find those that have others in or beside them."""
-        self._extents = np.empty((-(-len(cells) // CHUNK), 2, self._dim))
+    def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray) -> np.ndarray:
+        """Return the cell of each row (n,), and mark the cells with other bodies or Eulerian particles in or beside."""
+        count = len(bodies)
+        if len(self._cells) < count:
+            self._cells = np.zeros(count + count // 4, np.uint32)
+        cells = self._cells[:count]
+        self._extents = np.empty((-(-count // CHUNK), 2, self._dim))
         self._marks = self._lowest, self._highest, self._spatial
-        self._locate(len(cells), rows, 1.0 / self.grid.edge, *self.grid.sizes, eulerian, bodies, cells, self._extents,
+        self._locate(count, rows, 1.0 / self.grid.edge, *self.grid.sizes, eulerian, bodies, cells, self._extents,
                      *self._marks)  # fmt: skip
-        self._spread(len(self._lowest), *self.grid.sizes, *self._marks, self._meets, self._spatial_near)
+        self._mark_near(len(self._lowest), *self.grid.sizes, *self._marks, self._meets, self._spatial_near)
+        return cells
 
     def _wraps(self) -> bool:
-        """Whether particles have spread so far that cells of the grid stand for several places."""
+        """Return whether particles have spread so far that one cell of the grid represents several places."""
         least, most = self._extents[:, 0].min(axis=0), self._extents[:, 1].max(axis=0)
         low, high = np.floor(np.array([least, most]) * (1.0 / self.grid.edge))
         # two cells more: beside those at the rim lie empty ones
@@ -194,14 +195,12 @@ class Selection:
     def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return particles within `reach` [m] of another body, and their neighbours; cells wrap round."""
         self.grid.edge = reach
-        sizes, count = self.grid.sizes, len(rows)
-        if len(self._nowhere) < count:
-            self._nowhere = np.zeros(count + count // 4, np.uint8)
-            self._cells = np.zeros(count + count // 4, np.uint32)
-        cells = self._cells[:count]
-        self._find(rows, self._nowhere, bodies, cells)
-        self._widen(len(self._lowest), *sizes, self._lowest, self._meets.view(np.uint8), self._wider)
+        count = len(bodies)
+        if len(self._no_eulerian) < count:
+            self._no_eulerian = np.zeros(count + count // 4, np.uint8)
+        cells = self._find(rows, self._no_eulerian, bodies)
+        self._widen(len(self._lowest), *self.grid.sizes, self._lowest, self._meets.view(np.uint8), self._wider)
         meets, beside = np.empty((2, count), bool)
-        self._tell(count, cells, *self._marks, self._meets, self._wider, meets, beside)
+        self._assign_marks(count, cells, *self._marks, self._meets, self._wider, meets, beside)
         beside &= ~meets
         return np.flatnonzero(meets), np.flatnonzero(beside)

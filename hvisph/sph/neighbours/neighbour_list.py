@@ -19,7 +19,7 @@ from . import cells, traversal
 from .ghost_rows import Halo, Images, Plane, image_numbers, with_images
 from .particle_layout import RowLayout
 
-# Of the first guess for the size of a chunk's lists.
+# Size allocated for the lists of a chunk, over that needed.
 SPARE = 1.3
 NO_COEFFICIENTS = np.zeros(1)
 
@@ -48,14 +48,14 @@ class NeighbourList:
     """Lists of neighbours of all particles.
 
     `kernel`: the smoothing kernel.
-    `margin`: how far beyond the kernel's reach a neighbour may be, over h.
+    `margin`: largest distance of a neighbour beyond the kernel's reach, over h.
     `positions`, `h`: positions at the start (n, dim) [m] and the largest smoothing length [m].
     `planes`: planes of symmetry.
     It holds:
     `listed`: numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
     `first`, `last`: places in `listed` (n,), uint64.
-    `halo`: how rows of other processes come; None for one process.
-    `images`: the images that the planes made, numbered after the particles.
+    `halo`: exchange of rows with other processes; None for one process.
+    `images`: images at the planes, numbered after the particles.
     `present`: number of particles and copies: the number of the far row.
     """
 
@@ -68,8 +68,8 @@ class NeighbourList:
         self.listed = np.zeros(0, np.uint32)
         self._grid = cells.Grid.from_positions(positions, self.reach * h)
         self._capacity = 64 * 4 ** (self.dim - 1)
-        self._room = 0
-        self._made = 0
+        self._chunk_size = 0
+        self._allocated = 0
         law = specialise(record, CHUNK=traversal.CHUNK)
         self._sweep = traversal.loop(self.dim, law)
         self.resize(self.count)
@@ -78,21 +78,21 @@ class NeighbourList:
         """Allocate lists for `count` particles."""
         self.count = count
         self.first, self.last = np.zeros(count, np.uint64), np.zeros(count, np.uint64)
-        self._make_room(count)
+        self._allocate(count)
 
     def fit_grid(self, positions: np.ndarray) -> None:
         """Make the cell grid anew around `positions` (n, dim) [m]."""
         self._grid = cells.Grid.from_positions(positions, self._grid.edge)
 
-    def _make_room(self, count: int) -> None:
+    def _allocate(self, count: int) -> None:
         """Allocate work arrays of `count` rows."""
-        if count > self._made:
-            self._made = count if count == self.count else count + count // 4
-            self._sorted = np.zeros((self._made + 1, self.layout.width))
-            self._columns = np.zeros((self.dim + 1, self._made + EIGHT))
-            self._cells = np.zeros(self._made, np.uint32)
-            self._place = np.zeros(self._made, np.uint32)
-            self.order = np.zeros(self._made + 1, np.uint32)
+        if count > self._allocated:
+            self._allocated = count if count == self.count else count + count // 4
+            self._sorted = np.zeros((self._allocated + 1, self.layout.width))
+            self._columns = np.zeros((self.dim + 1, self._allocated + EIGHT))
+            self._cells = np.zeros(self._allocated, np.uint32)
+            self._place = np.zeros(self._allocated, np.uint32)
+            self.order = np.zeros(self._allocated + 1, np.uint32)
         self._sorted[count] = 0.0
         self._sorted[count, : self.dim] = traversal.FAR
         self._sorted[count, self.dim] = 1.0
@@ -115,7 +115,7 @@ class NeighbourList:
         if self.planes:
             rows, self.images = with_images(rows, self.planes, self.layout, reach)
             numbers = image_numbers(numbers, self.images)
-        self._make_room(len(rows))
+        self._allocate(len(rows))
         n = self.present
         self._grid.edge = reach
         cells.sort(self._grid, rows, numbers, self.dim, self._cells[:n], self.order[:n], self._place[:n],
@@ -124,24 +124,15 @@ class NeighbourList:
         used = np.zeros(chunks, np.uint64)
 
         def outputs(capacity: int) -> tuple[object, ...]:
-            return self.listed, self.order, self.first, self.last, used, np.uint64(self._room)
+            return self.listed, self.order, self.first, self.last, used, np.uint64(self._chunk_size)
 
         while True:
-            if len(self.listed) < chunks * self._room:
-                self.listed = np.zeros(chunks * self._room, np.uint32)
-            self._capacity = traversal.complete_sweep(
-                self._sweep,
-                self._sorted,
-                self._columns,
-                self.order,
-                (n, n),
-                self._grid,
-                self.reach,
-                NO_COEFFICIENTS,
-                self._capacity,
-                outputs,
-            )
+            if len(self.listed) < chunks * self._chunk_size:
+                self.listed = np.zeros(chunks * self._chunk_size, np.uint32)
+            self._capacity = traversal.complete_sweep(self._sweep, self._sorted, self._columns, self.order, (n, n),
+                                                      self._grid, self.reach, NO_COEFFICIENTS, self._capacity,
+                                                      outputs)  # fmt: skip
             needed = int(used.max())
-            if needed <= self._room:
+            if needed <= self._chunk_size:
                 return
-            self._room = int(SPARE * needed) // EIGHT * EIGHT
+            self._chunk_size = int(SPARE * needed) // EIGHT * EIGHT

@@ -24,7 +24,7 @@ ZERO_AT_REST = ("t", "r", "p", "hoop", "spin_stress", "gu_before", "correction_d
 EQUAL_AT_REST = ("u", "body")
 # Evaluations without a search for undisturbed cells after one that found none.
 PAUSE = 16
-# What laws in single precision take in place of their own: vectors, and numbers whose squares are within its range.
+# Replacements for laws in single precision: vectors, and constants whose squares are within its range.
 IN_SINGLES: Options = {"LANES": api.SINGLES, "broadcast_lanes": api.broadcast_singles, "broadcast": broadcast_singles}
 RANGE_OF_SINGLES: Options = {"TINY": 1e-18, "UNLIMITED": 1e18, "STEEP": 1e30}
 
@@ -81,35 +81,35 @@ class Pairs:
     `single`: whether laws are evaluated in single precision: sorted rows are of float32, with the smoothing length at
     the start, rounded to a power of two, as unit of length, and what rounding takes of positions and velocities.
     It holds:
-    `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,), each once. Where
-    passes make enough of a row, and none of it is read after an evaluation, packed rows stand in those slots of the
-    sorted ones, in the order of the particles: an evaluation leaves position and velocity of them.
+    `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,), each once. Where passes
+    compute enough slots of a row, and none is read after an evaluation, packed rows are stored in those slots of the
+    sorted rows, in the order of the particles; an evaluation preserves only their position and velocity.
     `halo`, `images`: copies that are appended to them: rows of other processes, images at the planes.
-    `workspace`: numbers (k,) of the sorted rows and their columns, or, where packed rows stand in these, their
-    first slots (n, packed), which are free between evaluations.
+    `workspace`: storage that is free between evaluations: sorted rows and their columns (k,), or, where packed rows are
+    stored in these, their first slots (n, packed).
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
                  positions: np.ndarray, h: float, planes: tuple[Plane, ...] = (), single: bool = False):  # fmt: skip
         dim = layout.dim
         self._units, self._constants = cells.NO_UNITS, coefficients
-        self._further = max(one.count_further_rates(dim) for one in passes)
+        self._further = max(pass_.count_further_rates(dim) for pass_ in passes)
         if single:
             length = 2.0 ** np.floor(np.log2(h))
             self._units = layout.single_units(length)
             of_rates = particle_layout.single_units(layout, particle_layout.width(dim) + self._further, length)
             self._constants = np.append(coefficients, of_rates)
             layout = layout.single()
-            passes = [replace(one, reads=one.reads.single()) for one in passes]
+            passes = [replace(pass_, reads=pass_.reads.single()) for pass_ in passes]
         self.layout, self.kernel, self.planes, self.single = layout, kernel, planes, single
         self.coefficients = coefficients
         self.count = len(positions)
         self.slots = layout.slots()
-        made = layout.used_width - layout.packed_width
-        rigid = self.slots["BODY"] if any(one.options.get("RIGID") for one in passes) else 0
+        computed = layout.used_width - layout.packed_width
+        rigid = self.slots["BODY"] if any(pass_.options.get("RIGID") for pass_ in passes) else 0
         read_later = {"N_PREVIOUS", "FALLBACKS"} & self.slots.keys() or rigid
-        shares = not single and 2 * made >= layout.packed_width and not read_later
-        self._behind = max(layout.packed_width - made, 0) if shares else 0
+        shares = not single and 2 * computed >= layout.packed_width and not read_later
+        self._behind = max(layout.packed_width - computed, 0) if shares else 0
         self._shared: np.ndarray | None = None
         self.rows = np.zeros((self.count, 0 if shares else layout.packed_width))  # close together
         self.numbers = np.arange(self.count, dtype=np.uint64)
@@ -117,7 +117,7 @@ class Pairs:
         self.images = ImageCopies(planes, layout) if planes else None
         self.grid = cells.Grid.from_positions(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
-        self._room = self._pause = 0
+        self._allocated = self._pause = 0
         bound: Options = {"PACKED": layout.packed_width, "SHOWN": 2 * dim}
         self._show = particle_loop(specialise(show_stage, **bound), short=True)
         self._ensure_capacity(self.count, shares)
@@ -129,38 +129,40 @@ class Pairs:
             **(IN_SINGLES if single else {}),
         }
         self._sweeps = []
-        self._skips = all(one.skips_undisturbed for one in passes)
+        self._skips = all(pass_.skips_undisturbed for pass_ in passes)
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
         if single:
             rests = np.arange(self.slots["U_REST"], self.slots["U_REST"] + dim, dtype=np.uint64)
             self._equal = np.concatenate([self._equal, rests])
         if "RING" in self.slots:  # a radial velocity strains the hoop
             self._zero = np.append(self._zero, np.uint64(self.slots["U"] + 1))
-        plain = [one for one in passes if not one.only]
-        common = len(plain) > 1 and len({one.own_reach for one in plain}) == 1
-        for one in passes:
-            widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
-            offered = (_limited(one) if single else {}) | shared | self.slots | particle_layout.slots(dim) | widths
-            law = bind(
-                one.law,
-                one.options,
-                offered | {"write_rates": particle_layout.writer(dim, one.has_friction)},
-                parts=one.parts,
+        plain = [pass_ for pass_ in passes if not pass_.only]
+        common = len(plain) > 1 and len({pass_.own_reach for pass_ in plain}) == 1
+        for pass_ in passes:
+            widths = {"WIDTH": pass_.reads.used_width, "WHOLE": layout.used_width}
+            offered = (
+                (_limit_range(pass_) if single else {}) | shared | self.slots | particle_layout.slots(dim) | widths
             )
-            only = self.slots[one.only] if one.only else 0
-            first = (layout.packed_width if one.into_rows else 0) if self._skips else None
+            law = bind(
+                pass_.law,
+                pass_.options,
+                offered | {"write_rates": particle_layout.writer(dim, pass_.has_friction)},
+                parts=pass_.parts,
+            )
+            only = self.slots[pass_.only] if pass_.only else 0
+            first = (layout.packed_width if pass_.into_rows else 0) if self._skips else None
             lists = traversal.FORGETS
             if common and not only:
-                lists = traversal.KEEPS if one is plain[0] else traversal.TAKES
-            units = len(coefficients) if single and not one.into_rows else 0
-            sweep = traversal.loop(dim, law, only, one.own_reach, first, lists, single, units, rigid)
-            self._sweeps.append((sweep, one.into_rows))
+                lists = traversal.KEEPS if pass_ is plain[0] else traversal.TAKES
+            units = len(coefficients) if single and not pass_.into_rows else 0
+            sweep = traversal.loop(dim, law, only, pass_.own_reach, first, lists, single, units, rigid)
+            self._sweeps.append((sweep, pass_.into_rows))
         self._vectors = self.slots["U"] if single else 0, self.slots.get("X_REST", 0), self.slots.get("U_REST", 0)
 
     def _ensure_capacity(self, count: int, shares: bool = False) -> None:
         """Allocate arrays for `count` rows, each in whole cache lines, and the far row."""
-        if count > self._room:
-            self._room = count if count == self.count else count + count // 4
+        if count > self._allocated:
+            self._allocated = count if count == self.count else count + count // 4
             before = None
             if shares and self._shared is not None:  # released before others are allocated
                 before, self.rows = self.rows.copy(), np.zeros((0, 0))
@@ -169,16 +171,16 @@ class Pairs:
             dim, width = self.layout.dim, -(-self.layout.width // 8) * 8 if self.single else self.layout.width
             if self._behind:
                 width = -(-(self.layout.used_width + self._behind) // 4) * 4
-            rows, along = (self._room + 1) * width // (2 if self.single else 1), self._room + EIGHT
+            rows, along = (self._allocated + 1) * width // (2 if self.single else 1), self._allocated + EIGHT
             self.workspace = aligned_zeros(1, rows + (dim + 1) * along)[0]
             precision = np.float32 if self.single else np.float64
             self.sorted = self.workspace[:rows].view(precision).reshape(-1, width)
             self.columns = self.workspace[rows:].reshape(-1, along)
-            self.rates = np.zeros((self._room, particle_layout.width(dim) + self._further))
+            self.rates = np.zeros((self._allocated, particle_layout.width(dim) + self._further))
             self._lists = self.rates.view(np.uint32)
-            self.cells = np.zeros(self._room, np.uint32)
-            self.order = np.zeros(self._room, np.uint32)
-            self.place = np.zeros(self._room, np.uint32)
+            self.cells = np.zeros(self._allocated, np.uint32)
+            self.order = np.zeros(self._allocated, np.uint32)
+            self.place = np.zeros(self._allocated, np.uint32)
             if shares:
                 packed = self.layout.packed_width
                 self.workspace = self.sorted[: self.count, :packed]
@@ -196,7 +198,7 @@ class Pairs:
         if "RHO" in self.slots:
             far[self.slots["RHO"]] = 1.0
 
-    def evaluate(self, h: float, meant: int | None = None) -> None:
+    def evaluate(self, h: float, active: int | None = None) -> None:
         """Sort the packed `rows` and run all passes: `rates[place[i]]` are then those of particle i.
 
         They depend neither on the order of the rows nor on the grid.
@@ -236,8 +238,8 @@ class Pairs:
         for sweep, into_rows in self._sweeps:
             try:
                 if failure is None:
-                    self._run(sweep, self.sorted if into_rows else self.rates, own if meant is None else meant)
-            except RunError as error:  # others wait for this process' rows
+                    self._run(sweep, self.sorted if into_rows else self.rates, own if active is None else active)
+            except RunError as error:  # other processes wait for the rows of this one
                 failure = error
                 self.rates[:] = 0.0  # lists may be there
             for copies in (self.halo, self.images) if into_rows else ():
@@ -251,15 +253,15 @@ class Pairs:
     def replace_rows(self, rows: np.ndarray, numbers: np.ndarray) -> None:
         """Replace all packed rows (n, width) and their numbers, sorted in the order given."""
         self.rows, self.numbers, self.count = rows, numbers, len(rows)
-        if self._room > 2 * self.count:  # many have gone to other processes
-            self._room = 0
+        if self._allocated > 2 * self.count:  # many have gone to other processes
+            self._allocated = 0
         self._ensure_capacity(self.count)
         self.sorted[: self.count, : rows.shape[1]] = rows * self._units if self.single else rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
-    def _run(self, sweep: CompiledFunction, out: np.ndarray, meant: int) -> None:
+    def _run(self, sweep: CompiledFunction, out: np.ndarray, active: int) -> None:
         self.capacity = traversal.complete_sweep(
-            sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
+            sweep, self.sorted, self.columns, self.order, (self.present, active), self.grid, self.kernel.reach,
             self._constants, self.capacity, lambda capacity: out, self._lists)  # fmt: skip
 
 
@@ -269,10 +271,10 @@ def show_stage(i, rows, place):
         rows[i, np.uint64(PACKED) + f] = rows[np.uint64(place[i]), f]
 
 
-def _limited(one: Pass) -> Options:
+def _limit_range(pass_: Pass) -> Options:
     """Return the compiled functions that the law of a pass and its parts call, with `RANGE_OF_SINGLES`."""
     called = {}
-    for template in (one.law, *one.parts):
+    for template in (pass_.law, *pass_.parts):
         for name in template.__code__.co_names:
             function = template.__globals__.get(name)
             if isinstance(function, CompiledFunction):

@@ -44,7 +44,7 @@ def _components(rank: str, dim: int) -> list[str]:
     raise ValueError(f"unknown rank {rank!r}")
 
 
-# Powers of length of fields, where velocity, density and what follows from them have none; of others 0.
+# Powers of length in the units of fields, where those of velocity, density and others are 0.
 _LENGTHS = {"x": 1, "h": 1, "ring": 1, "ahead_twice": 1, "gu_before": -1, "correction_decay": -1,
             "density_relaxation": -1, "turn_rate": -1}  # fmt: skip
 _VOLUMES = ("v", "m", "inv_number_density")
@@ -69,12 +69,12 @@ class RowLayout:
     `dim`: number of dimensions.
     `fields`: pairs of name and rank (``scalar``, ``radius``, ``vector``, ``axial``, ``symmetric``, ``gradient``,
     ``symmetric_gradient``); the first is the position.
-    `made`: likewise, what a pass writes for the next one to read. It stands behind the fields, in sorted rows alone.
+    `computed`: likewise, fields that a pass computes for the next one, behind the others in sorted rows alone.
     """
 
     dim: int
     fields: tuple[tuple[str, str], ...]
-    made: tuple[tuple[str, str], ...] = ()
+    computed: tuple[tuple[str, str], ...] = ()
 
     def slots(self) -> dict[str, int]:
         """Return the slot of each field or rate by name."""
@@ -83,7 +83,7 @@ class RowLayout:
     @cached_property
     def _slots(self) -> dict[str, int]:
         slots, place = {}, 0
-        for name, rank in (*self.fields, *self.made):
+        for name, rank in (*self.fields, *self.computed):
             slots[name.upper()] = place
             place += len(_components(rank, self.dim))
         return slots
@@ -101,20 +101,20 @@ class RowLayout:
     @cached_property
     def used_width(self) -> int:
         """Number of slots in use."""
-        return self.packed_width + sum(len(_components(rank, self.dim)) for _, rank in self.made)
+        return self.packed_width + sum(len(_components(rank, self.dim)) for _, rank in self.computed)
 
     @cached_property
     def width(self) -> int:
-        """Return the length of a row of rates, without a rate of ln(rho)."""
+        """Number of slots allocated: whole vectors of four."""
         return -(-self.used_width // 4) * 4
 
     def single(self) -> RowLayout:
-        """Return the layout of sorted rows in single precision: with what rounding takes of position and velocity."""
+        """Return the layout of sorted rows in single precision, with the rounding errors of position and velocity."""
         rests = ("x_rest", "vector"), ("u_rest", "vector")
-        return RowLayout(self.dim, self.fields, (*rests, *self.made))
+        return RowLayout(self.dim, self.fields, (*rests, *self.computed))
 
     def single_units(self, length: float) -> np.ndarray:
-        """Return what the packed slots are multiplied by for a unit of `length` [m], those of mass included."""
+        """Return the factors (packed_width,) of the packed slots for a unit of `length` [m]."""
         powers = _LENGTHS | dict.fromkeys(_VOLUMES, self.dim)
         return np.array(
             [length ** -powers.get(name, 0) for name, rank in self.fields for _ in _components(rank, self.dim)]
@@ -126,7 +126,7 @@ class RowLayout:
 
     @cached_property
     def _signs(self) -> np.ndarray:
-        names = [c for _, rank in (*self.fields, *self.made) for c in _components(rank, self.dim)]
+        names = [c for _, rank in (*self.fields, *self.computed) for c in _components(rank, self.dim)]
         signs = np.ones((self.dim, self.width))
         signs[:, : len(names)] = [[(-1.0) ** c.count(axis) for c in names] for axis in _AXES[: self.dim]]
         return signs
@@ -147,7 +147,7 @@ def slots(dim: int) -> dict[str, int]:
 
 
 def single_units(layout: RowLayout, count: int, length: float) -> np.ndarray:
-    """Return what `count` rates of rows with a unit of `length` [m] are multiplied by: most are for each time."""
+    """Return the factors (count,) that convert rates of rows with a unit of `length` [m] to SI."""
     at, units = slots(layout.dim), np.full(count, 1.0 / length)
     units[at["R_APPROACH"]] = 1.0
     if "RING" not in layout.slots():

@@ -49,12 +49,12 @@ from . import cells, traversal
 
 CORRECTIONS = ("none", "gradient", "mixed")
 CHUNK = 256
-# Pairs at the very rim of the support are left out: there round-off would decide, with a kernel of zero.
+# Pairs at the rim of the support, where round-off would decide and the kernel is zero, are left out.
 RIM = 1.0 - 1e-9
 # Unit of distances over h, larger than the round-off in a lattice of a thousand spacings.
 FINEST = 2.0**-40
-# Kernels that occur at least so often among so many particles are tabled, no more than the nearest cache holds, nor of
-# more volumes and steps along an axis than these; every other entry has a row of its own.
+# Kernels that occur at least COMMON times among PORTION particles are tabulated, up to MOST_CODES (first-level cache),
+# of up to so many volumes and steps along an axis; every other entry has a row of its own.
 COMMON, PORTION, MOST_CODES, MOST_VOLUMES, MOST_STEPS = 8, 1024, 1024, 64, 4096
 OWN_ROW = 0xFFFFFFFF
 
@@ -106,7 +106,7 @@ def _fill(k, apart, volume, ih, kernels):
         kernels[k, DIM] = volume[k] * scale(ih) * shape(r) / ih
 
 
-def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding):
+def _correct(c, chosen, position, volume, lists, ih, corrections, sums, hourglass_sums):
     """Compute A, B, F0 and the sums of the particles `chosen`."""
     starts, near, codes, kernels = lists
     all_a, all_b, all_f0 = corrections
@@ -122,7 +122,7 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding)
             of_shape += kernels[codes[k], DIM]
             held += kernels[codes[k], DIM] / dot(d, d)
             of_gradient = add(of_gradient, own_vector(kernels, codes[k], 0, DIM))
-    zeroth_sums[i], holding[i] = of_shape, held
+    zeroth_sums[i], hourglass_sums[i] = of_shape, held
     put(first_sums, i, 0, of_gradient)
     inverse_s, shift = 1.0, no_vector(DIM)
     if MIXED:
@@ -150,7 +150,7 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding)
     put(all_f0, i, 0, f0)
 
 
-def _touching(i, starts, near, chosen, marked):
+def _mark_neighbours(i, starts, near, chosen, marked):
     """Find which particles have a chosen one in their list."""
     for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         if chosen[near[k]]:
@@ -174,7 +174,7 @@ class Reference:
     `kernels`: slope and, behind it, shape of each code (codes + 1, dim + 1).
     `matrix`, `vector`, `start_gradient`: A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
     `first_sums`, `zeroth_sums`: sums over each list of slopes (count, dim) and of shapes (count,).
-    `holding`: sums over each list of shape/|X_a - X_b|^2 (count,) [1/m^2], which hourglass control is stiff by.
+    `hourglass_sums`: sums over each list of shape/|X_a - X_b|^2 (count,) [1/m^2], the stiffness of hourglass control.
     """
 
     def __init__(self, position: np.ndarray, volume: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int,
@@ -185,7 +185,11 @@ class Reference:
         self.starts, self.near = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
         self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
         self.start_gradient = np.zeros((count, dim, dim))
-        self.first_sums, self.zeroth_sums, self.holding = np.zeros((count, dim)), np.zeros(count), np.zeros(count)
+        self.first_sums, self.zeroth_sums, self.hourglass_sums = (
+            np.zeros((count, dim)),
+            np.zeros(count),
+            np.zeros(count),
+        )
         self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
         self.sums = self.first_sums, self.zeroth_sums
         offered = {
@@ -204,7 +208,7 @@ class Reference:
     def _tabulate(self, measure: CompiledFunction, fill: CompiledFunction) -> None:
         """Find the code of each entry and its kernel; code 0 is no neighbour."""
         dim, volume = self.dim, np.append(self.volume, 0.0)  # the far row has none
-        volumes, steps, kinds = _Numbered(MOST_VOLUMES), _Numbered(MOST_STEPS), _Numbered(MOST_CODES)
+        volumes, steps, kinds = _CommonValues(MOST_VOLUMES), _CommonValues(MOST_STEPS), _CommonValues(MOST_CODES)
         self.codes = np.empty(len(self.near), np.uint32)
 
         def portions() -> Iterator[tuple[slice, np.ndarray]]:
@@ -222,15 +226,15 @@ class Reference:
                 keys = np.where((keys < 0) | (number < 0), -1, keys * MOST_STEPS + number)
             codes = kinds.number(np.where(keys < 0, 0, keys))
             self.codes[part] = np.where((keys < 0) | (codes < 0), OWN_ROW, codes)
-        tabled, alone = len(kinds.met), self.codes == OWN_ROW
+        tabled, alone = len(kinds.known), self.codes == OWN_ROW
         self.codes[alone] = tabled + np.arange(alone.sum())
         # a row more, for rows are read in pairs of numbers
         self.kernels = np.zeros((tabled + int(alone.sum()) + 1, dim + 1))
-        keys, apart = kinds.met.astype(np.int64), np.empty((tabled, dim))
+        keys, apart = kinds.known.astype(np.int64), np.empty((tabled, dim))
         for axis in reversed(range(dim)):
             keys, number = np.divmod(keys, MOST_STEPS)
-            apart[:, axis] = steps.met[number]
-        fill(tabled, apart * FINEST, volumes.met[keys], 1.0 / self.h, self.kernels)
+            apart[:, axis] = steps.known[number]
+        fill(tabled, apart * FINEST, volumes.known[keys], 1.0 / self.h, self.kernels)
         for part, apart in portions() if alone.any() else ():
             some = alone[part]
             if some.any():
@@ -238,58 +242,51 @@ class Reference:
                 fill(int(some.sum()), apart[some] * FINEST, volume[self.near[part][some]], 1.0 / self.h, rows)
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
-        self._correct(
-            len(chosen),
-            chosen.astype(np.uint64),
-            self.position,
-            self.volume,
-            self.lists,
-            1.0 / self.h,
-            self.corrections,
-            self.sums,
-            self.holding,
-        )
+        self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
+                      self.corrections, self.sums, self.hourglass_sums)  # fmt: skip
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""
         marked = np.zeros(self.count, bool)
-        particle_loop(specialise(_touching))(self.count, self.starts, self.near, np.append(chosen, False), marked)
+        particle_loop(specialise(_mark_neighbours))(
+            self.count, self.starts, self.near, np.append(chosen, False), marked
+        )
         return marked
 
     def remove(self, chosen: np.ndarray) -> None:
         """Remove the particles `chosen` (n,), bool, from all lists, and update the corrections."""
         affected = np.flatnonzero(self.neighbours_of(chosen) | chosen[: self.count])
-        gone = np.append(chosen, False)
+        removed = np.append(chosen, False)
         for i in affected:
             row = slice(int(self.starts[i]), int(self.starts[i + 1]))
-            drop = gone[self.near[row]] | gone[i]
+            drop = removed[self.near[row]] | removed[i]
             self.near[row][drop] = len(self.position)
             self.codes[row][drop] = 0
         self._update_corrections(affected)
 
 
-class _Numbered:
-    """Up to `get_maxima` common values, numbered in order of appearance; 0 is the first."""
+class _CommonValues:
+    """Up to `most` common values, numbered in order of appearance; 0 is the first."""
 
     def __init__(self, most: int) -> None:
-        self._most, self.met = most, np.zeros(1)
-        self._sorted, self._numbers = self.met, np.zeros(1, np.int64)
+        self._most, self.known = most, np.zeros(1)
+        self._sorted, self._numbers = self.known, np.zeros(1, np.int64)
 
     def number(self, values: np.ndarray) -> np.ndarray:
         """Return the numbers of `values` (n,), -1 for values without one."""
         numbers = self._look_up(values)
         unknown = np.flatnonzero(numbers < 0)
         new, counts = np.unique(values[unknown], return_counts=True)
-        new = new[counts >= COMMON][: self._most - len(self.met)]
+        new = new[counts >= COMMON][: self._most - len(self.known)]
         if len(new):
-            self.met = np.append(self.met, new)
-            self._numbers = np.argsort(self.met)
-            self._sorted = self.met[self._numbers]
+            self.known = np.append(self.known, new)
+            self._numbers = np.argsort(self.known)
+            self._sorted = self.known[self._numbers]
             numbers[unknown] = self._look_up(values[unknown])
         return numbers
 
     def _look_up(self, values: np.ndarray) -> np.ndarray:
-        at = np.minimum(np.searchsorted(self._sorted, values), len(self.met) - 1)
+        at = np.minimum(np.searchsorted(self._sorted, values), len(self.known) - 1)
         return np.where(self._sorted[at] == values, self._numbers[at], -1)
 
 
@@ -302,18 +299,19 @@ def _lists(
     eight.
     """
     starts, lengths = np.zeros(count + 1, np.uint64), np.zeros(count, np.uint64)
-    bodies = [np.flatnonzero(body == one) for one in np.unique(body)]
-    swept = [_Swept(position, members[np.argsort(numbers[members])].astype(np.uint32), reach) for members in bodies]
-    for one in swept:
-        one.run(_count, (lengths, one.order, one.members))
+    rows = [np.flatnonzero(body == number) for number in np.unique(body)]
+    members = [own[np.argsort(numbers[own])].astype(np.uint32) for own in rows]
+    sorted_bodies = [_SortedBody(position, own, reach) for own in members]
+    for sorted_body in sorted_bodies:
+        sorted_body.run(_count, (lengths, sorted_body.order, sorted_body.members))
     np.cumsum((lengths + np.uint64(7)) // np.uint64(8) * np.uint64(8), out=starts[1:])
     near = np.full(int(starts[-1]), len(position), np.uint32)
-    for one in swept:
-        one.run(_enter, (near, starts, one.order, one.members))
+    for sorted_body in sorted_bodies:
+        sorted_body.run(_enter, (near, starts, sorted_body.order, sorted_body.members))
     return starts, near
 
 
-class _Swept:
+class _SortedBody:
     """Particles of a body in cells, for pair laws; `members` are their indices in the order listed."""
 
     def __init__(self, position: np.ndarray, members: np.ndarray, reach: float):
@@ -332,5 +330,5 @@ class _Swept:
     def run(self, law: Any, out: Any) -> None:
         """Run a pair law over all particles."""
         n, sweep = len(self.members), traversal.loop(self._dim, specialise(law))
-        given = sweep, self._rows, self._columns, self.order, (n, n), self._grid, self._reach, np.zeros(1)
-        self._capacity = traversal.complete_sweep(*given, self._capacity, lambda capacity: out)
+        arguments = sweep, self._rows, self._columns, self.order, (n, n), self._grid, self._reach, np.zeros(1)
+        self._capacity = traversal.complete_sweep(*arguments, self._capacity, lambda capacity: out)

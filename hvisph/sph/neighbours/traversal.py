@@ -267,10 +267,10 @@ def loop(
 ) -> CompiledFunction:
     """Return the traversal compiled for a bound law, with the slot of `Pass.only` in rows.
 
-    `own_reach` says that lists hold all that a particle's own kernel reaches; `first_result`, that undisturbed cells
-    are left out, and the first column that the law writes; `lists`, whether it keeps lists or takes those of a pass
-    before; `single`, whether rows are of float32; `units`, where the units of its results begin in the constants;
-    `rigid`, the slot of RIGID.
+    `own_reach`: whether lists contain all particles within the particle's own kernel. `first_result`: first column
+    that the law writes, if undisturbed cells are left out. `lists`: whether it keeps lists or takes those of a pass
+    before. `single`: whether rows are of float32. `units`: index of the units of its results in the constants.
+    `rigid`: slot of RIGID.
     """
     skips_undisturbed: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
     bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach), "RIGID": rigid if skips_undisturbed["SKIPS"] else 0}

@@ -68,8 +68,8 @@ def corrected_operator(moment, order):
     rows = matrix(moment)
     share = max(order, 0.0) if correctable(rows) else 0.0
     size = determinant(rows) if share > 0.0 else 1.0
-    one = identity(rows)
-    return symmetric_components(add(one, multiply(share, subtract(multiply(1.0 / size, adjugate(rows)), one)))), share
+    unit = identity(rows)
+    return symmetric_components(add(unit, multiply(share, subtract(multiply(1.0 / size, adjugate(rows)), unit)))), share
 
 
 @inline

@@ -12,7 +12,7 @@ from math import sqrt
 
 from hvisph.compiler.jit import CompiledFunction, inline
 
-# Sweeps of the Jacobi rotation: three bring a 3x3 matrix to round-off, one more is kept in hand.
+# Sweeps of the Jacobi rotation, one more than reduce a 3x3 matrix to round-off.
 _SWEEPS = 4
 
 

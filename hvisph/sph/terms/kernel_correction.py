@@ -7,7 +7,7 @@
 
 `shepard` has K = I, `gradient` has s = 1. With g_ab the gradient of a linear field is exact (`gradient`,
 `mixed`), at free surfaces too. A particle with fewer than two neighbours, or with a matrix near singular, has
-A = I, B = 0. Where a contact algorithm parts bodies, only the own one counts.
+A = I, B = 0. With a contact algorithm between bodies, only the own body counts.
 
 Source: Young 2021 eqs. 3-5.
 """

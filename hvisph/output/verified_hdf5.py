@@ -1,11 +1,11 @@
 """HDF5 files with a checksum at their end, written to a temporary name and renamed.
 
-The checksum is one line, called the seal: an XML comment with the CRC-32 of all bytes before it. HDF5
-ignores what follows its data and XML allows a comment after the last element, so that both formats use the
-same seal, and a damaged file is recognised before any library parses it.
+The checksum is one line: an XML comment with the CRC-32 of all bytes before it. HDF5 ignores what follows its data and
+XML allows a comment after the last element, so that both formats have the same checksum, and a damaged file is
+recognised before any library parses it.
 
-The seal detects damage, not intent. Therefore the content of a file is checked before it is read: only groups
-and plain arrays that lie in the file itself, no larger than it, are accepted.
+The checksum detects damage, not intent. Therefore the content of a file is checked before it is read: only groups and
+plain arrays inside the file, no larger than it, are accepted.
 """
 
 import io
@@ -25,33 +25,33 @@ from .atomic_write import read_errors, replacing
 
 _START = b"<!-- hvisph crc32 "
 _END = b" -->\n"
-SEAL_LENGTH = len(_START) + 8 + len(_END)
+CHECKSUM_LENGTH = len(_START) + 8 + len(_END)
 _CHUNK = 1 << 20
 
 
-def append_seal(file: BinaryIO) -> None:
-    """Add the seal to `file`, open for reading and writing, over all that it holds."""
+def append_checksum(file: BinaryIO) -> None:
+    """Append the checksum of its content to `file`, open for reading and writing."""
     file.seek(0, 2)
     checksum = _crc32(file, file.tell())
     file.seek(0, 2)
     file.write(_START + f"{checksum:08x}".encode() + _END)
 
 
-def has_seal(file: BinaryIO) -> bool:
-    """Tell whether `file`, open for reading, ends with a seal, fitting or not, and go back to its start."""
-    length = file.seek(0, 2) - SEAL_LENGTH
+def has_checksum(file: BinaryIO) -> bool:
+    """Return whether `file`, open for reading, ends with a checksum, right or wrong, and rewind it."""
+    length = file.seek(0, 2) - CHECKSUM_LENGTH
     file.seek(max(length, 0))
-    seal = file.read(SEAL_LENGTH)
+    line = file.read(CHECKSUM_LENGTH)
     file.seek(0)
-    return length >= 0 and seal.startswith(_START) and seal.endswith(_END)
+    return length >= 0 and line.startswith(_START) and line.endswith(_END)
 
 
-def verify_seal(file: BinaryIO) -> None:
-    """Check the seal of an open `file` and rewind it; raises `OutputError` where it does not fit the bytes."""
-    if not has_seal(file):
+def verify_checksum(file: BinaryIO) -> None:
+    """Check the checksum of an open `file` and rewind it; raises `OutputError` where it is missing or wrong."""
+    if not has_checksum(file):
         raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
-    length = file.seek(-SEAL_LENGTH, 2)
-    stated = file.read(SEAL_LENGTH)[len(_START) : -len(_END)]
+    length = file.seek(-CHECKSUM_LENGTH, 2)
+    stated = file.read(CHECKSUM_LENGTH)[len(_START) : -len(_END)]
     computed = f"{_crc32(file, length):08x}".encode()
     file.seek(0)
     if computed != stated:
@@ -74,14 +74,14 @@ MOST_LEVELS = 8
 MOST_REMEMBERED = 10_000  # entries of `_CHECKED`
 CLOCK_GRAIN = 2.0  # [s] after which a change is visible in the time of a file
 State = tuple[int, int, int, int]  # device, number, size and time of a file
-_CHECKED: dict[State, bool] = {}  # files whose content this process has checked, and whether their seal was
+_CHECKED: dict[State, bool] = {}  # files whose content was checked, and whether their checksum was
 MOST_COMPRESSION = 1100  # above the largest ratio of deflate, 1032
 LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 
 
 @contextmanager
 def writing(path: str | Path) -> Iterator[h5py.File]:
-    """Return a context with an `h5py.File` that replaces `path`, with a seal, if the block ends without an error."""
+    """Return a context with an `h5py.File` that replaces `path`, with checksum, if the block ends without an error."""
     with replacing(path) as file:
         sink = _GuardedFile(file)
         try:
@@ -92,12 +92,12 @@ def writing(path: str | Path) -> Iterator[h5py.File]:
                 raise
         if sink.error is not None:
             raise sink.error
-        append_seal(file)
+        append_checksum(file)
 
 
 @contextmanager
 def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h5py.File]:
-    """Return a context with an open sealed file, `what` in messages; `verified`: compare it with its seal, once.
+    """Return a context with an open file, called `what` in messages; `verified`: verify its checksum, once.
 
     Raises `OutputError` when it is missing, truncated, damaged or of another kind, and for errors of its content.
     """
@@ -108,8 +108,8 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
         state = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
         known = _CHECKED.get(state)
         if verified and not known:
-            verify_seal(file)
-        elif known is None and not has_seal(file):
+            verify_checksum(file)
+        elif known is None and not has_checksum(file):
             raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
         file.seek(0)
         with h5py.File(file, "r") as h5:
@@ -120,7 +120,7 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
 
 
 def _record_state(state: State, whole: bool) -> None:
-    """Record that the content of a file was checked, and whether its seal was (`whole`), until it is replaced."""
+    """Record that the content of a file was checked, and whether its checksum was (`whole`), until it is replaced."""
     if clock.time() - 1e-9 * state[3] > CLOCK_GRAIN:  # within the clock's grain a change would not show
         _CHECKED[state] = whole
         while len(_CHECKED) > MOST_REMEMBERED:
@@ -129,12 +129,12 @@ def _record_state(state: State, whole: bool) -> None:
 
 def _refuse_foreign_content(h5: h5py.File, size: int) -> None:
     """Raise `OutputError` unless all in `h5` is a group or a plain array inside the file, of `size` bytes in all."""
-    groups, seen, claimed = [(h5, 0)], 0, 0
+    groups, count, claimed = [(h5, 0)], 0, 0
     while groups:
         group, depth = groups.pop()
         for name in group:
-            seen += 1
-            if seen > MOST_OBJECTS or depth > MOST_LEVELS:
+            count += 1
+            if count > MOST_OBJECTS or depth > MOST_LEVELS:
                 raise OutputError("it holds more objects, or deeper ones, than hvisph writes")
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 raise OutputError(f"'{name}' in it is a link to elsewhere, which hvisph neither writes nor follows")
@@ -153,11 +153,11 @@ def _refuse_external(node: object, name: str) -> None:
     """Raise `OutputError` unless `node` is an array of plain values that lies in the file as it is."""
     if not isinstance(node, h5py.Dataset):
         raise OutputError(f"'{name}' in it is no array")
-    made = node.id.get_create_plist()
-    plain = made.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not made.get_nfilters()
-    filters = {made.get_filter(k)[0] for k in range(made.get_nfilters())}
+    properties = node.id.get_create_plist()
+    plain = properties.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not properties.get_nfilters()
+    filters = {properties.get_filter(k)[0] for k in range(properties.get_nfilters())}
     plain = plain or (node.chunks is not None and filters <= {h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE})
-    plain = plain and not made.get_external_count()
+    plain = plain and not properties.get_external_count()
     if name in LABELS and h5py.check_string_dtype(node.dtype) is not None and node.size <= MOST_OBJECTS:
         return  # for other programs: hvisph never reads them
     if not plain or node.dtype.kind not in "fiubS" or node.dtype.hasobject:
@@ -165,10 +165,9 @@ def _refuse_external(node: object, name: str) -> None:
 
 
 class _GuardedFile(io.RawIOBase):
-    """The file as HDF5 sees it: after the first failure it takes writes without keeping them.
+    """File for HDF5 that discards all writes after the first failure, `error`, which the writer raises afterwards.
 
-    HDF5 cannot close a file whose writes fail (disk full) and would complain at the end of the program;
-    so the writes of the library succeed, and the writer raises `error` afterwards.
+    HDF5 cannot close a file whose writes fail (disk full) and would report errors at the end of the program.
     """
 
     def __init__(self, file: BinaryIO):
@@ -201,7 +200,7 @@ class _GuardedFile(io.RawIOBase):
             return size or 0
 
     def flush(self) -> None:
-        if self._file.closed:  # Python closes what it collects, and the file may have gone before
+        if self._file.closed:  # by the garbage collector
             return
         try:
             self._file.flush()
