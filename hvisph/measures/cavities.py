@@ -19,8 +19,8 @@ def void_fraction(scene: Scene) -> Result:
     """Return the area fraction of voids within the outline of the projectile's main body.
 
     Discs of radius dx about the particles are drawn on a grid of dx/3. The outline is their morphological closing with
-    a disc of radius 5 dx, its holes filled. Below 0.07 a body is sound. Cavities that a body had at the start, the
-    largest ones of as many, are no voids. The scatter is half a grid cell along the outline's edge, over its area.
+    a disc of radius 5 dx, its holes filled. Below 0.07 a body is sound. As many of the largest cavities as the body had
+    at the start are not counted. The scatter is half a grid cell along the outline's edge, over its area.
     """
     position = scene.position[scene.projectile]
     start = np.empty((0, 2))  # where it is not known

@@ -80,8 +80,9 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
 
 
 def _finished_row(name: str, path: Path, summary: Plain) -> Row:
-    columns = {"expected": "value", "tolerance": "tolerance", "source": "source"}
-    published = {one["name"]: {column: one[key] for key, column in columns.items()} for one in summary["expected"]}
+    columns = {"value": "expected", "tolerance": "tolerance", "source": "source"}
+    expected = {entry["name"]: entry for entry in summary["expected"]}
+    published = {name: {column: entry[key] for column, key in columns.items()} for name, entry in expected.items()}
     same = ("title", "status", "failure", "end_time", "measures", "conservation")
     cost = {key: summary[key] for key in COST}
     return Row(name, path, **{key: summary[key] for key in same}, cost=cost, published=published)

@@ -238,8 +238,8 @@ def critical_diameter_of_cloth(shield: ClothShield, impact: Impact, strength: fl
     """Return the diameter of the sphere that just perforates the last wall, of yield `strength` [Pa], in m."""
     *front, wall = impact.walls
     rho_p, cosine, sigma = impact.density * 1e-3, cos(impact.obliquity), strength / KSI / 40.0
-    areal, t_w = sum(one.areal_density for one in front) * 0.1, wall.thickness / CM
-    gap = (sum(one.gap for one in impact.walls) + sum(one.thickness for one in front[1:])) / CM
+    areal, t_w = sum(bumper.areal_density for bumper in front) * 0.1, wall.thickness / CM
+    gap = (sum(plate.gap for plate in impact.walls) + sum(plate.thickness for plate in front[1:])) / CM
     held = shield.low * (t_w * sqrt(sigma) + 0.37 * areal) / (cosine ** (4 / 3) * sqrt(rho_p))
     broken = shield.high * (wall.areal_density * 0.1 / rho_p) ** (1 / 3) * gap ** (2 / 3) * sigma ** (1 / 6)
     broken /= cosine**shield.high_power
@@ -290,18 +290,18 @@ def limit_speeds(impact: Impact) -> list[Correlation]:
     speeds = np.linspace(0.5, 8.0, 301) * KM
     judging = ("least thickness", "critical diameter")  # quantities that decide on perforation
     marks = [
-        [one for one in correlations(replace(impact, speed=float(speed))) if one.quantity.startswith(judging)]
+        [result for result in correlations(replace(impact, speed=float(speed))) if result.quantity.startswith(judging)]
         for speed in speeds
     ]
     limits = []
-    for name in dict.fromkeys(one.name for some in marks for one in some):
-        there = [(k, one) for k, some in enumerate(marks) for one in some if one.name == name]
-        first = next((at for at, (_, one) in enumerate(there) if one.text.endswith("perforated")), 0)
+    for name in dict.fromkeys(result.name for results in marks for result in results):
+        there = [(k, result) for k, results in enumerate(marks) for result in results if result.name == name]
+        first = next((at for at, (_, result) in enumerate(there) if result.text.endswith("perforated")), 0)
         if first == 0:  # perforated at the least speed already, or never
             continue
-        (before, _), (after, one) = there[first - 1], there[first]
-        speed = float(0.5 * (speeds[before] + speeds[after]))
-        limits.append(Correlation(name, "speed from which it is perforated", speed, "m/s", "", one.range, one.source))
+        (before, _), (after, result) = there[first - 1], there[first]
+        speed, quantity = float(0.5 * (speeds[before] + speeds[after])), "speed from which it is perforated"
+        limits.append(Correlation(name, quantity, speed, "m/s", "", result.range, result.source))
     return limits
 
 
@@ -355,12 +355,12 @@ def _cloth(impact: Impact) -> Iterator[Correlation]:
     if len(impact.walls) < 3:
         return
     *front, wall = impact.walls
-    if wall.alloy is None or not all(one.cloth for one in front[1:]) or not 1.0 * KM <= impact.speed <= 15.0 * KM:
+    if wall.alloy is None or not all(bumper.cloth for bumper in front[1:]) or not 1.0 * KM <= impact.speed <= 15.0 * KM:
         return
     if front[0].alloy is not None:
         law = STUFFED_SHIELD
-        stuffing = sum(one.areal_density for one in front[1:])
-        share = stuffing / sum(one.areal_density for one in impact.walls)
+        stuffing = sum(bumper.areal_density for bumper in front[1:])
+        share = stuffing / sum(plate.areal_density for plate in impact.walls)
         if LITTLE_STUFFING[0] <= share <= LITTLE_STUFFING[1]:
             law = law._replace(high=LITTLE_COEFFICIENT)
         yield _critical("stuffed", impact, critical_diameter_of_cloth(law, impact, wall.alloy.strength))

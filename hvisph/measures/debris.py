@@ -84,33 +84,33 @@ def arrivals(scene: Scene, rows: np.ndarray, x: float) -> Arrivals:
     )
 
 
-def plane_loads(came: Arrivals, round_: bool, spacing: float) -> Plain:
+def plane_loads(load: Arrivals, is_round: bool, spacing: float) -> Plain:
     """Return the plane's loads in bins of radius, `spacing` wide at least: annuli where `round_`, else both sides."""
-    if len(came.when) == 0:
-        return {"x": came.x, "mass_share": 0.0}
-    radius = came.radius
-    width = weighted_quantile(radius, came.mass, 0.99) / BINS or spacing
+    if len(load.when) == 0:
+        return {"x": load.x, "mass_share": 0.0}
+    radius = load.radius
+    width = weighted_quantile(radius, load.mass, 0.99) / BINS or spacing
     number = int(np.ceil(radius.max() / width + 1e-9))
     bins = np.minimum((radius / width + 1e-9).astype(int), number - 1)
     edges = width * np.arange(number + 1)
-    size = np.pi * np.diff(edges**2) if round_ else 2.0 * np.diff(edges)
-    sums = {name: np.bincount(bins, getattr(came, name), number) for name in ("mass", "momentum", "energy")}
+    size = np.pi * np.diff(edges**2) if is_round else 2.0 * np.diff(edges)
+    sums = {name: np.bincount(bins, getattr(load, name), number) for name in ("mass", "momentum", "energy")}
     areal = sums["momentum"] / size
-    first, last = float(came.when.min()), weighted_quantile(came.when, came.mass, LOAD_SHARE)
+    first, last = float(load.when.min()), weighted_quantile(load.when, load.mass, LOAD_SHARE)
     return {
-        "x": came.x,
-        "mass_share": came.share,
+        "x": load.x,
+        "mass_share": load.share,
         "first": first,
         "last": last,
-        "impulse": float(came.momentum.sum()),
+        "impulse": float(load.momentum.sum()),
         "radius": edges[1:].tolist(),
         **{name: values.tolist() for name, values in sums.items()},
         "areal_momentum": areal.tolist(),
-        "pressure": (areal / _durations(came, bins, number, last - first)).tolist(),
+        "pressure": (areal / _durations(load, bins, number, last - first)).tolist(),
     }
 
 
-def _durations(came: Arrivals, bins: np.ndarray, number: int, whole: float) -> np.ndarray:
+def _durations(load: Arrivals, bins: np.ndarray, number: int, whole: float) -> np.ndarray:
     """Return the duration of the load in each bin [s], to 99 % of its mass; with one particle, of the whole load."""
     lengths = np.full(number, whole if whole > 0.0 else np.inf)
     order = np.argsort(bins, kind="stable")
@@ -118,7 +118,7 @@ def _durations(came: Arrivals, bins: np.ndarray, number: int, whole: float) -> n
     for k in range(number):
         rows = order[starts[k] : starts[k + 1]]
         if len(rows) > 1:
-            lasts = weighted_quantile(came.when[rows], came.mass[rows], LOAD_SHARE) - float(came.when[rows].min())
+            lasts = weighted_quantile(load.when[rows], load.mass[rows], LOAD_SHARE) - float(load.when[rows].min())
             lengths[k] = lasts if lasts > 0.0 else lengths[k]
     return lengths
 
@@ -151,9 +151,9 @@ class Cloud:
 def cloud_particles(scene: Scene) -> np.ndarray:
     """Return the indices of the cloud's particles; raises `UndefinedMeasureError` where there are none."""
     states = [layer_state(scene, body) for body in scene.layers]
-    number = next((k for k, one in enumerate(states) if one.state != YES and not one.opening), len(states))
+    number = next((k for k, state in enumerate(states) if state.state != YES and not state.opening), len(states))
     passed = scene.layers[:number]  # perforated, or through their initial openings
-    refuse_if(not any(one.state == YES for one in states[:number]), "no layer is perforated")
+    refuse_if(not any(state.state == YES for state in states[:number]), "no layer is perforated")
     plate = scene.plate(passed[-1])
     assert plate is not None
     free = np.ones(scene.now.count, dtype=bool)
@@ -227,10 +227,10 @@ def cloud(scene: Scene, witness: float | None = None) -> Cloud:
     bins = np.minimum((angles / ANGLE_BIN + 1e-9).astype(int), number - 1)
     kinds = {"mass": mass, "momentum": mass * velocity[:, 0], "energy": 0.5 * mass * (velocity**2).sum(axis=1)}
     over_angle = {name: np.bincount(bins, weights, number).tolist() for name, weights in kinds.items()}
-    came = arrivals(scene, rows, witness) if witness is not None else None
-    plane = plane_loads(came, scene.space == 3, scene.spacing) if came is not None else {}
+    load = arrivals(scene, rows, witness) if witness is not None else None
+    plane = plane_loads(load, scene.space == 3, scene.spacing) if load is not None else {}
     ends = (ANGLE_BIN * (np.arange(number) + 1)).tolist()
-    return Cloud(results, {"angle": ends} | over_angle, plane, came)
+    return Cloud(results, {"angle": ends} | over_angle, plane, load)
 
 
 def _angles(scene: Scene, rows: np.ndarray) -> np.ndarray:
@@ -332,7 +332,7 @@ def ejecta_over_speed(scene: Scene) -> dict[str, list[float]]:
     own = (scene.now.body[rows] == scene.target) & (speed > 0.0)
     if not own.any():
         return {}
-    rows, speed, angle, radius = (one[own] for one in (rows, speed, angle, radius))
+    rows, speed, angle, radius = (values[own] for values in (rows, speed, angle, radius))
     mass, along = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
     bins = np.floor(BINS_PER_DECADE * np.log10(speed) + 1e-9).astype(int)
     first, bins = int(bins.min()), bins - bins.min()

@@ -37,12 +37,12 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
     # of all other links one end is outside the largest group; coarse reaches are not searched among fine particles
     apart = labels != np.bincount(labels).argmax()
     found = [np.zeros((0, 2), np.int64)]
-    for mine in filter(len, (rows[apart[rows]] for rows in members)):
-        tree = scipy.spatial.cKDTree(position[mine])
+    for outer in filter(len, (rows[apart[rows]] for rows in members)):
+        tree = scipy.spatial.cKDTree(position[outer])
         for rows, other in zip(members, trees, strict=True):
-            reach = 0.5 * link * float(spacing[mine].max() + spacing[rows].max())
+            reach = 0.5 * link * float(spacing[outer].max() + spacing[rows].max())
             pairs = tree.sparse_distance_matrix(other, reach, output_type="ndarray")
-            ends = np.column_stack([mine[pairs["i"]], rows[pairs["j"]]])
+            ends = np.column_stack([outer[pairs["i"]], rows[pairs["j"]]])
             found.append(ends[pairs["v"] <= 0.5 * link * spacing[ends].sum(axis=1)])
     labels = _components(int(labels.max()) + 1, labels[np.concatenate(found)])[labels]
     return by_size(labels)
@@ -149,8 +149,8 @@ class Fragments(Sequence[Fragment]):
         """Return the fragments that groups of a snapshot's particles are."""
         rows, starts = groups.rows, groups.starts
         if not len(groups):
-            none = np.zeros((0, snapshot.dimensions))
-            return cls(body, groups, np.zeros(0), none, none, none)
+            empty = np.zeros((0, snapshot.dimensions))
+            return cls(body, groups, np.zeros(0), empty, empty, empty)
         position = snapshot.fields["position"][rows].reshape(len(rows), -1)
         velocity = np.full_like(position, np.nan)
         if "velocity" in snapshot.fields:

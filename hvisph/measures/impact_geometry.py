@@ -24,7 +24,7 @@ NUMBERS = ("frame", "speed", "masses", "energy", "drift")  # of the plain form o
 AT_REST = 1e-6  # share of the highest speed below which a body is at rest
 
 
-def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] = ()) -> tuple[str, ...]:
+def roles_of(start: Snapshot | None, now: Snapshot, of_case: Sequence[str | None] = ()) -> tuple[str, ...]:
     """Return the role of every body, in their order, from a run's first snapshot, if it is known, and the present one.
 
     `given` holds the roles of the case. Otherwise the first body that moves at the start is the projectile, and with it
@@ -32,7 +32,7 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     Where nothing moves, or the start is not known, the first body is the projectile and all others are layers.
     """
     count = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
-    known = [*given, *[None] * count][:count]
+    known = [*of_case, *[None] * count][:count]
     if PROJECTILE in known or start is None or "velocity" not in start.fields:
         roles = [PROJECTILE if body == 0 and PROJECTILE not in known else LAYER for body in range(count)]
         return tuple(role or roles[body] for body, role in enumerate(known))
@@ -103,7 +103,7 @@ class Shot:
     speed: float | None = None
     masses: tuple[float, ...] = ()  # mass of every body at the start, of the whole [kg; kg/m in 2D, kg/m^2 in 1D]
     energy: float | None = None  # kinetic energy of the whole at the start, relative to the layers [J; per metre in 2D]
-    # velocity of the layers at the start (dim,), in the case's axes [m/s]; empty where they rest, or one flies apart
+    # velocity of the layers at the start (dim,), in the case's axes [m/s]; empty if zero or not the same for all
     drift: tuple[float, ...] = ()
 
     @property
@@ -124,7 +124,7 @@ class Shot:
         return vectors @ np.array(self.frame) if self.is_rotated else vectors
 
     def case_axes(self, time: float) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-        """Return what makes a place and a velocity (dim,) at `time` [s] the case's."""
+        """Return the transformation of a position and a velocity (dim,) at `time` [s] to the axes of the case."""
         drift = np.array(self.drift or (0.0,))
         return lambda place, velocity: (self.back(place) + time * drift, self.back(velocity) + drift)
 
@@ -148,9 +148,9 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     source = now if start is None else start
     if "shot" in source.metadata and "plates" in source.metadata["shot"]:
         return Shot.from_dict(source.metadata["shot"])
-    given = source.metadata.get("shot", {})
-    planes = None if given.get("planes") is None else list(map(Mirror.from_dict, given["planes"]))
-    roles = roles_of(start, now, given.get("roles", ()))
+    stored = source.metadata.get("shot", {})
+    planes = None if stored.get("planes") is None else list(map(Mirror.from_dict, stored["planes"]))
+    roles = roles_of(start, now, stored.get("roles", ()))
     spacing = spacing_of(source)
     projectile = members(source, roles, PROJECTILE)
     if source.is_axisymmetric:
@@ -261,7 +261,7 @@ def _transform(snapshot: Snapshot, frame: np.ndarray, drift: tuple[float, ...] =
 
 
 def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
-    """Return the velocity that all layers of a shot have at the start (dim,) [m/s]; empty where they have none."""
+    """Return the common velocity of all layers at the start (dim,) [m/s]; empty if zero or not the same for all."""
     if start.dimensions == 1 or not {"velocity", "mass"} <= start.fields.keys():
         return ()
     velocity = start.fields["velocity"][members(start, roles, LAYER)]

@@ -216,12 +216,12 @@ def add_variation(results: Results, end: float, earlier: Sequence[tuple[float, R
     """
     varied = dict(results)
     for name, result in results.items():
-        known = [(time, one[name]) for time, one in earlier if name in one]
+        known = [(time, before[name]) for time, before in earlier if name in before]
         if result.variants:
-            parts = [(time, one.variants) for time, one in known]
+            parts = [(time, before.variants) for time, before in known]
             result = replace(result, variants=add_variation(result.variants, end, parts))
             varied[name] = result
-        values = [one.value for _, one in known if one.value is not None]
+        values = [before.value for _, before in known if before.value is not None]
         if result.value is None or result.time is not None or name in ("perforated", "perforation_time") or not values:
             continue
         span = end - min(time for time, _ in known)
@@ -312,7 +312,7 @@ def measure_in_time(
         if before.time < (1.0 - VARIATION_PERIOD) * now.time:
             break
         recent.append(before)
-    return _add_variation(measured, [measure_snapshot(one, initial) for one in reversed(recent)])
+    return _add_variation(measured, [measure_snapshot(snapshot, initial) for snapshot in reversed(recent)])
 
 
 def _loader(files: Sequence[Path], initial: InitialReference | None, read: Read) -> Callable[[int], Scene]:
@@ -329,7 +329,7 @@ def _measure_series(
     for number, file in enumerate(files):
         scene = Scene.from_snapshot(read(file), initial)
         scene.history = history
-        known[number] = moment = Moment(partial(lambda one: one, scene))
+        known[number] = moment = Moment(lambda scene=scene: scene)  # type: ignore[misc]
         scene.timeline = Timeline(load, number + 1, known, series=True)
         measured = measure_scene(scene, source)
         for body in scene.layers:
@@ -341,10 +341,10 @@ def _measure_series(
 
 def _add_variation(now: Measures, earlier: Sequence[Measures]) -> Measures:
     """Return measures with their range over the last tenth of the run."""
-    earlier = [earlier[number] for number in recent_moments([one.time for one in earlier], now.time)]
+    earlier = [earlier[number] for number in recent_moments([moment.time for moment in earlier], now.time)]
     if not earlier:
         return now
-    before = [(one.time, one.sections) for one in earlier]
+    before = [(moment.time, moment.sections) for moment in earlier]
     varied = {
         name: add_variation(results, now.time, [(time, sections.get(name, {})) for time, sections in before])
         for name, results in now.sections.items()

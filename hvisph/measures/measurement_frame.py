@@ -100,13 +100,13 @@ def memoize(function: F) -> F:
     """Return the function of a scene and hashable arguments with its results stored in the scene."""
 
     @wraps(function)
-    def remember(scene: "Scene", *arguments: Any) -> Any:
+    def compute_once(scene: "Scene", *arguments: Any) -> Any:
         key = (function.__qualname__, arguments)
         if key not in scene.memo:
             scene.memo[key] = function(scene, *arguments)
         return scene.memo[key]
 
-    return cast(F, remember)
+    return cast(F, compute_once)
 
 
 @dataclass
@@ -292,7 +292,7 @@ class Scene:
         Groups are ordered by their number of particles. They are sought in the part that was computed, and joined
         with their images (`whole`).
         """
-        _ = self.position  # says which particle has none
+        _ = self.position  # raises if one is not finite
         images, count = self.shot.whole.images, self.now.count // self.shot.whole.images
         part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
         spacing = self.spacings(part)
@@ -306,8 +306,8 @@ class Scene:
         """Connected groups of the projectile, all its bodies together."""
         bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
         if not bodies:
-            none = np.zeros(0, dtype=np.int64)
-            return Fragments.from_groups(self.now, Groups.from_labels(none, none), -1)
+            empty = np.zeros(0, dtype=np.int64)
+            return Fragments.from_groups(self.now, Groups.from_labels(empty, empty), -1)
         return self.fragments(*bodies)
 
     @cached_property
@@ -348,11 +348,10 @@ class Scene:
 
     @memoize
     def rim(self, body: int) -> np.ndarray:
-        """Return whether a particle is of a layer's rim, its outer tenth towards any of its edges, shape (n,).
+        """Return which particles belong to a layer's rim, its outer tenth towards any edge, (n,); none in 1D.
 
-        Of a layer of several parts, those that do not reach there have rims of their own. What began there, where the
-        start is known and particles have permanent numbers, as in our own files; else the particles there now, between
-        the edges of the main bodies: debris may have flown further. In 1D there is none.
+        With a known start and permanent numbers these are the particles there at the start, and parts of a layer that
+        do not reach its edges have rims of their own; else those there now, within the edges of the main bodies.
         """
         own = self.now.body == body
         if self.now.dimensions == 1:

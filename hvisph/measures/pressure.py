@@ -159,10 +159,10 @@ def plateau_measures(scene: Scene) -> Outcomes:
     else:
         known = []
         for number in range(timeline.count):
-            one = scene if number == timeline.count - 1 else timeline.load(number)
-            if one.now.time <= scene.now.time:
+            moment = scene if number == timeline.count - 1 else timeline.load(number)
+            if moment.now.time <= scene.now.time:
                 with suppress(UndefinedMeasureError):
-                    known.append((one.now.time, plateau(one)))
+                    known.append((moment.now.time, plateau(moment)))
         best = before_release(known) if known else plateau(scene)
     return {"plateau_stress": best.stress, "interface_velocity": best.velocity}
 
@@ -188,10 +188,10 @@ def plateau(scene: Scene) -> Plateau:
 
 def before_release(plateaus: Sequence[tuple[float, Plateau]]) -> Plateau:
     """Return the longest plateau, before releases from the free faces reached it, from times [s] and plateaus."""
-    highest = max(one.stress.value or 0.0 for _, one in plateaus)
+    highest = max(found.stress.value or 0.0 for _, found in plateaus)
     whole = min(UNRELEASED_SHARE * highest, highest)  # in tension only the least
     time, best = max(
-        ((time, one) for time, one in plateaus if (one.stress.value or 0.0) >= whole),
+        ((time, found) for time, found in plateaus if (found.stress.value or 0.0) >= whole),
         key=lambda pair: (pair[1].count, pair[0]),
     )
     return Plateau(replace(best.stress, time=time), replace(best.velocity, time=time), best.count)
@@ -244,7 +244,7 @@ def phases(scene: Scene) -> Outcomes:
     """Return the masses of melt and vapour of projectile and layers [kg]."""
     known: Sequence[Sequence[float] | None] = scene.now.metadata.get("entropies") or ()
     refuse_if(not known or "entropy" not in scene.now.fields, "no material has `melting: {entropies: ...}`")
-    levels = np.array([[np.nan] * 5 if one is None else one for one in known])[scene.now.material]
+    levels = np.array([[np.nan] * 5 if values is None else values for values in known])[scene.now.material]
     fractions = phase_fractions(scene.now.fields["entropy"], levels)
     layers = np.isin(scene.now.body, scene.layers)
     bodies = {"all": scene.is_projectile | layers, "projectile": scene.is_projectile, "target": layers}

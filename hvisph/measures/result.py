@@ -189,7 +189,7 @@ def evaluate(
         elif not set(chosen).isdisjoint(entry.names):
             found |= entry.outcomes(scene, *subject)
     outcomes = {
-        one: found[one] if dim in rows[one].dims else f"it is undefined in {dim}D" for one in rows if one in chosen
+        name: found[name] if dim in rows[name].dims else f"it is undefined in {dim}D" for name in rows if name in chosen
     }
     return {name: complete(rows[name], outcome, scene) for name, outcome in outcomes.items()}
 

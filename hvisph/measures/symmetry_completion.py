@@ -73,9 +73,9 @@ class Whole:
         return cls(tuple(map(Mirror.from_dict, plain["planes"])), plain["kind"] == "revolution")
 
     def at_moment(self, moved: Sequence[PlainMapping]) -> "Whole":
-        """Return the whole with its planes where they are now; `moved` are axes, places `from` the start and `at`."""
-        places = {("xyz".index(one["axis"]), float(one["from"])): float(one["at"]) for one in moved}
-        mirrors = [replace(one, at=places.get((one.axis, one.at), one.at)) for one in self.mirrors]
+        """Return the whole with its planes at their present places; `moved`: `axis`, place `from` and place `at`."""
+        places = {("xyz".index(plane["axis"]), float(plane["from"])): float(plane["at"]) for plane in moved}
+        mirrors = [replace(mirror, at=places.get((mirror.axis, mirror.at), mirror.at)) for mirror in self.mirrors]
         return replace(self, mirrors=tuple(mirrors))
 
     def complete(self, snapshot: Snapshot) -> Snapshot:

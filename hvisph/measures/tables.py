@@ -34,7 +34,7 @@ def angular_velocity(position: np.ndarray, velocity: np.ndarray, mass: np.ndarra
     u[:, :dim] = velocity - mass @ velocity / mass.sum()
     inertia = np.eye(3) * (mass @ (r * r).sum(axis=1)) - (mass[:, None] * r).T @ r
     rate = np.linalg.lstsq(inertia, mass @ np.cross(r, u), rcond=1e-9)[0]
-    return [float(one) for one in rate[0 if dim == 3 else 2 :]]
+    return list(map(float, rate[0 if dim == 3 else 2 :]))
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,8 @@ def rows(
         result = value if isinstance(value, Result) else Result(value)
         table.append(_row(name, result, by_name.get(name), unitless))
         if variants:
-            table += [_row(f"{name}.{one}", other, None, unitless) for one, other in [*result.variants.items()][1:]]
+            further = [*result.variants.items()][1:]
+            table += [_row(f"{name}.{variant}", other, None, unitless) for variant, other in further]
     return table
 
 
@@ -84,7 +85,8 @@ def _row(name: str, result: Result, entry: PlainMapping | None, unitless: bool) 
 
 def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, str, str, str]]:
     """Return every body's name, mass, velocity (and Gurney's, if driven) and kinetic energy as text."""
-    known = {one["quantity"].removeprefix(FINAL_VELOCITY): one["value"] for one in plain.get("correlations") or []}
+    correlations = plain.get("correlations") or []
+    known = {entry["quantity"].removeprefix(FINAL_VELOCITY): entry["value"] for entry in correlations}
     table = []
     for name, body in (plain.get("bodies") or {}).items():
         space = 3 if plain["whole"]["kind"] == "revolution" else len(body["velocity"])
@@ -93,11 +95,11 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
             return _format_number(value, None, NumberFormat("", "", "" if unitless else unit + PER_DEPTH[space], -1))
 
         energy = body["kinetic_energy"]
-        parts = ", ".join(f"{one + 0.0:.4g}" for one in body["velocity"])
+        parts = ", ".join(f"{component + 0.0:.4g}" for component in body["velocity"])
         velocity = f"({parts})" if len(body["velocity"]) > 1 else parts
         velocity += "" if unitless else " m/s"
         turns = body.get("angular_velocity") or [0.0]
-        rate = sum(one * one for one in turns) ** 0.5
+        rate = sum(component * component for component in turns) ** 0.5
         velocity += f", turning at {rate:.4g}{'' if unitless else ' rad/s'}" if rate > 0.0 else ""
         velocity += f", Gurney {known[name]:.4g} m/s" if name in known else ""
         unit = "kJ" if energy >= KILOJOULES else "J"
@@ -112,9 +114,9 @@ def headline(summary: PlainMapping) -> Plain:
     sections = {"layer": decisive, "projectile": summary.get("projectile"), "cloud": summary.get("cloud")}
     found: Plain = dict(summary["measures"])
     for section, content in sections.items():
-        for name, one in ((content or {}).get("measures") or {}).items():
-            found[f"{section}.{name}"] = one | {"note": (content or {}).get("body", section)}
-    known = {name for name, one in found.items() if one["value"] is not None}
+        for name, result in ((content or {}).get("measures") or {}).items():
+            found[f"{section}.{name}"] = result | {"note": (content or {}).get("body", section)}
+    known = {name for name, result in found.items() if result["value"] is not None}
     kind = next((kind for kind in ("bar", "plate impact", "shell") if HEADLINES[kind][0] in known), "")
     if not kind and decisive is not None:
         kind = "perforation" if decisive["measures"]["perforated"]["value"] else "crater"
@@ -188,7 +190,7 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
         rows.append(row)
     valued = {name for row in rows for name, (_, value) in row.items() if value is not None}
     inner = ("projectile.", "cloud.", "layer.")
-    kept = (one for row in rows for one in row.items() if one[0] in valued or not one[0].startswith(inner))
+    kept = (cell for row in rows for cell in row.items() if cell[0] in valued or not cell[0].startswith(inner))
     units = {name: unit for name, (unit, _) in kept}
     return {
         name: Column(unit, np.array([row.get(name, (unit, None))[1] for row in rows], float))
@@ -201,9 +203,9 @@ def _cells(head: str, results: Mapping[str, Result]) -> dict[str, tuple[str, flo
     cells: dict[str, tuple[str, float | None]] = {}
     for name, result in results.items():
         cells[f"{head}{name}"] = result.unit, result.value
-        for variant, one in [*result.variants.items()][1:]:
-            if one.value is not None:
-                cells[f"{head}{name}.{variant}"] = one.unit, one.value
+        for variant, other in [*result.variants.items()][1:]:
+            if other.value is not None:
+                cells[f"{head}{name}.{variant}"] = other.unit, other.value
     return cells
 
 

@@ -63,9 +63,9 @@ def openings(plate: Plate, depth: np.ndarray, across: np.ndarray, spacing: float
     holes, basis = [], np.array(plate.basis)
     for k in range(number):
         on_line = (k + 0.5) / number * plate.thickness * basis[1:, 0] / basis[0, 0]  # where the shot line is
-        one = opening(across[bins == k], on_line, spacing)
-        if one is not None:
-            holes.append(one)
+        enclosed = opening(across[bins == k], on_line, spacing)
+        if enclosed is not None:
+            holes.append(enclosed)
     return holes
 
 
@@ -129,7 +129,7 @@ def hole(scene: Scene, plate: Plate) -> Outcomes:
     slices = openings(plate, depth, across, scene.spacing)
     clear = opening(across, np.zeros(across.shape[1]), scene.spacing)
     size = float(clear.diameters.mean()) if clear is not None else 0.0
-    means = np.array([one.diameters.mean() for one in slices])
+    means = np.array([slice_.diameters.mean() for slice_ in slices])
     variants: dict[str, Outcome] = {"mass_loss": _diameter_by_mass(scene, plate)}
     if not slices or _is_bent(scene, plate, fixed, clear, slices):
         bent = "the layer has bent out of its place at the hole"
@@ -137,11 +137,11 @@ def hole(scene: Scene, plate: Plate) -> Outcomes:
         mean = Result(size, note=f"clear width: {reason}") if slices else reason
         variants |= dict.fromkeys(("min", "max", "front", "rear"), reason)
         return {"hole_diameter": variants | {"mean": mean, "clear": size if slices else reason}, "hole_area": reason}
-    area = float(np.mean([one.area for one in slices]))
+    area = float(np.mean([slice_.area for slice_ in slices]))
     variants |= {
         "mean": Result(float(means.mean()), scatter=float(means.std(ddof=1)) if len(means) > 1 else 0.0),
-        "min": float(min(one.diameters.min() for one in slices)),
-        "max": float(max(one.diameters.max() for one in slices)),
+        "min": float(min(slice_.diameters.min() for slice_ in slices)),
+        "max": float(max(slice_.diameters.max() for slice_ in slices)),
         "front": float(means[0]),
         "rear": float(means[-1]),
         "clear": size if size > 0.0 else "attached matter covers the hole",
@@ -155,16 +155,16 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
         return False
     width, inner = float(clear.diameters.mean()), float(clear.radii.max())
     depth, across = plate.depth(scene.position[fixed]), plate.in_plane(scene.position[fixed])
-    if float(np.mean([one.diameters.mean() for one in slices])) > WIDENING * width:
+    if float(np.mean([slice_.diameters.mean() for slice_ in slices])) > WIDENING * width:
         edge = depth[np.sqrt((across**2).sum(axis=1)) < inner + 2.0 * scene.spacing]
         outside = (edge < -0.5 * scene.spacing) | (edge > plate.thickness + 0.5 * scene.spacing)
         if len(edge) and outside.all():
             return True
     sizes = np.broadcast_to(np.asarray(scene.spacings(fixed)) ** scene.now.dimensions, len(fixed))
     radius = np.sqrt(((across - clear.centre) ** 2).sum(axis=1))
-    for one in slices:
-        outer = float(one.radii.mean())
-        if float(one.diameters.mean()) > LOCAL_WIDENING * width and outer > inner:
+    for slice_ in slices:
+        outer = float(slice_.radii.mean())
+        if float(slice_.diameters.mean()) > LOCAL_WIDENING * width and outer > inner:
             flat = scene.now.dimensions == 2
             volume = plate.thickness * (2.0 * (outer - inner) if flat else np.pi * (outer**2 - inner**2))
             if float(sizes[(radius > inner) & (radius < outer)].sum()) > BENT_VOLUME_SHARE * volume:
@@ -212,7 +212,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     flies = (depth < -2.0 * spacing) & (velocity * scene.now.time < depth)
     if emptied:
         flies |= _is_loose(scene, plate, rows, velocity)
-    rows, depth, across, velocity, own, half = (one[~flies] for one in (rows, depth, across, velocity, own, half))
+    rows, depth, across, velocity, own, half = (values[~flies] for values in (rows, depth, across, velocity, own, half))
     refuse_if(plate.is_beyond(across, RIM_SHARE).all(), "nothing of the layer is left within its rim")
     surface, mean, middle = front_surface(depth - half, across, own / spacing, CELL * spacing)
     inner = ~plate.is_beyond(middle, RIM_SHARE)
@@ -275,7 +275,7 @@ def _transient(scene: Scene, plate: Plate) -> Crater | str:
         return "needs all moments: measure with `--at all`"
     timeline.moment(timeline.count - 1).craters[plate.body] = crater_of(scene, plate)
     known = [timeline.moment(k).craters for k in range(timeline.count)]
-    return max((one[plate.body] for one in known if plate.body in one), key=lambda one: float(one.volume))
+    return max((craters[plate.body] for craters in known if plate.body in craters), key=lambda found: found.volume)
 
 
 @measures("layer", "crater_depth", "crater_outer_diameter", "crater_volume", "bulge_height")
@@ -292,12 +292,13 @@ def crater(scene: Scene, plate: Plate) -> Outcomes:
     }
     largest = _transient(scene, plate)
     emptied = crater_of(scene, plate, True) if scene.start is not None and scene.has_motion else None
-    for name, one in variants.items():
-        one["emptied"] = getattr(emptied, name) if emptied else "needs the start and velocities"
+    for name, by_definition in variants.items():
+        by_definition["emptied"] = getattr(emptied, name) if emptied else "needs the start and velocities"
         found = largest if isinstance(largest, str) else getattr(largest, name)
-        one["transient"] = found if isinstance(found, str) else Result(found, time=getattr(largest, "time", None))
+        time = getattr(largest, "time", None)
+        by_definition["transient"] = found if isinstance(found, str) else Result(found, time=time)
     names = {"crater_depth": "depth", "crater_outer_diameter": "diameter", "crater_volume": "volume"}
-    return {name: variants[one] for name, one in names.items()} | {"bulge_height": now.bulge}
+    return {name: variants[quantity] for name, quantity in names.items()} | {"bulge_height": now.bulge}
 
 
 @measures("layer", "spall_mass", "spall_thickness", "spall_velocity")

@@ -45,10 +45,10 @@ class Plate:
     # in 3D: how far its particles reach from the entry in each of `DIRECTIONS` in the plane [m], which a disc or a
     # turned box fills less than the box of `low` and `high`; empty in 1D and 2D
     edges: tuple[float, ...] = ()
-    # whether a way led through it before it was struck: a mesh, a honeycomb, a plate with holes or of several parts
+    # whether a path led through it before the impact: a mesh, a honeycomb, a plate with holes or of several parts
     open: bool = False
-    clear: bool = False  # whether none of it was in the projectile's way along the shot line
-    pieces: int = 1  # of how many connected groups it was
+    clear: bool = False  # whether its openings left the path of the projectile free
+    pieces: int = 1  # number of its connected groups before the impact
 
     @property
     def obliquity(self) -> float:
@@ -87,7 +87,7 @@ class Plate:
 
     @classmethod
     def from_dict(cls, plain: Plain) -> "Plate":
-        """Return what `as_dict` was made from."""
+        """Return the plate with the plain form `plain`."""
         return cls(**{name: to_tuples(value) for name, value in plain.items()})
 
 
@@ -265,7 +265,7 @@ def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacin
     for count in np.unique(number):
         chosen = number == count
         steps = np.meshgrid(*[(np.arange(count) + 0.5) / count - 0.5] * place.shape[1], indexing="ij")
-        offsets = np.stack([one.ravel() for one in steps], axis=1)
+        offsets = np.stack([step.ravel() for step in steps], axis=1)
         spread = place[chosen, None] + own[chosen, None, None] * offsets
         parts.append(spread.reshape(-1, place.shape[1]))
     return np.concatenate(parts)
@@ -307,8 +307,10 @@ def with_openings(
         pieces = len(np.unique(connected_groups(position, own)))
     if not (opened := grid.connects_sides(free)):
         return replace(plate, pieces=max(pieces, 1))
-    way = scipy.spatial.cKDTree(position[:, 1:]).query(projectile[:, 1:], distance_upper_bound=OBSTRUCTED * spacing)[0]
-    return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(way).any()))
+    distance = scipy.spatial.cKDTree(position[:, 1:]).query(
+        projectile[:, 1:], distance_upper_bound=OBSTRUCTED * spacing
+    )[0]
+    return replace(plate, open=opened, pieces=max(pieces, 1), clear=not bool(np.isfinite(distance).any()))
 
 
 def front_surface(
@@ -321,12 +323,12 @@ def front_surface(
     """
     level = np.maximum(np.ceil(np.log2(size) - 0.3), 0.0).astype(np.int64)
     foremost, place = _cover(front, across, level, cell)
-    one, columns = _cover(front, across, level, 0.5 * cell)
+    foremost_of_columns, columns = _cover(front, across, level, 0.5 * cell)
     low, extent = place.min(axis=0), np.ptp(place, axis=0) + 1
     cells, halves = (np.ravel_multi_index(tuple((at - low).T), tuple(extent)) for at in (place, columns // 2))
     owner = np.searchsorted(cells, halves)
     least = front[foremost]
-    top = np.minimum(front[one], (least + cell * 2.0 ** level[foremost])[owner])
+    top = np.minimum(front[foremost_of_columns], (least + cell * 2.0 ** level[foremost])[owner])
     count = np.bincount(owner, minlength=len(least))  # none where a column of wider particles is empty
     mean = np.where(count > 0, np.bincount(owner, top, len(least)) / np.maximum(count, 1), least)
     return least, mean, (place + 0.5) * cell
@@ -338,8 +340,8 @@ def _cover(front: np.ndarray, across: np.ndarray, level: np.ndarray, cell: float
     Particles of spacing 2^`level` dx (n,) fill cells as many times wider, however irregular they lie.
     """
     rows, places = [], []
-    for one in np.unique(level):
-        own, width = np.flatnonzero(level == one), 1 << int(one)
+    for value in np.unique(level):
+        own, width = np.flatnonzero(level == value), 1 << int(value)
         place = np.floor(across[own] / (cell * width) + 1e-9).astype(np.int64)
         first = _first_by_place(place, front[own])
         steps = np.indices((width,) * across.shape[1]).reshape(across.shape[1], -1).T

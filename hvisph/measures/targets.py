@@ -75,16 +75,17 @@ def target_perforation(scene: Scene) -> float:
     """Return whether all layers are perforated: 1 or 0."""
     states = [(scene.name(body), layer_state(scene, body)) for body in scene.layers]
     refuse_if(not states, "there is no layer")
-    if any(one.state == NO for _, one in states):
+    if any(state.state == NO for _, state in states):
         return 0.0
-    for name, one in sorted(states, key=lambda pair: pair[1].state != ""):
-        refuse_if(one.state != YES, f"{'not yet: ' if one.state else ''}{name}: {one.reason}")
+    for name, state in sorted(states, key=lambda pair: pair[1].state != ""):
+        refuse_if(state.state != YES, f"{'not yet: ' if state.state else ''}{name}: {state.reason}")
     return 1.0
 
 
 def perforation_text(layers: Sequence[LayerMeasures], unitless: bool = False) -> str:
     """Return a line that states which layers are perforated, in order along the shot line; empty where undefined."""
-    return "; ".join(f"{one.body}: {_layer_text(one, unitless)}" for one in layers if one.state or one.opening)
+    known = (layer for layer in layers if layer.state or layer.opening)
+    return "; ".join(f"{layer.body}: {_layer_text(layer, unitless)}" for layer in known)
 
 
 def _layer_text(layer: LayerMeasures, unitless: bool) -> str:

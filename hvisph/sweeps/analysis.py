@@ -64,8 +64,8 @@ def following(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], points
 
 def _groups(vary: models.Bisect, base: PlainMapping, rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
     """Return the settings of each limit with its shots."""
-    every = [one | variant for one in product(vary.parameters) for variant in variants(vary, base)]
-    paths = {path for one in every for path in one}
+    every = [fixed | variant for fixed in product(vary.parameters) for variant in variants(vary, base)]
+    paths = {path for fixed in every for path in fixed}
     return [
         (fixed, [row for row in rows if all(row["values"].get(path) == fixed.get(path) for path in paths)])
         for fixed in every
@@ -87,9 +87,9 @@ def _add_uncertainty(vary: models.Bisect, base: PlainMapping, limits: Sequence[P
     spacings = Scale("resolution", vary.resolutions, base).numbers if vary.resolutions else [1.0]
     for k in range(0, len(limits), len(extras)):
         group = limits[k : k + len(extras)]
-        if any(one["limit"] is None for one in group):
+        if any(limit["limit"] is None for limit in group):
             continue
-        values = [one["limit"] for one in group]
+        values = [limit["limit"] for limit in group]
         finest = group[spacings.index(min(spacings))]
         half = 0.5 * abs(finest["above"] - finest["below"])
         correlation = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
@@ -126,7 +126,7 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
             "happened": yes,
             "residual": row["measures"].get(vary.residual, {}).get("value"),
         }
-        for row, number, yes in sorted(zip(rows, numbers, happened, strict=True), key=lambda one: one[1])
+        for row, number, yes in sorted(zip(rows, numbers, happened, strict=True), key=lambda shot: shot[1])
     ]
     curve = None
     through = [shot for shot in shots if shot["happened"] and shot["residual"] is not None]
@@ -174,8 +174,8 @@ def _open(
 
 def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) -> Plain:
     perturbed = [
-        next((row for row in rows if row["values"] == one), None)
-        for one in converge_cases(vary, base)[len(vary.values) :]
+        next((row for row in rows if row["values"] == values), None)
+        for values in converge_cases(vary, base)[len(vary.values) :]
     ]
     rows = [row for row in rows if len(row["values"]) == 1]
     scale = Scale(vary.path, [row["values"][vary.path] for row in rows], base) if rows else None
@@ -200,7 +200,7 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
             "spacing_unit": scale.unit if scale else "",
         }
         if len(values) == len(vary.values):
-            finest = min(known, key=lambda one: one[1])[0]
+            finest = min(known, key=lambda pair: pair[1])[0]
             time = (finest.get("uncertainty_by") or {}).get("variation", 0.0)
             others = [None if row is None else row["measures"].get(name, {}).get("value") for row in perturbed]
             related = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
@@ -218,9 +218,8 @@ def _noise(measure: PlainMapping) -> float | None:
 
 
 def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Plain:
-    drawn = {
-        key: distribution(key, one, base) for key, one in vary.values.items() if not isinstance(one, models.Choice)
-    }
+    continuous = {path: setting for path, setting in vary.values.items() if not isinstance(setting, models.Choice)}
+    drawn = {path: distribution(path, setting, base) for path, setting in continuous.items()}
     verdicts = {}
     for name in dict.fromkeys(name for row in rows for name in row["measures"]):
         chosen = [row for row in rows if isinstance(row["measures"].get(name, {}).get("value"), int | float)]
@@ -228,12 +227,12 @@ def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Pla
             continue
         results = np.array([float(row["measures"][name]["value"]) for row in chosen])
         verdicts[name] = {"unit": chosen[0]["measures"][name]["unit"], **statistics.spread(results.tolist())}
-        if len(drawn) < len(vary.values) or not (scale := {path: one for path, (one, _) in drawn.items()}):
+        if len(drawn) < len(vary.values) or not drawn:
             continue
         inputs = np.array([[split(path, row["values"][path])[0] for path in drawn] for row in chosen])
-        found = statistics.sensitivity(inputs, results, [one for _, one in drawn.values()])
+        found = statistics.sensitivity(inputs, results, [law for _, law in drawn.values()])
         if found:
-            verdicts[name]["sensitivity"] = found | {"inputs": {path: one.unit for path, one in scale.items()}}
+            verdicts[name]["sensitivity"] = found | {"inputs": {path: scale.unit for path, (scale, _) in drawn.items()}}
     return verdicts
 
 
@@ -241,7 +240,7 @@ def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequenc
     """Return the results of a sweep in words, the main measure first; empty without any."""
     if results.get("fit"):
         fit = results["fit"]
-        text = "; ".join(parameter_text(path, one) for path, one in fit["parameters"].items())
+        text = "; ".join(parameter_text(path, parameter) for path, parameter in fit["parameters"].items())
         return f"{text}. Sum of squares {fit['sum_of_squares']:.3g} for {fit['freedom']} degrees of freedom."
     if "limits" in results:
         return " ".join(map(_limit_text, results["limits"]))
@@ -251,11 +250,11 @@ def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequenc
             return sentence(format_of(name), results[kind][name])
     numbers: dict[str, list[tuple[float, str]]] = {}
     for row in rows:
-        where = ", ".join(f"{last_name(path)} {format_value(one)}" for path, one in row["values"].items())
-        for name, one in row["measures"].items():
+        where = ", ".join(f"{last_name(path)} {format_value(value)}" for path, value in row["values"].items())
+        for name, measure in row["measures"].items():
             wanted = name != "perforated" and (record is None or name in record)
-            if wanted and isinstance(one.get("value"), int | float):
-                numbers.setdefault(name, []).append((one["value"], where))
+            if wanted and isinstance(measure.get("value"), int | float):
+                numbers.setdefault(name, []).append((measure["value"], where))
     varied = {name: pairs for name, pairs in numbers.items() if len({value for value, _ in pairs}) > 1}
     if not varied:
         return ""
@@ -272,49 +271,47 @@ def _main_measure(names: PlainMapping) -> str:
     return main_measures([name for name in names if name != "perforated"] or list(names))[0]
 
 
-def _limit_text(one: PlainMapping) -> str:
-    where = "".join(f"{last_name(path)} = {value}: " for path, value in one["parameters"].items())
-    if one["open"] or one["v50"] is None:
-        return f"{where}No limit: {one['open']}."
-    value, deviation = one["v50"]
-    low, high = sorted((one["below"], one["above"]))
-    kind = "mixed" if one["mixed"] else "between"
-    text = f"{where}The limit is {value:.5g} {one['unit']}, standard deviation {deviation:.2g}"
+def _limit_text(limit: PlainMapping) -> str:
+    where = "".join(f"{last_name(path)} = {value}: " for path, value in limit["parameters"].items())
+    if limit["open"] or limit["v50"] is None:
+        return f"{where}No limit: {limit['open']}."
+    value, deviation = limit["v50"]
+    low, high = sorted((limit["below"], limit["above"]))
+    kind = "mixed" if limit["mixed"] else "between"
+    text = f"{where}The limit is {value:.5g} {limit['unit']}, standard deviation {deviation:.2g}"
     text += f" ({kind} {low:.5g} and {high:.5g})"
-    return text + uncertainty_text(one.get("uncertainty"), 1.0, one["unit"]) + "."
+    return text + uncertainty_text(limit.get("uncertainty"), 1.0, limit["unit"]) + "."
 
 
-def _convergence_text(display: NumberFormat, one: PlainMapping) -> str:
-    finest = one["values"][one["spacings"].index(min(one["spacings"]))]
+def _convergence_text(display: NumberFormat, study: PlainMapping) -> str:
+    finest = study["values"][study["spacings"].index(min(study["spacings"]))]
     display = display.scale_to(abs(finest))
     value = f"{finest * display.factor:.4g} {display.unit}"
-    text = f"The {display.label} is {value} at the finest spacing: {one['verdict']}"
-    return text + uncertainty_text(one.get("uncertainty"), display.factor, display.unit) + "."
+    text = f"The {display.label} is {value} at the finest spacing: {study['verdict']}"
+    return text + uncertainty_text(study.get("uncertainty"), display.factor, display.unit) + "."
 
 
-def _sample_text(display: NumberFormat, one: PlainMapping) -> str:
-    display = display.scale_to(abs(one["mean"]))
-    mean, deviation = one["mean"] * display.factor, one["sd"] * display.factor
+def _sample_text(display: NumberFormat, sample: PlainMapping) -> str:
+    display = display.scale_to(abs(sample["mean"]))
+    mean, deviation = sample["mean"] * display.factor, sample["sd"] * display.factor
     text = f"The {display.label} is {mean:.4g} {display.unit}, standard deviation {deviation:.2g}"
-    if "sensitivity" in one:
-        shares = dict(zip(one["sensitivity"]["inputs"], one["sensitivity"]["total"], strict=True))
+    if "sensitivity" in sample:
+        shares = dict(zip(sample["sensitivity"]["inputs"], sample["sensitivity"]["total"], strict=True))
         path = max(shares, key=lambda name: shares[name])
         text += f"; {100.0 * shares[path]:.0f} % of the variance is due to {path}"
     return text + "."
 
 
-def _experiment_text(display: NumberFormat, one: PlainMapping) -> str:
-    if one["mean"] is None:
+def _experiment_text(display: NumberFormat, comparison: PlainMapping) -> str:
+    if comparison["mean"] is None:
         return ""
-    return (
-        f"The {display.label} differs by {100.0 * one['mean']:+.2g} % in the mean of {len(one['cases'])} shots, by "
-        f"{100.0 * one['worst']:+.2g} % at most."
-    )
+    mean, worst, count = 100.0 * comparison["mean"], 100.0 * comparison["worst"], len(comparison["cases"])
+    return f"The {display.label} differs by {mean:+.2g} % in the mean of {count} shots, by {worst:+.2g} % at most."
 
 
-def uncertainty_text(one: PlainMapping | None, factor: float, unit: str) -> str:
+def uncertainty_text(uncertainty: PlainMapping | None, factor: float, unit: str) -> str:
     """Return a combined uncertainty and its shares in words; empty for none."""
-    if not one:
+    if not uncertainty:
         return ""
-    shares = ", ".join(f"{kind} {100.0 * share:.0f} %" for kind, share in one["shares"].items())
-    return f"; ± {one['half_width'] * factor:.2g} {unit} (95 %: {shares})"
+    shares = ", ".join(f"{kind} {100.0 * share:.0f} %" for kind, share in uncertainty["shares"].items())
+    return f"; ± {uncertainty['half_width'] * factor:.2g} {unit} (95 %: {shares})"

@@ -86,7 +86,7 @@ def _results(folder: str) -> tuple[Plain, Plain, dict[str, np.ndarray]]:
 def with_data(fit: Fit, folder: Path) -> Fit:
     """Return the fit with the rows of its files in place of their names; raises `CaseError` for invalid rows."""
     shots = {str(row.get("shot", "")): row for row in _rows(fit.shots, folder, "shots")}
-    chosen = [name for name in shots if fit.only is None or any(fnmatchcase(name, one) for one in fit.only)]
+    chosen = [name for name in shots if fit.only is None or any(fnmatchcase(name, pattern) for pattern in fit.only)]
     if "" in shots:
         raise CaseError("every shot needs a name in the column `shot`", where="shots")
     if not chosen:
@@ -112,7 +112,7 @@ def _rows(source: str | Sequence[PlainMapping], folder: Path, where: str) -> Seq
     """Return the rows of a file beside the fit's or among the bundled cases, or those that are given."""
     if not isinstance(source, str):
         return source
-    path = next((one for one in (folder / source, data_folder("cases") / source) if one.is_file()), None)
+    path = next((file for file in (folder / source, data_folder("cases") / source) if file.is_file()), None)
     if path is None:
         raise CaseError(f"there is no file '{source}'", where=where)
     return read_table(path)
@@ -152,10 +152,10 @@ class Calibration:
         self.shots = {str(row["shot"]): row for row in fit.shots if isinstance(row, dict)}
         self.data = [_datum(row) for row in fit.measured if isinstance(row, dict)]
         parameters = fit.parameters.items()
-        self.scales = [Scale(self._paths(path)[0], [one.start, *one.bounds], base) for path, one in parameters]
-        for one in self.data:
-            gauge = one.quantity.removeprefix(HISTORY).split(".")[0]
-            if one.quantity.startswith(HISTORY) and gauge not in base.get("gauges", {}):
+        self.scales = [Scale(self._paths(path)[0], [fitted.start, *fitted.bounds], base) for path, fitted in parameters]
+        for datum in self.data:
+            gauge = datum.quantity.removeprefix(HISTORY).split(".")[0]
+            if datum.quantity.startswith(HISTORY) and gauge not in base.get("gauges", {}):
                 raise CaseError(f"the case has no gauge '{gauge}'", where="measured")
         start, self.lower, upper = np.array([scale.numbers for scale in self.scales]).T
         for path, a, x, b in zip(fit.parameters, self.lower, start, upper, strict=True):
@@ -212,12 +212,14 @@ class Calibration:
         """Return the results of the runs at points, (k, m)."""
         if self.cases(points):
             raise _MissingRunsError(points)
-        keys = [self._parameters(u) for u in points]
-        return np.array([[one.value_in(self.folders[self._key(one.shot, key)]) for one in self.data] for key in keys])
+        cases, folders = [self._parameters(u) for u in points], self.folders
+        return np.array(
+            [[datum.value_in(folders[self._key(datum.shot, case)]) for datum in self.data] for case in cases]
+        )
 
     def _residuals(self, computed: np.ndarray) -> np.ndarray:
         """Return (computed - measured)/scatter."""
-        measured, scatter = np.array([[one.value, one.scatter] for one in self.data]).T
+        measured, scatter = np.array([[datum.value, datum.scatter] for datum in self.data]).T
         return np.asarray((computed - measured) / scatter)
 
     def _stencil(self, u: np.ndarray) -> np.ndarray:
@@ -263,8 +265,8 @@ class Calibration:
         points = self._design()
         computed = self._evaluate(points)
         surfaces = [Surrogate(points, column) for column in computed.T]
-        scatter = np.hypot([one.scatter for one in self.data], [surface.error for surface in surfaces])
-        measured = np.array([one.value for one in self.data])
+        scatter = np.hypot([datum.scatter for datum in self.data], [surface.error for surface in surfaces])
+        measured = np.array([datum.value for datum in self.data])
 
         def predict(u: np.ndarray) -> np.ndarray:
             return np.stack([surface.predict(u) for surface in surfaces], axis=1)
@@ -282,15 +284,15 @@ class Calibration:
                 draws = np.atleast_2d(proposal.rvs(DRAWS).T).T
                 draws = draws[((draws >= 0.0) & (draws <= 1.0)).all(axis=1)]
                 density = proposal.logpdf(draws)
-        bounds = np.array([[weighted_quantile(one, weights, share) for one in draws.T] for share in (0.025, 0.975)])
+        bounds = np.array([[weighted_quantile(u, weights, share) for u in draws.T] for share in (0.025, 0.975)])
         sobol = [surface.sobol([scipy.stats.uniform()] * len(mean)) if len(mean) > 1 else None for surface in surfaces]
         more = {
             "method": f"posterior of a response surface of {self.fit.count} points",
             "converged": True,
             "effective_draws": float(1.0 / (weights**2).sum()),
             "surrogates": [
-                {"kind": one.kind, "error": one.error, "share": one.share, "sobol": indices}
-                for one, indices in zip(surfaces, sobol, strict=True)
+                {"kind": surface.kind, "error": surface.error, "share": surface.share, "sobol": indices}
+                for surface, indices in zip(surfaces, sobol, strict=True)
             ],
         }
         return self._result(mean, covariance, bounds, predict(mean[None])[0], more)
@@ -302,7 +304,7 @@ class Calibration:
         residuals = self._residuals(computed)
         parameters = {}
         for k, (path, scale) in enumerate(zip(self.fit.parameters, self.scales, strict=True)):
-            low, high = (float(self.lower[k] + self.range[k] * one[k]) for one in bounds)
+            low, high = (float(self.lower[k] + self.range[k] * bound[k]) for bound in bounds)
             parameters[path] = {
                 "value": float(self.lower[k] + self.range[k] * u[k]),
                 "unit": scale.unit,
@@ -319,8 +321,8 @@ class Calibration:
             "sum_of_squares": float(residuals @ residuals),
             "freedom": max(len(residuals) - len(u), 0),
             "data": [
-                asdict(one) | {"computed": float(value), "residual": float(residual)}
-                for one, value, residual in zip(self.data, computed, residuals, strict=True)
+                asdict(datum) | {"computed": float(value), "residual": float(residual)}
+                for datum, value, residual in zip(self.data, computed, residuals, strict=True)
             ],
         }
 
@@ -328,26 +330,28 @@ class Calibration:
 def material_document(fit: PlainMapping, day: str, version: str) -> Plain:
     """Return the material of a fit's result as a file of the library holds it, its data and date as the source."""
     document: Plain = {"base": fit["material"]["base"]}
-    names = {path.removeprefix(MATERIAL): one for path, one in fit["parameters"].items() if path.startswith(MATERIAL)}
-    shots = list(dict.fromkeys(one["shot"] for one in fit["data"]))
-    sources = "; ".join(dict.fromkeys(one["source"] for one in fit["data"] if one["source"]))
+    of_material = [path for path in fit["parameters"] if path.startswith(MATERIAL)]
+    names = {path.removeprefix(MATERIAL): fit["parameters"][path] for path in of_material}
+    shots = list(dict.fromkeys(datum["shot"] for datum in fit["data"]))
+    sources = "; ".join(dict.fromkeys(datum["source"] for datum in fit["data"] if datum["source"]))
     data = f"{len(fit['data'])} numbers of {', '.join(shots)}{f' ({sources})' if sources else ''}"
     found = "; ".join(map(parameter_text, names, names.values()))
     text = f"Fitted by hvisph {version} on {day} to {data}: {fit['method']}; {found}"
     document["sources"] = [{"of": list(names), "confidence": "derived", "text": text}]
-    for name, one in names.items():
+    for name, parameter in names.items():
         *above, key = name.split(".")
         block = document
         for part in above:
             block = block.setdefault(part, {})
-        block[key] = f"{one['value']:.6g} {one['unit']}" if one["unit"] else float(f"{one['value']:.6g}")
+        number, unit = f"{parameter['value']:.6g}", parameter["unit"]
+        block[key] = f"{number} {unit}" if unit else float(number)
     return document
 
 
-def parameter_text(name: str, one: PlainMapping) -> str:
+def parameter_text(name: str, parameter: PlainMapping) -> str:
     """Return a fitted parameter with its interval in words."""
-    low, high = one["interval"]
-    unit = f" {one['unit']}" if one["unit"] else ""
-    doubt = "" if one["determined"] else ", not determined by the data"
-    bound = ", at its bound" if one["at_bound"] else ""
-    return f"{name} {one['value']:.4g}{unit} (95 %: {low:.4g} to {high:.4g}{doubt}{bound})"
+    low, high = parameter["interval"]
+    unit = f" {parameter['unit']}" if parameter["unit"] else ""
+    doubt = "" if parameter["determined"] else ", not determined by the data"
+    bound = ", at its bound" if parameter["at_bound"] else ""
+    return f"{name} {parameter['value']:.4g}{unit} (95 %: {low:.4g} to {high:.4g}{doubt}{bound})"

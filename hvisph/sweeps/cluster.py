@@ -17,9 +17,9 @@ from .driver import Failures, worker_command
 from .folder import CLAIMS, SweepFolder
 
 PATIENCE = 60.0  # wall time that workers have to write a checkpoint [s]
-LOOK = 2.0  # wall time between two looks at the cluster's workers [s]
-SILENCE = 10.0  # wall time without any worker after which it is said [s]
-KEPT = 2000  # characters of what a worker said last
+LOOK = 2.0  # wall time between two checks of the cluster's workers [s]
+SILENCE = 10.0  # wall time without any worker after which this is reported [s]
+KEPT = 2000  # number of last characters kept of a worker's standard error
 KINDS = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "sge": "SGECluster"}
 
 
@@ -70,7 +70,7 @@ class DaskCrew:
         return len(self.tasks)
 
     def _watch(self) -> None:
-        """Say once that no worker has been there for a while, and once that there are some again."""
+        """Report once that there has been no worker for a while, and once that there are some again."""
         there = self._workers()
         now = time.monotonic()
         self.look = now + LOOK

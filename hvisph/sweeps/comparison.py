@@ -36,7 +36,7 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
         numbers, measured, computed = (list(column) for column in zip(*pairs, strict=True))
         off = [(c - m) / abs(m) for m, c in zip(measured, computed, strict=True) if m != 0.0]
         unit = next(
-            one["measures"][name]["unit"] for one in rows if one["measures"].get(name, {}).get("unit") is not None
+            row["measures"][name]["unit"] for row in rows if row["measures"].get(name, {}).get("unit") is not None
         )
         verdicts[name] = {
             "unit": unit,
@@ -51,12 +51,12 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
 
 def _pair(row: Row, head: str, name: str) -> tuple[float, float] | None:
     """Return the measured and the computed value of a case [SI]; None where one of them is unknown."""
-    one = row["measures"].get(name, {})
-    if not isinstance(one.get("value"), int | float) or row["values"].get(head) is None:
+    measure = row["measures"].get(name, {})
+    if not isinstance(measure.get("value"), int | float) or row["values"].get(head) is None:
         return None
-    dimension = next((kind for kind in DIMENSIONS if kind.unit == one["unit"]), NUMBER)
+    dimension = next((kind for kind in DIMENSIONS if kind.unit == measure["unit"]), NUMBER)
     try:
-        return parse_quantity(str(row["values"][head]), dimension), float(one["value"])
+        return parse_quantity(str(row["values"][head]), dimension), float(measure["value"])
     except ValueError:
         return None
 
@@ -76,7 +76,7 @@ def beside_limit(plan: Plan, limit: PlainMapping) -> Plain:
     impact, _ = impact_of(case)
     beside: Plain = {}
     if impact is not None and (named := limit_speeds(impact)):
-        beside["correlations"] = [asdict(one) for one in named]
+        beside["correlations"] = [asdict(correlation) for correlation in named]
     masses = _masses(case)
     if masses is not None:
         factor = FACTORS[limit["unit"]]

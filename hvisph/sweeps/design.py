@@ -19,7 +19,7 @@ from .statistics import perturbations
 
 def draw_sample(vary: models.Sample, base: Mapping[str, object]) -> list[Values]:
     """Return the cases of a sample by its seed; more cases extend `sobol` and `random`, not a hypercube."""
-    draws = {path: _distribution(path, one, base) for path, one in vary.values.items()}
+    draws = {path: _distribution(path, setting, base) for path, setting in vary.values.items()}
     cube = _unit_cube(vary.method, len(draws), vary.count, vary.seed)
     return [{path: draw(float(u)) for (path, draw), u in zip(draws.items(), row, strict=True)} for row in cube]
 
@@ -35,21 +35,21 @@ def _unit_cube(method: str, dimensions: int, count: int, seed: int) -> np.ndarra
     return scipy.stats.qmc.Sobol(dimensions, rng=rng).random_base2(power)[:count]
 
 
-def _distribution(path: str, one: Any, base: PlainMapping) -> Any:
+def _distribution(path: str, setting: Any, base: PlainMapping) -> Any:
     """Return a function from a probability to a value of the setting."""
-    if isinstance(one, models.Choice):
-        return lambda u: one.choice[min(int(u * len(one.choice)), len(one.choice) - 1)]
-    scale, drawn = distribution(path, one, base)
+    if isinstance(setting, models.Choice):
+        return lambda u: setting.choice[min(int(u * len(setting.choice)), len(setting.choice) - 1)]
+    scale, drawn = distribution(path, setting, base)
     return lambda u: scale.value(float(drawn.ppf(min(max(u, 1e-12), 1.0 - 1e-12))))
 
 
-def distribution(path: str, one: Any, base: PlainMapping) -> tuple[Scale, Any]:
+def distribution(path: str, setting: Any, base: PlainMapping) -> tuple[Scale, Any]:
     """Return the scale of a setting and its distribution in that scale, a frozen one of `scipy.stats`."""
-    if isinstance(one, models.Uniform):
-        scale = Scale(path, one.uniform, base)
+    if isinstance(setting, models.Uniform):
+        scale = Scale(path, setting.uniform, base)
         low, high = scale.numbers
         return scale, scipy.stats.uniform(low, high - low)
-    scale = Scale(path, [one.normal.mean, one.normal.sd], base)
+    scale = Scale(path, [setting.normal.mean, setting.normal.sd], base)
     return scale, scipy.stats.norm(*scale.numbers)
 
 
@@ -72,8 +72,8 @@ def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
         scale = Scale(vary.path, [*vary.bracket, vary.tolerance], base)
         if scale.numbers[0] == scale.numbers[1] or not scale.numbers[2] > 0.0:
             raise CaseError("needs two values that differ, and a width above 0", where="bracket")
-        fixed = [one | variant for one in product(vary.parameters) for variant in variants(vary, base)]
-        cases = [{**one, vary.path: scale.value(number)} for one in fixed for number in scale.numbers[:2]]
+        fixed = [values | variant for values in product(vary.parameters) for variant in variants(vary, base)]
+        cases = [{**values, vary.path: scale.value(number)} for values in fixed for number in scale.numbers[:2]]
     if len(cases) > models.MOST_CASES:
         raise CaseError(f"makes {len(cases)} cases, more than {models.MOST_CASES}")
     return cases
@@ -91,7 +91,7 @@ def converge_cases(vary: models.Converge, base: PlainMapping) -> list[Values]:
 def _spacings(path: str, values: Any, numbers: list[float], raised: list[Values]) -> list[Values]:
     """Return a setting for each spacing, and the coarsest one with each of the `raised` parameters."""
     coarsest = values[numbers.index(max(numbers))]
-    return [{path: value} for value in values] + [{path: coarsest} | one for one in raised]
+    return [{path: value} for value in values] + [{path: coarsest} | perturbed for perturbed in raised]
 
 
 def variants(vary: models.Bisect, base: PlainMapping) -> list[Values]:

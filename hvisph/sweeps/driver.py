@@ -172,7 +172,7 @@ class Driver:
             self.table.write(self.members)
             if self.sweep.stop_after_failures is not None and failures >= self.sweep.stop_after_failures:
                 return
-            # looking at ten thousand cases takes a while: spend little of the time on it
+            # checking ten thousand cases takes a while: limit its share of the time
             time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
 
     def _prolong(self) -> bool:

@@ -112,7 +112,7 @@ class SweepFolder:
         rows: list[list[object]] = [["number", "hash", "cost", *paths]]
         for member in members:
             values = [member.values.get(path, "") for path in paths]
-            cells = [json.dumps(one) if isinstance(one, bool | list | dict | None) else one for one in values]
+            cells = [json.dumps(value) if isinstance(value, bool | list | dict | None) else value for value in values]
             rows.append([member.number, member.digest, f"{member.cost:.3g}", *cells])
         atomic_write.write_csv(self.path / CASES, rows)
 
@@ -167,8 +167,8 @@ class SweepFolder:
         if summary.get("status") in ("done", "failed") and not starts:
             return Standing(summary["status"], str((summary.get("failure") or {}).get("message", "")), summary)
         if starts and not held:
-            with self.claim(member) as mine:
-                if not mine:
+            with self.claim(member) as claimed:
+                if not claimed:
                     return Standing("running")
         if starts >= MOST_STARTS:
             return Standing("killed", f"the process that computed it ended {starts} times without a report")
@@ -177,7 +177,7 @@ class SweepFolder:
         return Standing("waiting")
 
     def begin_again(self, member: Member, end: float | None = None) -> None:
-        """Let a case be taken again: one that failed or was cut off, or up to a later `end` [s]."""
+        """Mark a case as waiting, to be computed again or continued to a later `end` [s]."""
         self._ended.pop(member.number, None)
         self.note(member, "again", **({} if end is None else {"end": end}))
 
@@ -202,7 +202,7 @@ class SweepFolder:
 
 
 def _fruitless_starts(events: Sequence[Plain]) -> int:
-    """Return how often the case was begun without coming further since it last ended by its own will."""
+    """Return the number of consecutive starts from the same checkpoint up to the last event."""
     starts, reached = 0, None
     for event in events:
         if event["event"] != "start":
@@ -218,8 +218,8 @@ def _summary(folder: Path) -> Plain:
     try:
         summary = json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))
         measures = {
-            name: {key: one.get(key) for key in ("value", "uncertainty", "uncertainty_by", "unit")}
-            for name, one in summary["measures"].items()
+            name: {key: measure.get(key) for key in ("value", "uncertainty", "uncertainty_by", "unit")}
+            for name, measure in summary["measures"].items()
         }
         kept = ("status", "failure", "conservation", "wall_seconds", "steps", "particles", "end_time")
         return {key: summary.get(key) for key in kept} | {
@@ -311,20 +311,21 @@ def rows(folder: SweepFolder, members: Sequence[Member]) -> list[Row]:
 
 def table_rows(shown: Sequence[Row], record: Sequence[str] | None) -> list[list[object]]:
     """Return heads and rows of a table; measures in SI, with the unit in the head and the uncertainty beside each."""
-    paths = list(dict.fromkeys(path for one in shown for path in one["values"]))
+    paths = list(dict.fromkeys(path for row in shown for path in row["values"]))
     units: dict[str, str] = {}
-    for one in shown:
-        for name, measure in one["measures"].items():
+    for row in shown:
+        for name, measure in row["measures"].items():
             units.setdefault(name, measure["unit"] or "")
     chosen = [name for name in (record if record is not None else units) if name in units]
     heads = [f"{name} [{units[name]}]" if units[name] else name for name in chosen]
     last = ("energy_drift", "wall_seconds", "folder", "message")
-    table: list[list[object]] = [["number", *paths, "status", *(x for one in heads for x in (one, f"± {one}")), *last]]
-    for one in shown:
-        measures = [one["measures"].get(name, {}) for name in chosen]
+    columns = (column for head in heads for column in (head, f"± {head}"))
+    table: list[list[object]] = [["number", *paths, "status", *columns, *last]]
+    for row in shown:
+        measures = [row["measures"].get(name, {}) for name in chosen]
         cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
-        values = (format_value(one["values"][path]) if path in one["values"] else "" for path in paths)
-        table.append([one["number"], *values, one["status"], *cells, *(one[key] for key in last)])
+        values = (format_value(row["values"][path]) if path in row["values"] else "" for path in paths)
+        table.append([row["number"], *values, row["status"], *cells, *(row[key] for key in last)])
     return table
 
 

@@ -58,7 +58,7 @@ def split(path: str, value: object) -> tuple[float, str]:
 
 def product(axes: Mapping[str, Sequence[object]]) -> list[Values]:
     """Return every combination of the values of several settings."""
-    return [dict(zip(axes, one, strict=True)) for one in itertools.product(*axes.values())]
+    return [dict(zip(axes, combination, strict=True)) for combination in itertools.product(*axes.values())]
 
 
 def plain(cell: str) -> object:

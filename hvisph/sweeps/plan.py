@@ -66,12 +66,12 @@ class Plan:
     def members(self, values: Sequence[Values], start: int) -> list[Member]:
         """Return cases for `values`, numbered from `start`."""
         members = []
-        for number, one in enumerate(values, start):
-            case = self.case(one, number)
+        for number, settings in enumerate(values, start):
+            case = self.case(settings, number)
             shapes = f"{case.resolution} {[body.shape for body in case.bodies.values()]}"
             if shapes not in self.counts:
                 self.counts[shapes] = float(rough_count(case))
-            members.append(Member(number, digest(case), one, self.counts[shapes] * estimated_steps(case)))
+            members.append(Member(number, digest(case), settings, self.counts[shapes] * estimated_steps(case)))
         return members
 
     def case(self, values: Values, number: int = 0) -> Case:

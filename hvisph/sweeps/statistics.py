@@ -40,8 +40,8 @@ from hvisph.measures.correlations import LambertJonas, lambert_jonas_velocity
 
 from .parameters import MATERIAL, Values
 
-SAFETY = 1.25
-LOWEST, HIGHEST = 1e-3, 20.0  # orders that are looked for
+SAFETY = 1.25  # factor of the grid convergence index
+LOWEST, HIGHEST = 1e-3, 20.0  # bounds of the order
 
 
 @dataclass(frozen=True)
@@ -77,11 +77,11 @@ def convergence(
 ) -> Convergence:
     """Return the convergence of results at several resolutions, by the three finest.
 
-    `results`, `spacings`: values and what they were computed at, in any order.
-    `uncertainties`: what each value is uncertain by itself; None where that is not known.
+    `results`, `spacings`: values and their spacings, in any order.
+    `uncertainties`: uncertainty of each value at its spacing; None where unknown.
     """
     known = uncertainties or [None] * len(results)
-    points = sorted(zip(spacings, results, known, strict=True), key=lambda one: one[0])
+    points = sorted(zip(spacings, results, known, strict=True), key=lambda point: point[0])
     if len(points) < 2:
         return Convergence("too few")
     h, f, _ = zip(*points, strict=True)
@@ -204,7 +204,7 @@ def read_fit(source: str | PlainMapping | None, folder: Path) -> Plain | None:
     """Return name, parameters and correlation of a fit's material from its folder; raises `CaseError`."""
     if source is None or not isinstance(source, str):
         return None if source is None else dict(source)
-    path = next((one for one in (folder / source, Path(source)) if one.is_dir()), Path(source))
+    path = next((place for place in (folder / source, Path(source)) if place.is_dir()), Path(source))
     try:
         fit = json.loads((path / "results.json").read_text(encoding="utf-8"))["fit"]
         paths = [name for name in fit["parameters"] if name.startswith(MATERIAL)]
@@ -222,13 +222,16 @@ def perturbations(fit: Any, base: PlainMapping) -> list[Values]:
     if fit is None:
         return []
     name = fit["material"]
-    materials = {body: one.get("material") for body, one in base.get("bodies", {}).items()}
-    bodies = [key for key, one in materials.items() if name in (one, one.get("base") if isinstance(one, dict) else "")]
+    materials = {body: model.get("material") for body, model in base.get("bodies", {}).items()}
+    bases = {body: used.get("base") if isinstance(used, dict) else used for body, used in materials.items()}
+    bodies = [body for body in materials if name in (materials[body], bases[body])]
     if not bodies:
         raise CaseError(f"no body is made of {name}, the material of the fit", where="fit")
     return [
-        {f"bodies.{body}.{path}": f"{one['value'] + one['deviation']:.8g} {one['unit']}".strip() for body in bodies}
-        for path, one in fit["parameters"].items()
+        dict.fromkeys(
+            (f"bodies.{body}.{path}" for body in bodies), f"{p['value'] + p['deviation']:.8g} {p['unit']}".strip()
+        )
+        for path, p in fit["parameters"].items()
     ]
 
 
@@ -253,12 +256,12 @@ def combine_uncertainties(
     parts = {"spacing": float(spread), "time": float(time)}
     if len(g):
         parts["material"] = 2.0 * float(np.sqrt(max(g @ np.array(correlation) @ g, 0.0)))
-    total = float(np.sqrt(sum(one**2 for one in parts.values())))
+    total = float(np.sqrt(sum(part**2 for part in parts.values())))
     return {
         "value": finest,
         "half_width": total,
         "parts": parts,
-        "shares": {kind: (one / total) ** 2 if total else 0.0 for kind, one in parts.items()},
+        "shares": {kind: (part / total) ** 2 if total else 0.0 for kind, part in parts.items()},
     }
 
 
@@ -302,7 +305,7 @@ def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> P
     errors = np.sqrt(np.diag(inverse @ inverse.T)[1:] * (residual @ residual) / (n - d - 1))
     surface = Surrogate(x, y, polynomial=True)
     first, total = surface.sobol(distributions)
-    swing = [float(b * np.diff(one.ppf([0.05, 0.95]))[0]) for b, one in zip(slopes, distributions, strict=True)]
+    swing = [float(b * np.diff(input_.ppf([0.05, 0.95]))[0]) for b, input_ in zip(slopes, distributions, strict=True)]
     return {
         "slope": slopes.tolist(),
         "error": errors.tolist(),

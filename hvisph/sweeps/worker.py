@@ -19,8 +19,8 @@ from hvisph.simulation.run_files import Outcome
 from .folder import ENDED, STEPPING, Selection, SweepFolder, TableKeeper
 from .plan import Member, Plan
 
-POLL = 0.5  # wall time between two looks when all that is left is with others [s]
-LOOK = 1.0  # wall time between two looks whether it is still wanted [s]
+POLL = 0.5  # wall time between two searches while other workers compute all remaining cases [s]
+LOOK = 1.0  # wall time between two checks whether the worker is still wanted [s]
 
 
 class _Limited(Listener):
@@ -73,9 +73,9 @@ class Worker:
                 if not self.selection.takes(member, self.folder.standing(member)):
                     continue
                 left += 1
-                with self.folder.claim(member) as mine:
-                    standing = self.folder.standing(member, held=mine)
-                    if not mine:
+                with self.folder.claim(member) as claimed:
+                    standing = self.folder.standing(member, held=claimed)
+                    if not claimed:
                         busy += 1
                     elif self.selection.takes(member, standing) and not self._compute(member):
                         return INTERRUPTED
@@ -90,7 +90,7 @@ class Worker:
 
     def _enough_failures(self, members: Sequence[Member]) -> bool:
         most = self.sweep.stop_after_failures
-        return most is not None and sum(self.folder.standing(one).status in ENDED[1:] for one in members) >= most
+        return most is not None and sum(self.folder.standing(member).status in ENDED[1:] for member in members) >= most
 
     def _compute(self, member: Member) -> bool:
         """Run a case to its end, its limit or a signal; False after a signal."""
