@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hvisph_validation.comparison import Compared, verdicts
-from hvisph_validation.evaluators import judge_of
+from hvisph_validation.evaluators import evaluator_of
 from hvisph_validation.evaluators.shield import ratio
-from hvisph_validation.experiment_set import Asked
+from hvisph_validation.experiment_set import Criteria
 from hvisph_validation.experiments import Experiments, Measured, experiment_names
 from hvisph_validation.report import write_page
 from hvisph_validation.results import SetResult, store, stored
@@ -34,12 +34,12 @@ def row(shot, measured, computed, *, quantity="length", unit="mm", judged=True, 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_number_belongs_to_a_shot_and_says_its_source(name):
     one = Experiments(name)
-    known = judge_of(one.model.judge)
+    known = evaluator_of(one.model.evaluator)
     assert one.measured
     assert all(measured.source for measured in one.measured)
     assert not [m for m in one.measured if m.judged and m.confidence == "recalled"]
     assert {m.quantity for m in one.measured} <= set(known.quantities)
-    assert set(one.model.asked) <= {m.quantity for m in one.measured}
+    assert set(one.model.required) <= {m.quantity for m in one.measured}
     if known.each is not None:
         assert {m.shot for m in one.measured} == set(one.shots)
 
@@ -70,18 +70,18 @@ def test_a_shield_with_cloth_is_judged_by_the_curve_of_its_own():
 
 def test_bias_scatter_and_worst_by_hand():
     rows = [row("a", 10.0, 11.0), row("b", 10.0, 9.8), row("c", 10.0, 30.0, judged=False)]
-    (found,) = verdicts(rows, {"length": Asked(mean=0.07, worst=0.09)})
+    (found,) = verdicts(rows, {"length": Criteria(mean=0.07, worst=0.09)})
     assert (found.mean, found.worst, found.worst_shot) == (pytest.approx(0.06), pytest.approx(0.1), "a")
     assert found.bias == pytest.approx(0.04)
     assert found.scatter == pytest.approx(0.12 / 2**0.5)
     assert found.passed is False
-    (found,) = verdicts(rows, {"length": Asked(mean=0.06 + 1e-9, worst=0.11)})
+    (found,) = verdicts(rows, {"length": Criteria(mean=0.06 + 1e-9, worst=0.11)})
     assert found.passed is True
 
 
-def test_a_shot_without_a_value_fails_what_is_asked():
+def test_a_shot_without_a_value_fails_its_criteria():
     rows = [row("a", 10.0, 10.0), row("b", 10.0, None, reason="failed")]
-    (found,) = verdicts(rows, {"length": Asked(mean=0.1)})
+    (found,) = verdicts(rows, {"length": Criteria(mean=0.1)})
     assert found.shots == (2, 1)
     assert found.passed is False
     assert verdicts(rows, {})[0].passed is None
@@ -89,9 +89,9 @@ def test_a_shot_without_a_value_fails_what_is_asked():
 
 def test_a_shot_that_has_not_been_computed_leaves_all_open():
     rows = [row("a", 10.0, 10.0), row("b", 10.0, None, reason="waiting")]
-    (found,) = verdicts(rows, {"length": Asked(mean=0.1)})
+    (found,) = verdicts(rows, {"length": Criteria(mean=0.1)})
     assert (found.shots, found.mean, found.passed) == ((2, 1), 0.0, None)
-    assert verdicts([row("a", 10.0, 12.0), rows[1]], {"length": Asked(worst=0.1)})[0].passed is False
+    assert verdicts([row("a", 10.0, 12.0), rows[1]], {"length": Criteria(worst=0.1)})[0].passed is False
 
 
 def test_verdicts_count_what_is_undecided_as_wrong():
@@ -99,19 +99,19 @@ def test_verdicts_count_what_is_undecided_as_wrong():
         return row(name, measured, computed, quantity="perforated", unit="-", ratio=ratio)
 
     rows = [shot("a", 1.0, 1.0, 1.4), shot("b", 0.0, 1.0, 0.95), shot("c", 0.0, None, 0.5), shot("d", 0.0, 0.0, 0.6)]
-    (found,) = verdicts(rows, {"perforated": Asked(right=0.5, wrong_within=0.1)})
+    (found,) = verdicts(rows, {"perforated": Criteria(right=0.5, wrong_within=0.1)})
     assert found.right == 0.5
     assert found.farthest == pytest.approx(0.05)
     assert found.passed is True
-    assert verdicts(rows, {"perforated": Asked(right=0.5, wrong_within=0.04)})[0].passed is False
+    assert verdicts(rows, {"perforated": Criteria(right=0.5, wrong_within=0.04)})[0].passed is False
 
 
 def test_values_within_bounds_in_their_unit():
     rows = [row("a", 7.2, 7.05)]
-    assert verdicts(rows, {"length": Asked(between=(7.0, 7.2))})[0].passed
-    assert not verdicts(rows, {"length": Asked(between=(7.1, 7.2))})[0].passed
-    assert verdicts(rows, {"length": Asked(within=0.2)})[0].passed
-    assert not verdicts(rows, {"length": Asked(within=0.1)})[0].passed
+    assert verdicts(rows, {"length": Criteria(between=(7.0, 7.2))})[0].passed
+    assert not verdicts(rows, {"length": Criteria(between=(7.1, 7.2))})[0].passed
+    assert verdicts(rows, {"length": Criteria(within=0.2)})[0].passed
+    assert not verdicts(rows, {"length": Criteria(within=0.1)})[0].passed
 
 
 def test_results_are_read_as_they_were_stored(tmp_path):
@@ -150,7 +150,7 @@ def test_what_was_not_computed_is_told(tmp_path):
 
 @pytest.mark.parametrize("name", ["j2", "melt", "cloud"])
 def test_coarse_form(name, tmp_path):
-    """All goes through: the sweep, the judge, the page; the same command computes nothing again."""
+    """All goes through: the sweep, the evaluator, the page; the same command computes nothing again."""
     where = ("--coarse", "--workers", 1, "--threads", 1, "--out", tmp_path)
     first = call(name, *where, "--quiet", "--page", tmp_path / "page.md")
     assert first.exit_code in (0, 1), first.output
@@ -209,7 +209,7 @@ def test_the_middle_of_a_wide_bracket_is_no_limit(monkeypatch):
 
     def told(points):
         monkeypatch.setattr(limit, "_speeds", lambda shots: {"plate": points})
-        return limit.JUDGE.computed([])["plate"]["ballistic_limit", None]
+        return limit.EVALUATOR.computed([])["plate"]["ballistic_limit", None]
 
     assert told([(180.0, False, 0.0), (400.0, True, 250.0)]).value is None
     assert told([(270.0, False, 0.0), (290.0, True, 90.0)]).value == 280.0

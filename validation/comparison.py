@@ -1,4 +1,4 @@
-"""Measured beside computed, and what is asked of all shots of a quantity together."""
+"""Measured beside computed values, and verdicts on all shots of a quantity together."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import isfinite, sqrt
 from typing import Any
 
-from hvisph_validation.experiment_set import Asked
+from hvisph_validation.experiment_set import Criteria
 
 from .experiments import UNITS, Measured
 from .quantity import Key, Value
@@ -17,16 +17,10 @@ from .quantity import Key, Value
 class Compared:
     """One measured number beside the computed one, both in the unit of the measured.
 
-    Parameters
-    ----------
-    measured
-        The measured number.
-    computed, uncertainty
-        The computed one; None where the run gave none, with the `reason`.
-    reason
-        Why there is none.
-    ratio
-        Of a verdict: diameter over that of the limit curve.
+    `measured`: measured number.
+    `computed`, `uncertainty`: computed number and its uncertainty; None where the run gave none.
+    `reason`: why there is none.
+    `ratio`: of a verdict: diameter over that of the limit curve.
     """
 
     measured: Measured
@@ -62,7 +56,7 @@ class Compared:
         return cls(measured, **{k: plain[k] for k in own})
 
 
-PENDING = ("waiting", "running", "interrupted")  # what has not ended says nothing yet
+PENDING = ("waiting", "running", "interrupted")  # states of runs that have not ended
 VERDICTS = ("perforated", "spalled", "detached")
 
 
@@ -70,48 +64,35 @@ def compared(measured: Sequence[Measured], computed: Mapping[str, Mapping[Key, V
              ) -> Iterator[Compared]:  # fmt: skip
     """Yield every measured number beside the computed one.
 
-    Parameters
-    ----------
-    measured
-        All that was measured of the set.
-    computed
-        Computed values by shot.
-    why
-        Why shots have none, by shot.
+    `measured`: measured numbers of the set.
+    `computed`: computed values by shot.
+    `why`: by shot, why it has no values.
     """
-    for one in measured:
-        value = computed.get(one.shot, {}).get((one.quantity, one.at))
+    for entry in measured:
+        value = computed.get(entry.shot, {}).get((entry.quantity, entry.at))
         if value is None:
-            yield Compared(one, None, reason=why.get(one.shot, "not computed"))
+            yield Compared(entry, None, reason=why.get(entry.shot, "not computed"))
             continue
-        unit = UNITS[one.unit]
+        unit = UNITS[entry.unit]
         number = None if value.value is None else value.value / unit
         spread = None if value.uncertainty is None else value.uncertainty / unit
-        yield Compared(one, number, spread, value.reason, value.ratio)
+        yield Compared(entry, number, spread, value.reason, value.ratio)
 
 
 @dataclass(frozen=True)
 class Verdict:
     """How all shots of one quantity together do.
 
-    Parameters
-    ----------
-    quantity, unit
-        Of what.
-    shots
-        How many shots count, and how many of them have a value.
-    mean, worst, worst_shot, bias, scatter
-        Of the differences as shares: mean size, largest size and where, mean, standard deviation; None without values.
-    right
-        Of verdicts: share on the right side.
-    farthest
-        Of verdicts that are wrong: the largest distance from the limit curve in diameter; None where all are right.
-    weak, strong
-        Of verdicts that are wrong: how many failed that held, and how many held that failed.
-    of_curve
-        Of verdicts: share that the limit curve has right of the same shots; None where it knows none.
-    passed
-        Whether all are within their tolerances; None without any, or where shots are not computed yet and none failed.
+    `quantity`, `unit`: quantity and its unit.
+    `shots`: number of judged shots, and of those with a value.
+    `mean`, `worst`, `worst_shot`, `bias`, `scatter`: of the differences as shares: mean magnitude, largest magnitude
+      and its shot, mean, standard deviation; None without values.
+    `right`: of verdicts: share on the right side.
+    `farthest`: of verdicts that are wrong: the largest distance from the limit curve in diameter; None where all are
+      right.
+    `weak`, `strong`: numbers of wrong verdicts: targets that fail but held, and that hold but failed.
+    `of_curve`: of verdicts: share of the same shots that the limit curve predicts; None where it predicts none.
+    `passed`: whether all criteria are met; None without criteria, or while shots are pending and none has failed.
     """
 
     quantity: str
@@ -130,28 +111,28 @@ class Verdict:
     passed: bool | None = None
 
 
-def verdicts(rows: Sequence[Compared], asked: Mapping[str, Asked]) -> list[Verdict]:
-    """Return how every quantity does, in the order of the set; shots without a value fail what is asked of them."""
+def verdicts(rows: Sequence[Compared], criteria: Mapping[str, Criteria]) -> list[Verdict]:
+    """Return the verdict on every quantity, in the order of the set; shots without a value fail their criteria."""
     names = dict.fromkeys(row.measured.quantity for row in rows if row.measured.judged)
     return [_verdict(name, [row for row in rows if row.measured.judged and row.measured.quantity == name],
-                     asked.get(name)) for name in names]  # fmt: skip
+                     criteria.get(name)) for name in names]  # fmt: skip
 
 
-def _verdict(name: str, rows: Sequence[Compared], asked: Asked | None) -> Verdict:
+def _verdict(name: str, rows: Sequence[Compared], criteria: Criteria | None) -> Verdict:
     pending = any(row.reason in PENDING for row in rows)
     everything, rows = rows, [row for row in rows if row.reason not in PENDING]
     known = [(row.off, row) for row in rows if row.off is not None]
     shots = (len({row.measured.shot for row in everything}), len({row.measured.shot for _, row in known}))
     unit = everything[0].measured.unit
     if not known:
-        return Verdict(name, unit, shots, passed=False if asked and not pending else None)
+        return Verdict(name, unit, shots, passed=False if criteria and not pending else None)
     offs = [off for off, _ in known]
     if rows[0].is_verdict:
         wrong = [row.ratio for off, row in known if off > 0.5 and row.ratio is not None]
         right = 1.0 - sum(offs) / len(rows) - (len(rows) - len(known)) / len(rows)
         farthest = max((abs(ratio - 1.0) for ratio in wrong), default=None)
-        passed = None if asked is None or pending else (
-            _at_least(right, asked.right) and _at_most(farthest or 0.0, asked.wrong_within))  # fmt: skip
+        passed = None if criteria is None or pending else (
+            _at_least(right, criteria.right) and _at_most(farthest or 0.0, criteria.wrong_within))  # fmt: skip
         weak = sum(off > 0.5 and row.measured.value < 0.5 for off, row in known)
         curve = [(row.ratio > 1.0) == (row.measured.value > 0.5) for row in rows if row.ratio is not None]
         return Verdict(name, unit, shots, right=right, farthest=farthest, weak=weak, strong=int(sum(offs)) - weak,
@@ -160,19 +141,18 @@ def _verdict(name: str, rows: Sequence[Compared], asked: Asked | None) -> Verdic
     scatter = sqrt(sum((off - bias) ** 2 for off in offs) / (len(offs) - 1)) if len(offs) > 1 else None
     worst, shot = max((abs(off), row.measured.shot) for off, row in known)
     passed = None
-    if asked is not None:  # what is still to come may mend a mean, and no shot that has failed
-        passed = (
-            len(known) == len(rows) and _at_most(worst, asked.worst) and all(_inside(row, asked) for _, row in known)
-        )
-        passed = None if passed and pending else passed and _at_most(mean, asked.mean)
+    if criteria is not None:  # pending shots may improve a mean, but not a shot that has failed
+        passed = len(known) == len(rows) and _at_most(worst, criteria.worst)
+        passed = passed and all(_inside(row, criteria) for _, row in known)
+        passed = None if passed and pending else passed and _at_most(mean, criteria.mean)
     return Verdict(name, unit, shots, mean, worst, shot, bias, scatter, passed=passed)
 
 
-def _inside(row: Compared, asked: Asked) -> bool:
+def _inside(row: Compared, criteria: Criteria) -> bool:
     assert row.computed is not None
-    if asked.between is not None and not asked.between[0] <= row.computed <= asked.between[1]:
+    if criteria.between is not None and not criteria.between[0] <= row.computed <= criteria.between[1]:
         return False
-    return asked.within is None or abs(row.computed - row.measured.value) <= asked.within
+    return criteria.within is None or abs(row.computed - row.measured.value) <= criteria.within
 
 
 def _at_most(value: float, most: float | None) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from hvisph.sweeps.folder import Row, SweepFolder, rows
 from hvisph.verification.problem import Ran
 
 from .comparison import PENDING, compared
-from .evaluators import judge_of
+from .evaluators import evaluator_of
 from .experiments import SHOT, Experiments, Form
 from .quantity import Shot
 from .results import SetResult
@@ -27,22 +28,12 @@ def folders(experiments: Experiments, form: Form, across: float | None = None, o
             there: bool = False) -> dict[str, SweepFolder]:  # fmt: skip
     """Return the folders of a set's sweeps, begun where they were not.
 
-    Parameters
-    ----------
-    experiments
-        The set.
-    form, across
-        How finely: a form, or particles across in place of the form's.
-    out
-        Where the folders of all sets are; ``validation`` unless given.
-    there
-        Whether only what was begun is wanted, as it was.
-
-    Raises
-    ------
-    CaseError
-        For anything wrong with a case, before anything runs, where a folder holds other cases of that name, and where
-        nothing was begun of what is wanted as it was.
+    `experiments`: the set.
+    `form`, `across`: resolution: a form, or particles across in its place.
+    `out`: where the folders of all sets are; ``validation`` unless given.
+    `there`: whether only folders are wanted that were begun before.
+    Raises `CaseError` for anything wrong with a case, before anything runs, where a folder holds other cases of that
+    name, and where nothing was begun of what is wanted as it was.
     """
     where = (out or FOLDER) / f"{experiments.name}-{experiments.particles(form, across):g}"
     if there:
@@ -57,7 +48,7 @@ def folders(experiments: Experiments, form: Form, across: float | None = None, o
 
 def result(experiments: Experiments, across: float, sweeps: dict[str, SweepFolder]) -> SetResult:
     """Return measured beside computed of all that has been computed so far."""
-    judge = judge_of(experiments.model.judge)
+    evaluator = evaluator_of(experiments.model.evaluator)
     standing: dict[str, dict[str, Any]] = {}
     shots: list[Shot] = []
     for name, folder in sweeps.items():
@@ -66,20 +57,20 @@ def result(experiments: Experiments, across: float, sweeps: dict[str, SweepFolde
             standing[_unlike(shot, standing)] = _short(row)
             if row["status"] == "done":
                 shots.append(_shot(shot, row, experiments))
-    computed = judge.computed(shots)
+    computed = evaluator.computed(shots)
     why = {
-        name: one["status"] if one["status"] in PENDING else one["message"] or one["status"]
-        for name, one in standing.items()
-        if one["status"] != "done"
+        name: run["status"] if run["status"] in PENDING else run["message"] or run["status"]
+        for name, run in standing.items()
+        if run["status"] != "done"
     }
-    curves = judge.curves(shots) if judge.curves is not None else {}
+    curves = evaluator.curves(shots) if evaluator.curves is not None else {}
     return SetResult(experiments.name, across, list(compared(experiments.measured, computed, why)), standing, curves)
 
 
 def _shot(name: str, row: Row, experiments: Experiments) -> Shot:
     folder = Path(row["folder"])
     summary = json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))
-    measured = [one for one in experiments.measured if one.shot == name]
+    measured = [entry for entry in experiments.measured if entry.shot == name]
     return Shot(name, row["values"], Ran(load_case(folder / file_names.CASE), folder, summary), measured)
 
 
@@ -89,9 +80,5 @@ def _short(row: Row) -> dict[str, Any]:
 
 def _unlike(name: str, known: Sequence[str] | dict[str, Any]) -> str:
     """Return a name that is not among those known: a bisection has several runs of one shot."""
-    number = 1
-    unequal_spacings = name
-    while unequal_spacings in known:
-        number += 1
-        unequal_spacings = f"{name} ({number})"
-    return unequal_spacings
+    names = (f"{name} ({number})" for number in count(2))
+    return name if name not in known else next(other for other in names if other not in known)

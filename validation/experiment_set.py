@@ -13,7 +13,7 @@ from hvisph.casefile.errors import validate_values
 from hvisph.casefile.paths import SET, data_folder
 
 Words = Annotated[str, Field(min_length=1, max_length=4000)]
-JudgeName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spall", "fragments", "planetary"]
+EvaluatorName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spall", "fragments", "planetary"]
 
 
 class Across(StrictModel):
@@ -28,7 +28,7 @@ class Across(StrictModel):
     coarse: PositiveNumber = Field(description="In the runs that only show that all works: seconds")
 
 
-class Asked(StrictModel):
+class Criteria(StrictModel):
     """Acceptance criteria of a quantity over all evaluated experiments."""
 
     mean: NonNegativeNumber | None = Field(default=None, description="Largest mean of the differences, as a share")
@@ -56,18 +56,18 @@ class ExperimentSet(StrictModel):
     title: Text = Field(description="What it is, for a heading")
     shows: Words = Field(description="What it tells of a code")
     set_up: Words = Field(description="Formulation, materials and resolution, and why: chosen before any comparison")
-    stands_in: str = Field(default="", max_length=4000, description="What stands for a material whose numbers lack")
+    substitutes: str = Field(default="", max_length=4000, description="Substitutes of materials without constants")
     found: str = Field(default="", max_length=4000, description="What agrees, what does not and why")
-    why: dict[Text, Words] = Field(default={}, description="By quantity: in a sentence, why it misses what is asked")
-    judge: JudgeName = Field(description="What draws the measured quantities from the runs")
-    across: Across = Field(description="Particles across")
-    asked: dict[Text, Asked] = Field(default={}, description="By quantity; those not named are shown, not judged")
+    why: dict[Text, Words] = Field(default={}, description="By quantity: in a sentence, why it misses its criteria")
+    evaluator: EvaluatorName = Field(description="Module that computes the measured quantities from the runs")
+    particles_across: Across = Field(description="Particles across")
+    required: dict[Text, Criteria] = Field(default={}, description="By quantity; those not named are shown, not judged")
     limits: dict[Text, Limit] = Field(default={}, description="Shots whose limit is looked for, in place of shots.csv")
 
     @model_validator(mode="after")
     def _bisections(self) -> Self:
-        if (self.judge == "limit") != bool(self.limits):
-            refuse([("limits", "belong to the judge `limit`, and to no other")])
+        if (self.evaluator == "limit") != bool(self.limits):
+            refuse([("limits", "belong to the evaluator `limit`, and to no other")])
         return self
 
 

@@ -26,19 +26,12 @@ WORDS = {"yes": 1.0, "no": 0.0}
 class Measured:
     """One number that was measured.
 
-    Parameters
-    ----------
-    shot, quantity
-        Of what; quantities are those of the set's judge.
-    at
-        Where along an outline, or at which velocity, in the set's own unit; None for single numbers.
-    value, unit, scatter
-        The number, a unit of `UNITS`, and how much the experiment itself scatters, in the unit; None where not known.
-        Yes and no are 1 and 0.
-    judged
-        Whether it counts; what is recalled from memory never does.
-    confidence, source
-        How sure the number is, and who says it.
+    `shot`, `quantity`: shot, and quantity of the set's evaluator.
+    `at`: place along an outline, or velocity, in the set's own unit; None for single numbers.
+    `value`, `unit`, `scatter`: number (1 and 0 for yes and no), unit of `UNITS`, and scatter of the experiment; None if
+      unknown.
+    `judged`: whether verdicts count it; never if recalled from memory.
+    `confidence`, `source`: confidence of the number, and its source.
     """
 
     shot: str
@@ -66,10 +59,7 @@ class Measured:
 class Experiments:
     """A set of experiments and the sweeps that compute it.
 
-    Parameters
-    ----------
-    name
-        Of a bundled set; raises `CaseError` for any other.
+    `name`: of a bundled set; raises `CaseError` for any other.
     """
 
     def __init__(self, name: str):
@@ -94,17 +84,13 @@ class Experiments:
 
     def particles(self, form: Form, across: float | None = None) -> float:
         """Return how many particles lie across in a form, or as many as were asked for."""
-        return across or float(getattr(self.model.across, form))
+        return across or float(getattr(self.model.particles_across, form))
 
     def sweeps(self, form: Form, across: float | None = None) -> dict[str, dict[str, Any]]:
         """Return the sweeps that compute the set, by the name of their folder.
 
-        Parameters
-        ----------
-        form
-            ``full``, ``second`` or ``coarse``.
-        across
-            Particles across in place of the form's.
+        `form`: ``full``, ``second`` or ``coarse``.
+        `across`: particles across in place of the form's.
         """
         case, number = f"validation/{self.name}/case", self.particles(form, across)
         cases = [{SHOT: shot} | values | {"resolution": self._spacing(values, number)}
@@ -126,7 +112,7 @@ class Experiments:
         return case_document(f"validation/{self.name}/case").value
 
     def _spacing(self, values: Mapping[str, object], number: float) -> str:
-        path = self.model.across.of
+        path = self.model.particles_across.of
         text: Any = values.get(ACROSS, values.get(path))
         if text is None:
             text = self._base

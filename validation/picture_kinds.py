@@ -26,16 +26,10 @@ Points = Sequence[Sequence[float]]
 class Panel:
     """Computed points of one shot, and measured ones beside them.
 
-    Parameters
-    ----------
-    name
-        Of the shot.
-    computed, measured
-        Points (x, y).
-    scatter
-        Of every measured point.
-    limit
-        Where a measured limit stands on the axis; None for none.
+    `name`: of the shot.
+    `computed`, `measured`: points (x, y).
+    `scatter`: of every measured point.
+    `limit`: where a measured limit stands on the axis; None for none.
     """
 
     name: str
@@ -90,26 +84,21 @@ def outlines_picture(panels: Sequence[Panel], path: str | os.PathLike[str]) -> P
 def offs_picture(offs: Sequence[Off], names: Mapping[str, str], path: str | os.PathLike[str]) -> Path:
     """Draw the differences over the measured values, one panel for each quantity, and store the picture.
 
-    Parameters
-    ----------
-    offs
-        The numbers.
-    names
-        What stands along the axis of each quantity; a panel each, in this order.
-    path
-        File to write.
+    `offs`: the numbers.
+    `names`: what stands along the axis of each quantity; a panel each, in this order.
+    `path`: file to write.
     """
     figure, axes = _axes(len(names), 3, (4.4, 3.4))
-    groups = list(dict.fromkeys(one.group for one in offs))
+    groups = list(dict.fromkeys(point.group for point in offs))
     shown: dict[str, Any] = {}
     for axis, (name, label) in zip(axes, names.items(), strict=False):
         axis.axhline(0.0, color=FAINT, lw=0.8)
-        for one in offs:
-            if one.quantity == name:
-                number = groups.index(one.group)
+        for point in offs:
+            if point.quantity == name:
+                number = groups.index(point.group)
                 mark, colour = MARKS[number // len(COLOURS) % len(MARKS)], COLOURS[number % len(COLOURS)]
-                shown[one.group] = axis.errorbar(one.measured, one.off, yerr=one.scatter, ms=4, lw=0.8, fmt=mark,
-                                                 color=colour)  # fmt: skip
+                shown[point.group] = axis.errorbar(point.measured, point.off, yerr=point.scatter, ms=4, lw=0.8,
+                                                   fmt=mark, color=colour)  # fmt: skip
         axis.set_xlabel(label)
         axis.set_ylabel("computed less measured [%]")
     if any(shown):
@@ -120,13 +109,9 @@ def offs_picture(offs: Sequence[Off], names: Mapping[str, str], path: str | os.P
 def verdict_map(shots: Sequence[tuple[float, float, bool | None, bool]], path: str | os.PathLike[str]) -> Path:
     """Draw verdicts over impact velocity and diameter, beside the limit curve, and store the picture.
 
-    Parameters
-    ----------
-    shots
-        Of each shot its velocity [km/s], diameter over the critical one, and whether it went through: computed (None
-        where the run does not tell) and measured.
-    path
-        File to write.
+    `shots`: of each shot its velocity [km/s], diameter over the critical one, and whether it went through: computed
+      (None where the run does not tell) and measured.
+    `path`: file to write.
     """
     figure, (axis,) = _axes(1, 1, (7.5, 4.5))
     axis.axhline(1.0, color="black", lw=0.9, label="limit curve")

@@ -25,8 +25,8 @@ def _outlines(result: SetResult, path: Path, words: Mapping[str, str]) -> Path |
     panels = []
     for shot, line in result.curves.get("outlines", {}).items():
         own = [row.measured for row in result.rows if row.measured.quantity == "outline" and row.measured.shot == shot]
-        points = [(one.at or 0.0, one.value) for one in own]
-        panels.append(Panel(shot, line, points, [one.scatter or 0.0 for one in own]))
+        points = [(entry.at or 0.0, entry.value) for entry in own]
+        panels.append(Panel(shot, line, points, [entry.scatter or 0.0 for entry in own]))
     return outlines_picture(panels, path) if panels else None
 
 
@@ -35,11 +35,13 @@ def _offs(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | Non
     groups, names = result.curves.get("groups", {}), {}
     offs = []
     for row in rows:
-        one = row.measured
+        measured = row.measured
         if row.off is not None:
-            names[one.quantity] = f"{words[one.quantity]}, measured" + ("" if one.unit == "-" else f" [{one.unit}]")
-            scatter = 100.0 * (one.scatter or 0.0) / abs(one.value)
-            offs.append(Off(one.quantity, groups.get(one.shot, ""), one.value, 100.0 * row.off, scatter))
+            names[measured.quantity] = f"{words[measured.quantity]}, measured" + (
+                "" if measured.unit == "-" else f" [{measured.unit}]"
+            )
+            scatter = 100.0 * (measured.scatter or 0.0) / abs(measured.value)
+            offs.append(Off(measured.quantity, groups.get(measured.shot, ""), measured.value, 100.0 * row.off, scatter))
     return offs_picture(offs, names, path) if len(offs) >= FEWEST else None
 
 
@@ -61,6 +63,8 @@ def _residual(result: SetResult, path: Path, words: Mapping[str, str]) -> Path |
     panels = []
     for shot, points in result.curves.items() if limits else ():
         own = [row.measured for row in result.rows if row.measured.shot == shot]
-        recalled = [(one.at, one.value) for one in own if one.quantity == "residual_velocity" and one.at is not None]
+        recalled = [
+            (entry.at, entry.value) for entry in own if entry.quantity == "residual_velocity" and entry.at is not None
+        ]
         panels.append(Panel(shot, points, recalled, limit=limits.get(shot)))
     return residual_picture(panels, path) if panels else None

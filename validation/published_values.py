@@ -4,8 +4,7 @@ The tables are given in the papers' own units, centimetres to one decimal and gi
 Names of rows are those of the bundled cases below ``cases/published``; `howell_ball` is the
 free-Lagrange Godunov scheme that the papers hold the others against.
 
-Sources
--------
+Sources:
 Howell & Ball 2002 (`howell_ball`) and Mehra & Chaturvedi 2006 (SAV, BAL, MON, CON), as quoted by
 Farahani 2009, Tables 2 and 3, and by Young 2021, Table 1, who add their own. Centre pressures of the
 first are in the text of Farahani 2009, section 6.
@@ -67,16 +66,10 @@ TABLES = {
 class Published:
     """One printed number.
 
-    Parameters
-    ----------
-    impact, row
-        ``al_al`` or ``steel_al``, and the name of the row.
-    measure
-        Name of the measure.
-    value, tolerance
-        In SI, and how far from it still counts as it.
-    source
-        The table.
+    `impact`, `row`: ``al_al`` or ``steel_al``, and name of the row.
+    `measure`: name of the measure.
+    `value`, `tolerance`: value and tolerance in SI.
+    `source`: the table.
     """
 
     impact: str

@@ -1,4 +1,4 @@
-"""A number that a run gives, and a run as judges see it."""
+"""Computed value, computed shot, and the evaluator of a set."""
 
 from __future__ import annotations
 
@@ -21,16 +21,10 @@ Key = tuple[str, float | None]  # quantity, and where
 class Value:
     """One computed number.
 
-    Parameters
-    ----------
-    value
-        In SI; None where there is none.
-    uncertainty
-        Half-width in SI within which the run knows it; None where it does not tell.
-    reason
-        Why there is none.
-    ratio
-        Of a verdict: diameter over the critical one of the limit curve.
+    `value`: in SI; None if undefined.
+    `uncertainty`: half-width in SI; None if unknown.
+    `reason`: why it is undefined.
+    `ratio`: of a verdict: diameter over the critical one of the limit curve.
     """
 
     value: float | None
@@ -43,14 +37,9 @@ class Value:
 class Shot:
     """One shot that was computed.
 
-    Parameters
-    ----------
-    name, values
-        Its name and its settings.
-    ran
-        Its run.
-    measured
-        What was measured of it.
+    `name`, `values`: name and settings.
+    `ran`: the run.
+    `measured`: measured numbers of the shot.
     """
 
     name: str
@@ -79,19 +68,13 @@ def measure_of(measures: Mapping[str, Any], name: str, unit: float = 1.0) -> Val
 
 
 @dataclass(frozen=True)
-class Judge:
+class Evaluator:
     """What draws the measured quantities from a set's runs.
 
-    Parameters
-    ----------
-    quantities
-        What people call each quantity.
-    each
-        Returns the values of one shot.
-    together
-        Returns values by shot from all runs, for what no single run tells.
-    curves
-        Returns what pictures draw, by name, as plain lists.
+    `quantities`: name of each quantity in texts.
+    `each`: returns the values of one shot.
+    `together`: returns values by shot that follow from several runs.
+    `curves`: returns the curves of pictures by name, as plain lists.
     """
 
     quantities: Mapping[str, str]

@@ -11,7 +11,7 @@ from hvisph.core.errors import OutputError
 from hvisph.output import atomic_write
 
 from .comparison import Compared, Verdict, verdicts
-from .evaluators import judge_of
+from .evaluators import evaluator_of
 from .experiments import Experiments, experiment_names
 from .pictures import draw
 from .results import SetResult, store, stored
@@ -49,25 +49,21 @@ hvisph validate taylor --table           # measured and computed values, errors
 def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
     """Write the page, with results and pictures in the folder of its name; what is not fresh is read from there.
 
-    Parameters
-    ----------
-    path
-        The page, a Markdown file.
-    fresh
-        Results just computed: they replace those of the same set at the same number of particles across.
+    `path`: the page, a Markdown file.
+    `fresh`: results just computed: they replace those of the same set at the same number of particles across.
     """
     folder = path.with_suffix("")
     for result in fresh:
         store(result, folder)
     names = experiment_names()
     sets = [Experiments(name) for name in (*ORDER, *(name for name in names if name not in ORDER)) if name in names]
-    known = [(one, _best(one, folder)) for one in sets]
+    known = [(experiments, _best(experiments, folder)) for experiments in sets]
     lines = _header(("set", *CELLS))
-    for one, kept in known:
-        lines += _summary(one, kept)
+    for experiments, kept in known:
+        lines += _summary(experiments, kept)
     text = "\n\n".join(part if part.startswith(("```", "#")) else wrapped(part) for part in TEXT.split("\n\n"))
     parts = [text.format(verdicts="\n".join(lines)).rstrip()]
-    parts += ["\n".join(_section(one, kept, folder)) for one, kept in known]
+    parts += ["\n".join(_section(experiments, kept, folder)) for experiments, kept in known]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -76,56 +72,59 @@ def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
     return path
 
 
-def _best(one: Experiments, folder: Path) -> SetResult | None:
+def _best(experiments: Experiments, folder: Path) -> SetResult | None:
     """Return a set's results at its full resolution, or at the second one where that is all there is."""
-    return stored(folder, one.name, one.particles("full")) or stored(folder, one.name, one.particles("second"))
+    results = (stored(folder, experiments.name, experiments.particles(form)) for form in ("full", "second"))
+    return next(filter(None, results), None)
 
 
-def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
-    link = f"[{one.name}](#{_anchor(one)})"
-    words = judge_of(one.model.judge).quantities
+def _summary(experiments: Experiments, result: SetResult | None) -> Iterator[str]:
+    link = f"[{experiments.name}](#{_anchor(experiments)})"
+    words = evaluator_of(experiments.model.evaluator).quantities
     if result is None:
-        for name in one.model.asked or ("",):
+        for name in experiments.model.required or ("",):
             yield _line((link, words.get(name, name), "not computed yet", *[""] * (len(CELLS) - 2)))
         return
-    for verdict in verdicts(result.rows, one.model.asked):
-        yield _line((link, *_cells(verdict, one)))
+    for verdict in verdicts(result.rows, experiments.model.required):
+        yield _line((link, *_cells(verdict, experiments)))
     if not any(row.measured.judged for row in result.rows):
         yield _line((link, ", ".join(words.values()), *[""] * (len(CELLS) - 1)))
 
 
-def _missed(one: Experiments, result: SetResult) -> str:
+def _missed(experiments: Experiments, result: SetResult) -> str:
     """Return the quantities beyond their tolerance, with reasons."""
-    words = judge_of(one.model.judge).quantities
-    wrong = [one.quantity for one in verdicts(result.rows, one.model.asked) if one.passed is False]
-    return " ".join(
-        f"**Missed**, {words.get(name, name)}: {one.model.why.get(name, 'why is not known.').strip()}" for name in wrong
-    )
+    words = evaluator_of(experiments.model.evaluator).quantities
+    known, why = verdicts(result.rows, experiments.model.required), experiments.model.why
+    missed = [verdict.quantity for verdict in known if verdict.passed is False]
+    reasons = {name: why.get(name, "why is not known.").strip() for name in missed}
+    return " ".join(f"**Missed**, {words.get(name, name)}: {reason}" for name, reason in reasons.items())
 
 
-def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
-    words = judge_of(one.model.judge).quantities
-    name, word, *cells = verdict_cells(verdict, one.model.asked.get(verdict.quantity), words)
+def _cells(verdict: Verdict, experiments: Experiments) -> tuple[str, ...]:
+    words = evaluator_of(experiments.model.evaluator).quantities
+    name, word, *cells = verdict_cells(verdict, experiments.model.required.get(verdict.quantity), words)
     return name, f"**{word}**" if word == "MISSED" else word, *cells
 
 
-def _anchor(one: Experiments) -> str:
-    return "".join(c for c in one.model.title.lower() if c.isalnum() or c in " -").replace(" ", "-")
+def _anchor(experiments: Experiments) -> str:
+    return "".join(c for c in experiments.model.title.lower() if c.isalnum() or c in " -").replace(" ", "-")
 
 
-def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterator[str]:
-    model = one.model
+def _section(experiments: Experiments, result: SetResult | None, folder: Path) -> Iterator[str]:
+    model = experiments.model
     yield f"## {model.title}"
     yield ""
-    yield wrapped(f"`{one.name}`. {model.shows} {model.set_up} {model.stands_in or ''}")
-    note = "Not computed yet." if result is None else f"{_missed(one, result)} {_resolutions(one, result, folder)}"
+    yield wrapped(f"`{experiments.name}`. {model.shows} {model.set_up} {model.substitutes or ''}")
+    note = "Not computed yet."
+    if result is not None:
+        note = f"{_missed(experiments, result)} {_resolutions(experiments, result, folder)}"
     for text in f"{(model.found or '').strip()} {note}".split("\n"):
         if text.strip():
             yield ""
             yield wrapped(text)
     if result is None:
         return
-    words = judge_of(model.judge).quantities
+    words = evaluator_of(model.evaluator).quantities
     pictures = [f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
                 for picture in draw(result, folder, words)]  # fmt: skip
     if pictures:
@@ -143,15 +142,15 @@ def _status(shot: Mapping[str, Any]) -> str:
     return ", ".join(part for part in (shot["status"], shot["message"]) if part)
 
 
-def _resolutions(one: Experiments, result: SetResult, folder: Path) -> str:
+def _resolutions(experiments: Experiments, result: SetResult, folder: Path) -> str:
     """Return resolution, wall time and the change with the second resolution."""
-    number = one.particles("second")
-    second = None if result.across == number else stored(folder, one.name, number)
+    number = experiments.particles("second")
+    second = None if result.across == number else stored(folder, experiments.name, number)
     text = f"With {result.across:g} particles across the set takes {result.seconds / 60.0:.1f} minutes on one core."
     if second is None:
         return text
     there = {_key(row): row for row in second.rows}
-    words = judge_of(one.model.judge).quantities
+    words = evaluator_of(experiments.model.evaluator).quantities
     changes: dict[str, list[float]] = {}
     verdict_changes = 0
     for row in result.rows:
@@ -169,8 +168,8 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> str:
 
 
 def _key(row: Compared) -> tuple[str, str, float | None, str]:
-    one = row.measured
-    return one.shot, one.quantity, one.at, one.source
+    measured = row.measured
+    return measured.shot, measured.quantity, measured.at, measured.source
 
 
 def wrapped(text: str, indent: str = "") -> str:

@@ -19,16 +19,10 @@ from .comparison import Compared
 class SetResult:
     """A set in one form.
 
-    Parameters
-    ----------
-    name, across
-        Which, and how many particles across.
-    rows
-        All that was measured beside what was computed.
-    shots
-        How every run stands: status, message, number of particles, wall seconds.
-    curves
-        What pictures draw, by name: lists of numbers in the units of the set.
+    `name`, `across`: name of the set, and number of particles across.
+    `rows`: measured beside computed numbers.
+    `shots`: state of every run: status, message, number of particles, wall seconds.
+    `curves`: curves of pictures by name: lists of numbers in the units of the set.
     """
 
     name: str
@@ -40,7 +34,7 @@ class SetResult:
     @property
     def seconds(self) -> float:
         """Wall time of all runs [s]."""
-        return float(sum(one.get("wall_seconds") or 0.0 for one in self.shots.values()))
+        return float(sum(shot.get("wall_seconds") or 0.0 for shot in self.shots.values()))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
@@ -48,7 +42,7 @@ class SetResult:
             "set": self.name,
             "across": self.across,
             "version": __version__,
-            "shots": {name: dict(one) for name, one in self.shots.items()},
+            "shots": {name: dict(shot) for name, shot in self.shots.items()},
             "rows": [row.as_dict() for row in self.rows],
             "curves": dict(self.curves),
         }
@@ -88,5 +82,5 @@ def _rounded(value: object) -> Any:
     if isinstance(value, float):
         return float(f"{value:.6g}")
     if isinstance(value, dict):
-        return {key: _rounded(one) for key, one in value.items()}
-    return [_rounded(one) for one in value] if isinstance(value, list) else value
+        return {key: _rounded(item) for key, item in value.items()}
+    return [_rounded(item) for item in value] if isinstance(value, list) else value

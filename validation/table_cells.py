@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from hvisph_validation.experiment_set import Asked
+from hvisph_validation.experiment_set import Criteria
 
 from .comparison import Compared, Verdict
 
@@ -16,14 +16,9 @@ CELLS = ("quantity", "", "shots", "mean error", "worst", "bias", "scatter", "tol
 class Line:
     """A row of a table: one number, or all points of one outline.
 
-    Parameters
-    ----------
-    row
-        The number, or the first point.
-    off
-        Difference as a share; of an outline the mean of their sizes.
-    points
-        How many points; 1 of a number.
+    `row`: the number, or the first point.
+    `off`: difference as a share; of an outline the mean of their sizes.
+    `points`: how many points; 1 of a number.
     """
 
     row: Compared
@@ -46,52 +41,55 @@ def collapsed(rows: Iterable[Compared]) -> Iterator[Line]:
 
 def row_cells(line: Line, words: Mapping[str, str]) -> tuple[str, ...]:
     """Return shot, quantity, measured, computed, how far off, and a word on doubt."""
-    row, one = line.row, line.row.measured
-    name = words.get(one.quantity, one.quantity)
-    if one.at is not None and line.points == 1:
-        name += f" at {one.at:g}"
-    word = "" if one.judged else f"{one.confidence}, shown only" if one.confidence != "seen" else "shown only"
+    row, measured = line.row, line.row.measured
+    name = words.get(measured.quantity, measured.quantity)
+    if measured.at is not None and line.points == 1:
+        name += f" at {measured.at:g}"
+    doubt = "" if measured.confidence == "seen" else f"{measured.confidence}, "
+    word = "" if measured.judged else f"{doubt}shown only"
     if line.points > 1:
-        return one.shot, name, f"{line.points} points", "", percent(line.off, mean=True), word
+        return measured.shot, name, f"{line.points} points", "", percent(line.off, mean=True), word
     if row.is_verdict:
         right = "-" if row.off is None else "wrong" if row.off else "right"
         near = f", d/dc {row.ratio:.2f}" if row.ratio is not None else ""
-        return one.shot, name, yes_no(one.value), yes_no(row.computed, row.reason), right + near, word
-    unit = "" if one.unit == "-" else f" {one.unit}"
-    measured = f"{one.value:.4g}" + (f" ± {one.scatter:.2g}" if one.scatter else "") + unit
+        return measured.shot, name, yes_no(measured.value), yes_no(row.computed, row.reason), right + near, word
+    unit = "" if measured.unit == "-" else f" {measured.unit}"
+    number = f"{measured.value:.4g}" + (f" ± {measured.scatter:.2g}" if measured.scatter else "") + unit
     computed = row.reason or "-"
     if row.computed is not None:
         computed = f"{row.computed:.4g}" + (f" ± {row.uncertainty:.2g}" if row.uncertainty else "") + unit
-    return one.shot, name, measured, computed, percent(line.off), word
+    return measured.shot, name, number, computed, percent(line.off), word
 
 
-def verdict_cells(one: Verdict, asked: Asked | None, words: Mapping[str, str]) -> tuple[str, ...]:
+def verdict_cells(verdict: Verdict, criteria: Criteria | None, words: Mapping[str, str]) -> tuple[str, ...]:
     """Return the row of `CELLS` of a verdict."""
-    word = "" if one.passed is None else "met" if one.passed else "MISSED"
-    count = f"{one.shots[0]}" if one.shots[0] == one.shots[1] else f"{one.shots[1]} of {one.shots[0]}"
-    name = words.get(one.quantity, one.quantity)
-    if one.right is not None:
-        far = "" if one.farthest is None else f"wrong ones within {100 * one.farthest:.0f} % of the curve"
-        curve = "" if one.of_curve is None else f"the curve: {100 * one.of_curve:.0f} %"
-        sides = f"{one.weak} fail that held, {one.strong} hold that failed"
-        return name, word, count, f"{100 * one.right:.0f} % right", far, sides, curve, asked_text(asked, one.unit)
-    worst = percent(one.worst, mean=True) + (f" ({one.worst_shot})" if one.worst_shot else "")
-    return (name, word, count, percent(one.mean, mean=True), worst, percent(one.bias), percent(one.scatter, mean=True),
-            asked_text(asked, one.unit))  # fmt: skip
+    word = "" if verdict.passed is None else "met" if verdict.passed else "MISSED"
+    count = (
+        f"{verdict.shots[0]}" if verdict.shots[0] == verdict.shots[1] else f"{verdict.shots[1]} of {verdict.shots[0]}"
+    )
+    name, required = words.get(verdict.quantity, verdict.quantity), criteria_text(criteria, verdict.unit)
+    if verdict.right is not None:
+        far = "" if verdict.farthest is None else f"wrong ones within {100 * verdict.farthest:.0f} % of the curve"
+        curve = "" if verdict.of_curve is None else f"the curve: {100 * verdict.of_curve:.0f} %"
+        sides = f"{verdict.weak} fail that held, {verdict.strong} hold that failed"
+        return name, word, count, f"{100 * verdict.right:.0f} % right", far, sides, curve, required
+    worst = percent(verdict.worst, mean=True) + (f" ({verdict.worst_shot})" if verdict.worst_shot else "")
+    mean, scatter = percent(verdict.mean, mean=True), percent(verdict.scatter, mean=True)
+    return name, word, count, mean, worst, percent(verdict.bias), scatter, required
 
 
-def asked_text(asked: Asked | None, unit: str) -> str:
-    """Return what is asked of a quantity, in a few words."""
-    if asked is None:
+def criteria_text(criteria: Criteria | None, unit: str) -> str:
+    """Return the criteria of a quantity in a few words."""
+    if criteria is None:
         return ""
     unit = "" if unit == "-" else f" {unit}"
     parts = [
-        f"mean {percent(asked.mean, mean=True)}" if asked.mean is not None else "",
-        f"worst {percent(asked.worst, mean=True)}" if asked.worst is not None else "",
-        f"within {asked.within:g}{unit}" if asked.within is not None else "",
-        f"{asked.between[0]:g} to {asked.between[1]:g}{unit}" if asked.between is not None else "",
-        f"{100 * asked.right:.0f} % right" if asked.right is not None else "",
-        f"wrong ones within {100 * asked.wrong_within:.0f} %" if asked.wrong_within is not None else "",
+        f"mean {percent(criteria.mean, mean=True)}" if criteria.mean is not None else "",
+        f"worst {percent(criteria.worst, mean=True)}" if criteria.worst is not None else "",
+        f"within {criteria.within:g}{unit}" if criteria.within is not None else "",
+        f"{criteria.between[0]:g} to {criteria.between[1]:g}{unit}" if criteria.between is not None else "",
+        f"{100 * criteria.right:.0f} % right" if criteria.right is not None else "",
+        f"wrong ones within {100 * criteria.wrong_within:.0f} %" if criteria.wrong_within is not None else "",
     ]
     return ", ".join(filter(None, parts))
 

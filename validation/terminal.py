@@ -7,18 +7,18 @@ from typing import Any
 from hvisph.cli.formatting import duration, table
 
 from .comparison import verdicts
-from .evaluators import judge_of
+from .evaluators import evaluator_of
 from .table_cells import CELLS, collapsed, row_cells, verdict_cells
 
 
 def result_text(experiments: Any, result: Any) -> str:
     """Return the results of a set as tables."""
-    words = judge_of(experiments.model.judge).quantities
+    words = evaluator_of(experiments.model.evaluator).quantities
     rows: list[tuple[str, ...]] = [("", "", "measured", "computed", "off", "")]
     rows += [row_cells(row, words) for row in collapsed(result.rows)]
-    said = [CELLS, *(verdict_cells(one, experiments.model.asked.get(one.quantity), words)
-                     for one in verdicts(result.rows, experiments.model.asked))]  # fmt: skip
+    said = [CELLS, *(verdict_cells(verdict, experiments.model.required.get(verdict.quantity), words)
+                     for verdict in verdicts(result.rows, experiments.model.required))]  # fmt: skip
     head = f"\n{experiments.name}: {experiments.model.title}, {result.across:g} particles across"
-    failed = [f"  {name}: {one['status']} {one['message']}" for name, one in result.shots.items()
-              if one["status"] != "done"]  # fmt: skip
+    failed = [f"  {name}: {shot['status']} {shot['message']}" for name, shot in result.shots.items()
+              if shot["status"] != "done"]  # fmt: skip
     return "\n".join([head, "", table(rows), "", table(said), *failed, f"\n  {duration(result.seconds)} of computing"])

@@ -64,8 +64,8 @@ def _half(dx: float) -> Trial:
     whole = _case(dx, 9.0 * dx, "aluminium-howell-ball", [2e-3, 12e-3], [ODD, 0.0], 6e-6)
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        one, half = (float(ran.mean_velocity(0)[0]) for ran in runs)
-        yield Figure("velocity of half a disc", half, one, 0.02, "m/s", ODD, "a lattice moved by half a spacing")
+        full, half = (float(ran.mean_velocity(0)[0]) for ran in runs)
+        yield Figure("velocity of half a disc", half, full, 0.02, "m/s", ODD, "a lattice moved by half a spacing")
 
     return Trial(
         "half of a disc of nine particles", [Start(whole), Start(whole | {"symmetry": [{"axis": "y"}]})], figures

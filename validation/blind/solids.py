@@ -128,8 +128,10 @@ def _ring(dx: float) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         shown = outward(vectors(runs[0].first, "position"))
-        speeds = [float((shown * vectors(one, "velocity")).sum(axis=1).mean()) for one in runs[0].snapshots]
-        found, left = swing(np.array([one.time for one in runs[0].snapshots]), np.array(speeds), period, PERIODS)
+        speeds = [float((shown * vectors(snapshot, "velocity")).sum(axis=1).mean()) for snapshot in runs[0].snapshots]
+        found, left = swing(
+            np.array([snapshot.time for snapshot in runs[0].snapshots]), np.array(speeds), period, PERIODS
+        )
         yield Figure("period", found, period, 0.05, "s", why="4 particles across, as steps at the faces")
         yield limit("amplitude loss per period", 1.0 - left ** (1.0 / PERIODS), 0.05, why="a tenth of the energy")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from hvisph_validation.quantity import Judge
+from hvisph_validation.quantity import Evaluator
 
 
-def judge_of(name: str) -> Judge:
-    """Return the judge of a set; `hvisph_validation.experiment_set.JudgeName` has the names."""
-    judge: Judge = import_module(f"hvisph_validation.evaluators.{name}").JUDGE
-    return judge
+def evaluator_of(name: str) -> Evaluator:
+    """Return the evaluator of a set; `hvisph_validation.experiment_set.EvaluatorName` has the names."""
+    evaluator: Evaluator = import_module(f"hvisph_validation.evaluators.{name}").EVALUATOR
+    return evaluator

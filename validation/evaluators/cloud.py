@@ -5,7 +5,7 @@ The crater's rim diameter is the mean of the hole without lips and the diameter 
 
 from __future__ import annotations
 
-from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value, measure_of
 
 
 def _each(shot: Shot) -> dict[Key, Value]:
@@ -26,7 +26,7 @@ def _each(shot: Shot) -> dict[Key, Value]:
     return values
 
 
-JUDGE = Judge(
+EVALUATOR = Evaluator(
     {
         "crater_rim_diameter": "crater",
         "hole_diameter": "hole without lips",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value, measure_of
 
 
 def _each(shot: Shot) -> dict[Key, Value]:
@@ -10,4 +10,4 @@ def _each(shot: Shot) -> dict[Key, Value]:
     return {(name, None): measure_of(layer, name) for name in ("crater_depth", "crater_outer_diameter")}
 
 
-JUDGE = Judge({"crater_depth": "crater depth", "crater_outer_diameter": "crater diameter"}, _each)
+EVALUATOR = Evaluator({"crater_depth": "crater depth", "crater_outer_diameter": "crater diameter"}, _each)

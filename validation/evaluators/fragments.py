@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from hvisph_validation.quantity import Judge, Key, Shot, Value
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value
 
 from hvisph.measures.fragments import connected_groups
 from hvisph.verification.problem import vectors
@@ -33,7 +33,7 @@ def _fragments(shot: Shot) -> dict[str, float]:
     position, velocity, mass = vectors(end, "position"), vectors(end, "velocity"), end.fields["mass"]
     label = connected_groups(position[sound], shot.ran.dx)
     pieces = np.bincount(label, weights=mass[sound])
-    momenta = np.array([np.bincount(label, weights=mass[sound] * one) for one in velocity[sound].T])
+    momenta = np.array([np.bincount(label, weights=mass[sound] * component) for component in velocity[sound].T])
     speeds, largest = np.linalg.norm(momenta / pieces, axis=0), int(pieces.argmax())
     before = np.argsort(start.id)
     rows = before[np.searchsorted(start.id[before], end.id[sound[label == largest]])]
@@ -55,7 +55,7 @@ def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
     found = [_fragments(shot) for shot in shots]
     values: dict[Key, Value] = {}
     for name in QUANTITIES:
-        known = np.array([one[name] for one in found if name in one])
+        known = np.array([values_of_shot[name] for values_of_shot in found if name in values_of_shot])
         if len(known):
             error = float(known.std(ddof=1) / np.sqrt(len(known))) if len(known) > 1 else None
             values[name, None] = Value(float(known.mean()), error)
@@ -71,4 +71,4 @@ QUANTITIES = {
     "largest_speed": "its speed",
     "speed_power": "power of speed over mass of fragments",
 }
-JUDGE = Judge(QUANTITIES, together=_together, curves=_curves)
+EVALUATOR = Evaluator(QUANTITIES, together=_together, curves=_curves)

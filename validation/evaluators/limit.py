@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from hvisph_validation.quantity import Judge, Key, Shot, Value
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value
 
 from hvisph.sweeps.statistics import bracket
 
@@ -28,7 +28,7 @@ def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float]]]
                 left = shot.measure("residual_velocity").value
                 rest = float(shot.ran.mean_velocity(0)[0]) if left is None else left
             speeds.setdefault(shot.name, []).append((float(speed), through > 0.5, rest))
-    return {name: sorted(points, key=lambda one: one[0]) for name, points in speeds.items()}
+    return {name: sorted(points, key=lambda point: point[0]) for name, points in speeds.items()}
 
 
 def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
@@ -47,7 +47,7 @@ def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
         values[name] = {("ballistic_limit", None): Value(middle, half)}
         told = [(speed, rest) for speed, through, rest in points if through]
         speed, rest = np.array(told, dtype=float).T
-        wanted = {one.at for shot in shots if shot.name == name for one in shot.measured if one.at is not None}
+        wanted = {entry.at for shot in shots if shot.name == name for entry in shot.measured if entry.at is not None}
         for at in wanted:
             if speed.min() <= at <= speed.max():
                 values[name]["residual_velocity", at] = Value(float(np.interp(at, speed, rest)))
@@ -58,6 +58,6 @@ def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
     return {name: [[speed, rest] for speed, _, rest in points] for name, points in _speeds(shots).items()}
 
 
-JUDGE = Judge(
+EVALUATOR = Evaluator(
     {"ballistic_limit": "ballistic limit", "residual_velocity": "residual velocity"}, together=_together, curves=_curves
 )

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from hvisph_validation.quantity import Judge, Key, Shot, Value
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value
 
 from hvisph.verification.problem import vectors
 
@@ -57,4 +57,4 @@ def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
     return {"temperature": [list(point) for point in sorted(_released(shot, "temperature") for shot in shots)]}
 
 
-JUDGE = Judge({"onset": "melting begins", "completion": "melting complete"}, together=_together, curves=_curves)
+EVALUATOR = Evaluator({"onset": "melting begins", "completion": "melting complete"}, together=_together, curves=_curves)

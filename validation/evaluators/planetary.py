@@ -7,7 +7,7 @@ contact, and for spheres the power n with which they fall with the distance alon
 from __future__ import annotations
 
 import numpy as np
-from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value, measure_of
 
 from hvisph.verification.problem import vectors
 
@@ -43,7 +43,7 @@ def _pressures(shot: Shot) -> dict[Key, Value]:
     return value | {("power", None): Value(-float(power))}
 
 
-JUDGE = Judge(
+EVALUATOR = Evaluator(
     {"depth": "crater depth", "diameter": "crater diameter", "volume": "crater volume", "contact": "contact pressure",
      "power": "power of the pressure over distance"},
     _each,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value, measure_of
 
 from hvisph.case.case import Case
 from hvisph.measures.correlations import correlations, critical_diameter
@@ -27,7 +27,11 @@ def ratio(case: Case) -> float | None:
     if impact is None or (alloy := impact.walls[-1].alloy) is None:
         return None
     if len(impact.walls) > 2:
-        known = [one.value for one in correlations(impact) if one.quantity == "critical diameter of the sphere"]
+        known = [
+            correlation.value
+            for correlation in correlations(impact)
+            if correlation.quantity == "critical diameter of the sphere"
+        ]
         return impact.diameter / known[0] if known else None
     bumper, wall = impact.walls
     return impact.diameter / critical_diameter(impact, bumper, wall, alloy.strength)
@@ -38,10 +42,10 @@ def _curves(shots: Any) -> dict[str, Any]:
     curves = {}
     for shot in shots:
         value = _each(shot)["perforated", None]
-        measured = next((one.value for one in shot.measured if one.quantity == "perforated"), None)
+        measured = next((entry.value for entry in shot.measured if entry.quantity == "perforated"), None)
         speed = 1e-3 * max(body.velocity[0] for body in shot.ran.case.bodies.values())
         curves[shot.name] = [speed, value.ratio, value.value, measured]
     return curves
 
 
-JUDGE = Judge({"perforated": "rear wall fails"}, _each, curves=_curves)
+EVALUATOR = Evaluator({"perforated": "rear wall fails"}, _each, curves=_curves)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value, measure_of
 
 from hvisph.measures.fragments import FEWEST_PARTICLES
 from hvisph.sweeps.statistics import bracket
@@ -61,7 +61,7 @@ def _depth(shot: Shot) -> Value:
 
 def _threshold(plates: Sequence[tuple[Any, ...]], number: int, depth: float | None) -> Value:
     """Return the thickness below which it happens, over the depth; where plates are mixed the middle of the zone."""
-    known = bracket([-one[0] for one in plates], [one[number] for one in plates])
+    known = bracket([-plate[0] for plate in plates], [plate[number] for plate in plates])
     if not depth or known.below is None or known.above is None:
         return Value(None, None, "no plate" if known.above is None else "every plate")
     return Value(-0.5 * (known.below + known.above) / depth, 0.5 * abs(known.above - known.below) / depth)
@@ -71,7 +71,7 @@ def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
     return {"plates": [list(_states(shot)) for shot in shots if shot.name != THICK]}
 
 
-JUDGE = Judge(
+EVALUATOR = Evaluator(
     {"onset": "thickness over crater depth, onset", "detached_at": "the same, detached",
      "perforated_at": "the same, perforated", "crater_depth": "crater depth, thick plate"},
     together=_together, curves=_curves,

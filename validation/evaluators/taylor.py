@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from hvisph_validation.experiments import GROUP
-from hvisph_validation.quantity import Judge, Key, Shot, Value
+from hvisph_validation.quantity import Evaluator, Key, Shot, Value
 
 from hvisph.verification.problem import vectors
 
@@ -47,16 +47,16 @@ def _each(shot: Shot) -> dict[Key, Value]:
         ("diameter_at_fifth", None): Value(2.0 * float(np.interp(0.2 * start, z, r)), dx),
         ("rear_length", None): Value(float(length - wide.max()) if len(wide) else float(length), dx),
     }
-    for one in shot.measured:
-        if one.quantity == "outline" and one.at is not None:
-            place = 1e-3 * one.at
-            values["outline", one.at] = Value(foot if place == 0.0 else float(np.interp(place, z, r)), 0.5 * dx)
+    for entry in shot.measured:
+        if entry.quantity == "outline" and entry.at is not None:
+            place = 1e-3 * entry.at
+            values["outline", entry.at] = Value(foot if place == 0.0 else float(np.interp(place, z, r)), 0.5 * dx)
     return values
 
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
     """Return the groups of the shots, and the outlines of those whose outline was measured [mm]."""
-    drawn = [shot for shot in shots if any(one.quantity == "outline" for one in shot.measured)]
+    drawn = [shot for shot in shots if any(entry.quantity == "outline" for entry in shot.measured)]
     return {
         "groups": {shot.name: str(shot.values[GROUP]) for shot in shots if GROUP in shot.values},
         "outlines": {shot.name: [[1e3 * float(x) for x in point] for point in zip(*outline(shot), strict=True)]
@@ -64,7 +64,7 @@ def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-JUDGE = Judge(
+EVALUATOR = Evaluator(
     {
         "length_ratio": "final length over initial",
         "final_length": "final length",

@@ -69,8 +69,10 @@ def _shell(name: str, shell: Shell, dx: float) -> Trial:
                      why="its speed is that of the face within some per cent")  # fmt: skip
         yield limit("roundness of the inner layer", float(now.std() / now.mean()), 0.02,
                     why="at the axis as far from it")  # fmt: skip
-        way = shell.strain(before, now)
-        yield Figure("plastic strain over that of the displacement", float((strain / way).mean()), 1.0, 0.05)
+        of_displacement = shell.strain(before, now)
+        yield Figure(
+            "plastic strain over that of the displacement", float((strain / of_displacement).mean()), 1.0, 0.05
+        )
         yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-12,
                     why="the pairs keep it to round-off")  # fmt: skip
 
@@ -94,9 +96,9 @@ def _distance(position: np.ndarray, shell: Shell) -> np.ndarray:
 
 def _face(ran: Ran, shell: Shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return radii at the start and now, and plastic strains, of the particles of the innermost layer."""
-    r0, r = (_distance(vectors(one, "position"), shell) for one in (ran.first, ran.last))
-    mine = r0 < shell.inner + ran.dx
-    return r0[mine], r[mine], ran.last.fields["plastic_strain"][mine]
+    r0, r = (_distance(vectors(snapshot, "position"), shell) for snapshot in (ran.first, ran.last))
+    inner = r0 < shell.inner + ran.dx
+    return r0[inner], r[inner], ran.last.fields["plastic_strain"][inner]
 
 
 GAS_PROBLEM = Problem(

@@ -64,8 +64,8 @@ def _trials(options: Options) -> Iterator[Trial]:
     yield _pressure(options.dx(0.5e-3, 0.5e-3))
     yield _impact(options.dx(0.1e-3, 0.1e-3))
     yield _bar(options.dx(0.25e-3, 0.3e-3))
-    yield _seen("moving frame, 10 km/s along the axis", FRAME, 1.0)
-    yield _seen("mirrored along the axis", 0.0, -1.0)
+    yield _in_frame("moving frame, 10 km/s along the axis", FRAME, 1.0)
+    yield _in_frame("mirrored along the axis", 0.0, -1.0)
 
 
 def _ball_mode(x: np.ndarray) -> np.ndarray:
@@ -95,8 +95,10 @@ def _breathing(name: str, period: float, dx: float, shape: dict[str, Any], mode:
         """Return times, and the share of the mode in the motion [m/s]."""
         shown, mass = mode(vectors(ran.first, "position")), ran.first.fields["mass"]
         whole = (mass[:, None] * shown * shown).sum()
-        velocities = [(mass[:, None] * shown * vectors(one, "velocity")).sum() / whole for one in ran.snapshots]
-        return np.array([one.time for one in ran.snapshots]), np.array(velocities)
+        velocities = [
+            (mass[:, None] * shown * vectors(snapshot, "velocity")).sum() / whole for snapshot in ran.snapshots
+        ]
+        return np.array([snapshot.time for snapshot in ran.snapshots]), np.array(velocities)
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         velocities, left = swing(*record(runs[0]), period, PERIODS)
@@ -198,7 +200,7 @@ def _bar(dx: float) -> Trial:
     return Trial("Taylor bar", [Start(case)], figures)
 
 
-def _seen(name: str, frame: float, sign: float) -> Trial:
+def _in_frame(name: str, frame: float, sign: float) -> Trial:
     case = {
         "title": "a sphere on a disc",
         "kinematics": "axisymmetric",

@@ -69,14 +69,9 @@ def swing(time: np.ndarray, speed: np.ndarray, near: float, periods: float) -> t
     Both from a fit of exp(-k t) cos(2 pi t / T + phi), which higher modes do not disturb; not a number where the
     beam does not swing at all.
 
-    Parameters
-    ----------
-    time, speed
-        The record [s], [m/s].
-    near
-        Period to begin from [s].
-    periods
-        Length of the record in periods.
+    `time`, `speed`: the record [s], [m/s].
+    `near`: period to begin from [s].
+    `periods`: length of the record in periods.
     """
     from scipy.optimize import curve_fit
 

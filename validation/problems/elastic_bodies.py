@@ -57,8 +57,8 @@ def _ring(options: Options) -> Iterator[Trial]:
         particles["velocity"] = SPEED * x / np.linalg.norm(x, axis=1)[:, None]
 
     def record(run: Ran) -> tuple[np.ndarray, np.ndarray]:
-        time = np.array([one.time for one in run.snapshots])
-        return time, np.array([_radial_speed(one) for one in run.snapshots])
+        time = np.array([snapshot.time for snapshot in run.snapshots])
+        return time, np.array([_radial_speed(snapshot) for snapshot in run.snapshots])
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         period, left = swing(*record(runs[0]), RING.period, periods)
@@ -107,8 +107,8 @@ def _rebound(options: Options) -> Iterator[Trial]:
         yield Figure("restitution", back, RESTITUTION, 0.1, scale=0.0, why="Total Lagrangian SPH, 40 across")
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
-        time = np.array([one.time for one in runs[0].snapshots])
-        speed = np.array([runs[0].mean_velocity(0, one)[0] for one in runs[0].snapshots])
+        time = np.array([snapshot.time for snapshot in runs[0].snapshots])
+        speed = np.array([runs[0].mean_velocity(0, snapshot)[0] for snapshot in runs[0].snapshots])
         return {"velocity_x": [Curve("disc", time, speed)]}
 
     yield Trial(f"dx {1e3 * dx:g} mm", [Start(case)], figures, curves, across="time")

@@ -116,7 +116,7 @@ def _spin(snapshot: Snapshot) -> float:
     """Return the slider's angular momentum about its own middle [kg m/s]."""
     own = snapshot.body == 0
     mass, x, u = snapshot.fields["mass"][own], vectors(snapshot, "position")[own], vectors(snapshot, "velocity")[own]
-    x, u = (one - np.average(one, axis=0, weights=mass) for one in (x, u))
+    x, u = (values - np.average(values, axis=0, weights=mass) for values in (x, u))
     return float((mass * (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0])).sum())
 
 

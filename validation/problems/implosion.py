@@ -67,14 +67,16 @@ def collapse(name: str, shell: Shell, dx: float) -> Trial:
         exact = shell.radius(before, shell.stop)
         yield Figure("final radius of the inner layer", float(now.mean()), float(exact.mean()), 0.02, "m",
                      why="its speed is that of the face within some per cent")  # fmt: skip
-        way = shell.strain(before, now)  # of the way that it has gone, not of the way that it should have
-        yield Figure("plastic strain over that of the displacement", float((strain / way).mean()), 1.0, 0.05)
+        of_displacement = shell.strain(before, now)  # of the way that it has gone, not of the way that it should have
+        yield Figure(
+            "plastic strain over that of the displacement", float((strain / of_displacement).mean()), 1.0, 0.05
+        )
         yield Figure("plastic strain of the inner layer", float(strain.mean()),
                      float(shell.strain(before, exact).mean()), 0.05)  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         last = runs[0].last
-        r0, r = (np.linalg.norm(vectors(one, "position"), axis=1) for one in (runs[0].first, last))
+        r0, r = (np.linalg.norm(vectors(snapshot, "position"), axis=1) for snapshot in (runs[0].first, last))
         order = np.argsort(r)
         exact = shell.strain(r0[order], shell.radius(r0[order], shell.stop))
         return {"plastic_strain": [Curve("computed", r[order], last.fields["plastic_strain"][order]),
@@ -99,9 +101,9 @@ def rings(inner: float, outer: float, dx: float) -> tuple[np.ndarray, np.ndarray
 
 def _face(ran: Ran, shell: Shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return radii at the start and now, and plastic strains, of the particles of the innermost layer."""
-    r0, r = (np.linalg.norm(vectors(one, "position"), axis=1) for one in (ran.first, ran.last))
-    mine = r0 < shell.inner + ran.dx
-    return r0[mine], r[mine], ran.last.fields["plastic_strain"][mine]
+    r0, r = (np.linalg.norm(vectors(snapshot, "position"), axis=1) for snapshot in (ran.first, ran.last))
+    inner = r0 < shell.inner + ran.dx
+    return r0[inner], r[inner], ran.last.fields["plastic_strain"][inner]
 
 
 PROBLEM = Problem("implosion", "plastic shells collapse: final radius, strain of the free face", _trials, ALL)

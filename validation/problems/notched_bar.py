@@ -84,9 +84,9 @@ def _trials(options: Options) -> Iterator[Trial]:
         yield _spread("force of the finer two", forces[-2:], 0.05)
 
     def torn(runs: Sequence[Ran]) -> Iterator[Figure]:
-        works = [float(ran.history["external_work"].max()) for ran in runs]
+        work = [float(ran.history["external_work"].max()) for ran in runs]
         yield _spread("force of the finer two", [_largest_force(ran, *FAST) for ran in runs][-2:], 0.05)
-        yield _spread("work", works, 0.05, why="it falls by 4 to 8 % from one spacing to the next")
+        yield _spread("work", work, 0.05, why="it falls by 4 to 8 % from one spacing to the next")
         area = float(runs[-1].summary["crack_area"]) / (pi * (RADIUS - NOTCH) ** 2)
         yield Figure(
             "area of the crack over the ligament's", area, 1.0, 0.25, why="the outermost row may tear by itself"

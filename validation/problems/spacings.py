@@ -121,7 +121,7 @@ def _graded(dx: float, rings: bool) -> Trial:
     def core(ran: Ran) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return masses, x, and velocities along x at the start and now, of what no wave from the rim has reached."""
         own = vectors(ran.first, "position")[:, 1] < CORE
-        u0, u = (vectors(one, "velocity")[own, 0] for one in (ran.first, ran.last))
+        u0, u = (vectors(snapshot, "velocity")[own, 0] for snapshot in (ran.first, ran.last))
         return ran.first.fields["mass"][own], vectors(ran.last, "position")[own, 0], u0, u
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:

@@ -45,8 +45,8 @@ def _trials(options: Options) -> Iterator[Trial]:
         yield limit("loss of angular momentum per turn", abs(end / start - 1.0) / turns, 1e-6)
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
-        time = np.array([one.time for one in runs[0].snapshots])
-        spin = np.array([angular_momentum(one) for one in runs[0].snapshots])
+        time = np.array([snapshot.time for snapshot in runs[0].snapshots])
+        spin = np.array([angular_momentum(snapshot) for snapshot in runs[0].snapshots])
         return {SPIN: [
             Curve("computed", time, spin / spin[0], marked=True),
             Curve("exact", time, np.ones_like(time), exact=True)]}  # fmt: skip
@@ -99,7 +99,9 @@ def _orthotropic(options: Options) -> Iterator[Trial]:
         start = runs[0].first
         x, y = vectors(start, "position").T[:2]
         x, y = np.array([x, y]) - exact.state(x, y)[1]  # at rest, to second order in the strain
-        mean = np.mean([_turned(one, exact.spin * one.time, start) for one in runs[0].snapshots[1:]], axis=0)
+        mean = np.mean(
+            [_turned(snapshot, exact.spin * snapshot.time, start) for snapshot in runs[0].snapshots[1:]], axis=0
+        )
         inside = np.hypot(x, y) < exact.radius - 1.5 * dx
         quadratic = np.array([x**0, x * x, y * y]).T[inside]
         for axis, (stress, along, across) in enumerate(((mean[0], x, y), (mean[1], y, x))):

@@ -49,10 +49,10 @@ def _same(dim: int, dx: float) -> Trial:
         whole, part = runs
         at = vectors(whole.first, "position")
         kept = (at[:, 1:] > 0.0).all(axis=1)
-        ours, theirs = _ordered(vectors(part.first, "position"), dx), np.flatnonzero(kept)[_ordered(at[kept], dx)]
+        in_part, in_whole = _ordered(vectors(part.first, "position"), dx), np.flatnonzero(kept)[_ordered(at[kept], dx)]
         for name, field, scale in (("positions, over dx", "position", dx),
                                    ("velocities, over impact velocity", "velocity", SPEED)):  # fmt: skip
-            off = np.abs(vectors(part.last, field)[ours] - vectors(whole.last, field)[theirs]).max()
+            off = np.abs(vectors(part.last, field)[in_part] - vectors(whole.last, field)[in_whole]).max()
             yield limit(name, float(off) / scale, 1e-9, why="sums in another order: round-off of 60 steps")
 
     return Trial(f"{dim}D, {('half', 'quarter')[dim - 2]} beside whole",

@@ -75,8 +75,8 @@ def _trial(name: str, dim: int, dx: float, end: float) -> Trial:
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         (ran,) = runs
         inside = (np.abs(vectors(ran.first, "position")) < half - EDGE * dx).all(axis=1)
-        time = np.array([one.time for one in ran.snapshots])
-        mean = np.array([float(one.fields["pressure"][inside].mean()) for one in ran.snapshots])
+        time = np.array([snapshot.time for snapshot in ran.snapshots])
+        mean = np.array([float(snapshot.fields["pressure"][inside].mean()) for snapshot in ran.snapshots])
         return {"pressure": [Curve("mean", time, mean, marked=True),
                              Curve("exact", time, np.full_like(time, -TENSION), exact=True)]}  # fmt: skip
 

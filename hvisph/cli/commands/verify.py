@@ -215,7 +215,7 @@ def _compute_set(
 def _end(sets: list[Experiments], results: list[SetResult], as_json: bool) -> None:
     from hvisph_validation.comparison import verdicts
 
-    said = {one.name: verdicts(result.rows, one.model.asked) for one, result in zip(sets, results, strict=True)}
+    said = {one.name: verdicts(result.rows, one.model.required) for one, result in zip(sets, results, strict=True)}
     if as_json:
         echo_json([result.as_dict() | {"verdicts": [asdict(one) for one in said[result.name]]} for result in results])
     if any(one["status"] in ("failed", "error", "killed") for result in results for one in result.shots.values()):

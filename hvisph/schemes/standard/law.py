@@ -270,9 +270,9 @@ def accumulate(near, n, rows, i, constants, out):
             hoop = hoop * (1.0 - rows[i, KIND])
         force, work = add_radial(force, hoop), work + hoop * radial_part(u)
         around = radial_part(u) * taken
-        unequal_spacings = axis_regularization(gradient_u[-1], around, rows[i, RING], h)
-        gradient_u = add_last(gradient_u, unequal_spacings)
-        out[i, R_HOOP] = around - unequal_spacings
+        regularization = axis_regularization(gradient_u[-1], around, rows[i, RING], h)
+        gradient_u = add_last(gradient_u, regularization)
+        out[i, R_HOOP] = around - regularization
     if ANGULAR_MOMENTUM:
         gradient_u = turning_kept(gradient_u, lane_sums(moment))
         put(out, i, R_SPIN, lane_sums(spin_sum))

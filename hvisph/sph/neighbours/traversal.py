@@ -272,10 +272,10 @@ def loop(
     before. `single`: whether rows are of float32. `units`: index of the units of its results in the constants.
     `rigid`: slot of RIGID.
     """
-    skips_undisturbed: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
-    bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach), "RIGID": rigid if skips_undisturbed["SKIPS"] else 0}
+    skipping: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
+    bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach), "RIGID": rigid if skipping["SKIPS"] else 0}
     parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather, all_rigid)}
-    bound |= skips_undisturbed | {"LISTS": lists, "ONLY": only, "LANES": SINGLES if single else LANES, "UNITS": units}
+    bound |= skipping | {"LISTS": lists, "ONLY": only, "LANES": SINGLES if single else LANES, "UNITS": units}
     return chunk_loop(specialise(sweep, **bound, law=law, **parts), CHUNK)
 
 
