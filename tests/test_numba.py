@@ -97,11 +97,12 @@ def test_cached_functions_of_a_user_work_before_between_and_after_runs(tmp_path)
 
 # Modules of numba and llvmlite beyond their public interfaces, with what is imported from each.
 INTERNAL = {
-    "numba.core": "cgutils imputils typing utils",
+    "numba.core": "cgutils imputils types typing utils",
     "numba.core.base": "BaseContext",
     "numba.core.caching": "NullCache",
     "numba.core.codegen": "JITCPUCodegen JITCodeLibrary",
-    "numba.core.compiler": "CompileResult",
+    "numba.core.compiler": "CompileResult Compiler CompilerBase DefaultPassBuilder",
+    "numba.core.compiler_machinery": "PassManager",
     "numba.core.cpu": "CPUContext",
     "numba.core.environment": "Environment lookup_environment",
     "numba.core.externals": "c_math_functions",
@@ -111,8 +112,10 @@ INTERNAL = {
     "numba.core.sigutils": "normalize_signature",
     "numba.core.target_extension": "CPU dispatcher_registry jit_registry target_override target_registry",
     "numba.core.typeconv": "Conversion",
+    "numba.core.typed_passes": "NopythonRewrites",
     "numba.core.typing": "templates",
     "numba.core.typing.templates": "AbstractTemplate ConcreteTemplate Signature signature",
+    "numba.core.untyped_passes": "InlineClosureLikes",
 }
 PUBLIC = {"numba", "numba.extending", "llvmlite", "llvmlite.ir", "llvmlite.binding"}
 
@@ -125,6 +128,7 @@ PRIVATE = {
     *("_toplevel_target_context", "_toplevel_typing_context"),  # of a target
     *("_cache", "_compilation_chain_init_hook", "_rebuild", "_reduce"),  # of a dispatcher and its results
     "_getvalue",  # of a structure in generated code
+    "_lookup_global",  # of a typing context
 }
 
 
@@ -144,7 +148,7 @@ def test_internals_of_numba_that_are_used_are_known():
                 private.update(member.name for member in node.body if isinstance(member, ast.FunctionDef))
     sources = [
         importlib.import_module(name).__file__
-        for name in ("numba.core.dispatcher", "numba.np.ufunc.parallel", *imported)
+        for name in ("numba.core.dispatcher", "numba.core.typing.context", "numba.np.ufunc.parallel", *imported)
     ]
     words = set().union(*(re.findall(r"\b_[a-z]\w*", Path(source).read_text()) for source in sources))
     assert {module: " ".join(sorted(names)) for module, names in imported.items()} == INTERNAL

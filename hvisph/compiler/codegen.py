@@ -11,20 +11,26 @@ the name TARGET, and code that is compiled for numba's own target is unaffected 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property, partial
+from typing import Any
 
 import numba
 from llvmlite import ir
 from llvmlite.binding import ModuleRef, add_symbol
-from numba.core import imputils, typing, utils
+from numba.core import imputils, types, typing, utils
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager
 from numba.core.cpu import CPUContext
 from numba.core.environment import lookup_environment
 from numba.core.externals import c_math_functions
 from numba.core.registry import CPUDispatcher, CPUTarget, cpu_target
 from numba.core.runtime import _nrt_python, rtsys
 from numba.core.target_extension import CPU, dispatcher_registry, jit_registry, target_override, target_registry
+from numba.core.typed_passes import NopythonRewrites
 from numba.core.typing import templates
+from numba.core.untyped_passes import InlineClosureLikes
 
 TARGET = "hvisph"
 # Prefixes of numba's names for the environment of a function and for the body of a parallel loop.
@@ -154,6 +160,23 @@ class _LoopContext(CPUContext):
 
 
 class _TypingContext(typing.Context):
+    def __init__(self) -> None:
+        self._signatures: dict[tuple[types.Type, ...], templates.Signature] = {}
+        super().__init__()
+
+    def resolve_function_type(self, func: object, args: tuple[types.Type, ...], kws: dict[str, types.Type]) -> object:
+        """Return the signature of a call; numba tries all templates of a built-in function again for every call."""
+        function = self._lookup_global(func) or func
+        if kws or not isinstance(function, types.Function):
+            return super().resolve_function_type(func, args, kws)
+        key = function, *args
+        if key not in self._signatures:
+            signature = super().resolve_function_type(func, args, kws)
+            if signature is None:
+                return None
+            self._signatures[key] = signature
+        return self._signatures[key]
+
     def refresh(self) -> None:
         """Load numba's types of functions, then those of this package: the first that match are taken."""
         super().refresh()
@@ -178,10 +201,26 @@ target_registry[TARGET] = _LoopCPU
 loop_target = _LoopTarget(TARGET)
 
 
+class _Compiler(CompilerBase):
+    """numba's compiler without the passes for functions within functions and for expressions of arrays."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        """Return the passes; parallel loops need all."""
+        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        if not self.state.flags.auto_parallel.enabled:
+            unused = InlineClosureLikes, NopythonRewrites
+            manager.passes = [one for one in manager.passes if one[0] not in unused]
+            manager.finalize()
+        return [manager]
+
+
 class LoopDispatcher(CPUDispatcher):
     """A function that is compiled for this target."""
 
     targetdescr = loop_target
+
+    def __init__(self, py_func: Callable[..., object], **options: Any):
+        super().__init__(py_func, **{"pipeline_class": _Compiler} | options)
 
     def compile(self, sig: templates.Signature) -> object:
         """Return the entry for these types; numba takes the active target where it infers no types, as in parfors."""
@@ -190,4 +229,5 @@ class LoopDispatcher(CPUDispatcher):
 
 
 dispatcher_registry[_LoopCPU] = LoopDispatcher
-jit_registry[_LoopCPU] = partial(numba.jit, _target=TARGET)
+# numba's own functions may contain functions and expressions of arrays.
+jit_registry[_LoopCPU] = partial(numba.jit, _target=TARGET, pipeline_class=Compiler)
