@@ -132,7 +132,7 @@ def _verdict(name: str, rows: Sequence[Compared], criteria: Criteria | None) -> 
         right = 1.0 - sum(offs) / len(rows) - (len(rows) - len(known)) / len(rows)
         farthest = max((abs(ratio - 1.0) for ratio in wrong), default=None)
         passed = None if criteria is None or pending else (
-            _at_least(right, criteria.right) and _at_most(farthest or 0.0, criteria.wrong_within))  # fmt: skip
+            right >= (criteria.right or 0.0) and _at_most(farthest or 0.0, criteria.wrong_within))  # fmt: skip
         weak = sum(off > 0.5 and row.measured.value < 0.5 for off, row in known)
         curve = [(row.ratio > 1.0) == (row.measured.value > 0.5) for row in rows if row.ratio is not None]
         return Verdict(name, unit, shots, right=right, farthest=farthest, weak=weak, strong=int(sum(offs)) - weak,
@@ -157,7 +157,3 @@ def _inside(row: Compared, criteria: Criteria) -> bool:
 
 def _at_most(value: float, most: float | None) -> bool:
     return most is None or value <= most
-
-
-def _at_least(value: float, least: float | None) -> bool:
-    return least is None or value >= least

@@ -172,9 +172,9 @@ def _key(row: Compared) -> tuple[str, str, float | None, str]:
     return measured.shot, measured.quantity, measured.at, measured.source
 
 
-def wrapped(text: str, indent: str = "") -> str:
+def wrapped(text: str) -> str:
     """Return a paragraph in lines of the documentation's width."""
-    return fill(" ".join(text.split()), 100, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
+    return fill(" ".join(text.split()), 100, break_on_hyphens=False, break_long_words=False)
 
 
 def _header(names: Sequence[str]) -> list[str]:

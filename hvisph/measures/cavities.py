@@ -69,7 +69,7 @@ def _draw_discs(position: np.ndarray, cell: float, radius: float) -> np.ndarray:
     for i in steps:
         for j in steps:
             node = nearest + np.array([i, j])
-            # the tolerance keeps cells that lie on a disc's edge, whatever the shift of the body
+            # the tolerance keeps cells on a disc's edge, for any shift of the body
             inside = ((node - place) ** 2).sum(axis=1) <= (radius / cell) ** 2 * (1.0 + 1e-9)
             covered[node[inside, 0], node[inside, 1]] = True
     return covered

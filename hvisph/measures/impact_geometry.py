@@ -77,7 +77,7 @@ def members(snapshot: Snapshot, roles: Sequence[str], role: str) -> np.ndarray:
 
 
 def line_of(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
-    """Return where the shot line lies, lateral coordinates (dim - 1,) [m]: through the projectile, or the origin."""
+    """Return the lateral coordinates of the shot line (dim - 1,) [m]: the projectile's centre, or the origin."""
     chosen = members(start, roles, PROJECTILE)
     lateral = start.fields["position"].reshape(start.count, -1)[:, 1:]
     return np.asarray(lateral[chosen].mean(axis=0)) if chosen.any() else np.zeros(lateral.shape[1])

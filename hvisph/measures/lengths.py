@@ -22,7 +22,7 @@ from .result import Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 CRATER_BIN = 0.25e-3  # [m], along the plate's thickness
 AXIS_STRIP = 1.0e-3  # [m], half-width of the strip about the shot line
 LIP_PARTICLES = {2: 5, 3: 40}  # front-most attached particles: of each side in 2D, all round in 3D
-LIP_REACH = 2.5  # in projectile widths: distance from the shot line within which a lip is looked for
+LIP_REACH = 2.5  # [projectile widths]; largest distance of a lip from the shot line
 LAYER_TOLERANCE = 1e-6  # [dx]; largest difference of x within a layer of particles
 FRONT_PARTICLES = 10  # of the lip in 2D
 UNCOUNTED_SHARE = 0.01  # failed mass fraction of the target above which fragments may be missed

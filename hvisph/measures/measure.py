@@ -242,7 +242,7 @@ def measure(
     """Measure a run folder or a single snapshot file.
 
     `source`: a run folder, a folder of another code's files (VTU, VTP, VTK, LAMMPS dumps), or one snapshot. A single
-    snapshot is measured alone: its history and its start, and what needs them, are not looked for elsewhere.
+    snapshot is measured alone, without history and start.
     `at`: None for the last moment, a time [s] for the snapshot nearest to it, ``"all"`` for all of them.
     `names`: of another code's files: their own name of a quantity, ``{"density": "rho_0"}``.
     `units`: of another code's files: units of length [m], mass [kg] and time [s]; SI unless given.

@@ -201,7 +201,7 @@ def _reach(x: np.ndarray, stress: np.ndarray, level: float) -> float:
     """Distance from the interface over which stress stays above `level` without a break [m]."""
     order = np.argsort(np.abs(x))
     distance, above = np.abs(x)[order], stress[order] > level
-    # the spike of some schemes at the interface is tensile: look from the tenth particle on
+    # some schemes have a tensile spike at the interface: begin at the tenth particle
     start = min(10, len(above) - 1)
     below = np.flatnonzero(~above[start:])
     return float(distance[start + below[0]]) if len(below) else float(distance[-1])

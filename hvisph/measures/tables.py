@@ -147,7 +147,7 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
         text = f"{figure:.{display.decimals}f}" if fixed else f"{figure:.3g}"
         return text if float(text) else text.lstrip("-")  # zero has no sign
 
-    # a spread that rounds to nothing says nothing
+    # an uncertainty that rounds to zero is not shown
     shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
     return f"{number(value)}{shown} {display.unit}".rstrip()
 

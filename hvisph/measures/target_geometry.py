@@ -337,7 +337,7 @@ def front_surface(
 def _cover(front: np.ndarray, across: np.ndarray, level: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the foremost particle of each cell and the cells' places, in order, shape (cells, dim - 1).
 
-    Particles of spacing 2^`level` dx (n,) fill cells as many times wider, however irregular they lie.
+    A particle of spacing 2^`level` dx (n,) fills a cell 2^`level` times as wide.
     """
     rows, places = [], []
     for value in np.unique(level):

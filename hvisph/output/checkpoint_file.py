@@ -33,7 +33,7 @@ class Checkpoint:
     """A run between two steps."""
 
     step: int  # number of steps done
-    header: Plain  # numbers and text by name, as JSON knows them
+    header: Plain  # JSON data
     # arrays by name, those to be written also `Ordered` or else fetched by slices; names may be paths, as
     # ``history/rows``
     arrays: PlainMapping

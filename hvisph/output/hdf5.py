@@ -79,7 +79,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
             return arrays[name]
         with reading(path, "a snapshot", verified=False) as h5:
             values = _array(h5, places[name], sums)
-        return arrays.setdefault(name, values) if name == "mass" else values  # asked for as often as all others
+        return arrays.setdefault(name, values) if name == "mass" else values  # used by most measures
 
     with read_errors(path, "a snapshot of hvisph"):
         return snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)

@@ -25,7 +25,7 @@ class HistoryWriter:
         self._start(Path(path), columns, flush_seconds)
 
     @classmethod
-    def resume(cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0) -> "HistoryWriter":
+    def resume(cls, path: str | Path, columns: Sequence[str], step: int) -> "HistoryWriter":
         """Continue a file, without its records after `step`; raises `OutputError` if they are damaged."""
         try:
             content = Path(path).read_bytes()
@@ -46,11 +46,11 @@ class HistoryWriter:
             raise OutputError(f"cannot go on with {path}: it is not a history ({error})") from error
         write_text(path, csv_text([header, *kept]))
         writer = cls.__new__(cls)
-        writer._start(Path(path), columns, flush_seconds)
+        writer._start(Path(path), columns)
         writer.last_step = int(kept[-1][at]) if kept else None
         return writer
 
-    def _start(self, path: Path, columns: Sequence[str], flush_seconds: float) -> None:
+    def _start(self, path: Path, columns: Sequence[str], flush_seconds: float = 1.0) -> None:
         self.path, self.columns = path, tuple(columns)
         self._flush_seconds = flush_seconds
         self._pending: list[Sequence[object]] = []

@@ -127,7 +127,7 @@ class RunFolder:
     def open(cls, path: str | Path) -> "RunFolder":
         """Lock the folder of an earlier run in order to continue it.
 
-        Raises `CaseError` when there is no such folder, it is not a run's, or a link stands where hvisph writes;
+        Raises `CaseError` when there is no such folder, it is not a run's, or a name that hvisph writes is a link;
         `OutputError` when another run is writing it.
         """
         folder = Path(path)

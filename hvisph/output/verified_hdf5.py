@@ -150,7 +150,7 @@ def _refuse_foreign_content(h5: h5py.File, size: int) -> None:
 
 
 def _refuse_external(node: object, name: str) -> None:
-    """Raise `OutputError` unless `node` is an array of plain values that lies in the file as it is."""
+    """Raise `OutputError` unless `node` is an array of plain values inside the file."""
     if not isinstance(node, h5py.Dataset):
         raise OutputError(f"'{name}' in it is no array")
     properties = node.id.get_create_plist()

@@ -23,7 +23,7 @@ from .snapshot import INDICES, Snapshot, header_text, snapshot_from, to_vtk
 from .verified_hdf5 import append_checksum, has_checksum, verify_checksum
 
 HEADER = "hvisph_header"
-TIME = "TimeValue"  # the name under which ParaView looks for the time
+TIME = "TimeValue"  # name of the time in ParaView
 _VERTEX = 1
 _PIECE = 8_192  # particles
 

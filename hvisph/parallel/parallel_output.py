@@ -60,8 +60,8 @@ class Slabs:
 
     def serve(self) -> None:
         """Answer requests of the first process until it has finished."""
-        while asked := self.world.broadcast_from_first(lambda: None):
-            self._answer(*asked)
+        while request := self.world.broadcast_from_first(lambda: None):
+            self._answer(*request)
 
     @contextmanager
     def open(self) -> "Iterator[Slabs | None]":

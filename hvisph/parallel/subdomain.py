@@ -53,7 +53,8 @@ class Subdomain(Collectives):
             self.halos.append(Halo(world, layout.dim, layout.used_width, self._planes))
             return self.halos[-1]
 
-        stepper.totals.over, stepper.totals.exact = self._reduce_over, self.exact_sum
+        stepper.totals.over = lambda wholes, extremes: (world.total(wholes), world.get_maxima(extremes))
+        stepper.totals.exact = self.exact_sum
         stepper.attach_halo(halo_for)
 
     def begin(self) -> None:
@@ -65,9 +66,6 @@ class Subdomain(Collectives):
         world.messages = world.sent = 0
         for halo in self.halos:
             halo.evaluations = halo.received = 0
-
-    def _reduce_over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self.world.total(wholes), self.world.get_maxima(extremes)
 
     def _keep(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
         stepper = self._stepper
@@ -84,8 +82,8 @@ class Subdomain(Collectives):
             return
         fixed_owners = stepper.keeps_order
         cut = steps % (SELDOM * CUT_EVERY if fixed_owners else CUT_EVERY) == 0
-        anew = cut and self._repeat_decomposition(SETTLED if fixed_owners else BALANCED)
-        if not fixed_owners or anew:
+        repeated = cut and self._repeat_decomposition(SETTLED if fixed_owners else BALANCED)
+        if not fixed_owners or repeated:
             self._move(cut)
 
     def redistribute(self) -> None:
@@ -95,7 +93,7 @@ class Subdomain(Collectives):
             self._move(True)
 
     def _move(self, cut: bool) -> None:
-        """Migrate particles to their owners; after a `cut` make the cell grids anew."""
+        """Migrate particles to their owners; after a `cut` fit the cell grids."""
         world, stepper = self.world, self._stepper
         particles = stepper.particles
         target = self._parts.owner(stepper.owner_positions, particles.id)

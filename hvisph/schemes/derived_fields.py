@@ -53,8 +53,8 @@ def diagnose(
 
 def known_names(particles: Particles, table: np.ndarray, models: np.ndarray) -> tuple[str, ...]:
     """Return the names of the fields that `diagnose` returns: the temperature only where a particle has one."""
-    knows = any(not np.isnan(found["temperature"]).all() for _, found in _slabs(particles, table, models))
-    return NAMES if knows else NAMES[:-1]
+    has_temperature = any(not np.isnan(found["temperature"]).all() for _, found in _slabs(particles, table, models))
+    return NAMES if has_temperature else NAMES[:-1]
 
 
 def _slabs(
@@ -72,7 +72,7 @@ def _slabs(
     }
     particle_function = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0, "S_ONSET_TENSION": 0} | particles.bindings())
     loop = particle_loop(particle_function)
-    for first in range(0, particles.count, SLAB):  # rows need not lie side by side
+    for first in range(0, particles.count, SLAB):  # rows may not be contiguous
         some = slice(first, first + SLAB)
         state = np.ascontiguousarray(particles.data[some])
         fields = {name: np.zeros(len(state)) for name in NAMES}

@@ -72,7 +72,7 @@ class Stepper:
     _later: list[tuple[np.ndarray, np.ndarray]] = []  # noqa: RUF012 packed materials of the late stages
     late = np.zeros(1)  # energy that their softer moduli give back beyond those before [J], and their bulk moduli [Pa]
     turns_back = True  # whether particles that pass a plane of symmetry are put back
-    keeps_order = False  # whether particles stay with their process until space is cut anew
+    keeps_order = False  # whether particles stay with their process until the decomposition is repeated
 
     @property
     def owner_positions(self) -> np.ndarray:

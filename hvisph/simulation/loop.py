@@ -278,7 +278,7 @@ def separate_fragments(setup: Setup, steps: int) -> None:
     if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % FRAGMENT_SEARCH_EVERY:
         return
     if steps == 0:
-        stepper.pieces = particles.body.copy()  # as the particles stand now
+        stepper.pieces = particles.body.copy()  # in the present order
     pieces = stepper.pieces
     tags = np.stack([particles.id, particles.body, pieces], axis=1)
     tags, lengths = share.gather_rows(tags), share.gather_rows(particles["smoothing_length"])

@@ -54,7 +54,7 @@ def following(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], points
     cases: list[Values] = []
     for fixed, group in _groups(vary, base, [row for row in rows if row["status"] == "done"]):
         decided = _classify(vary.event, group)
-        if len(decided) < len(group):  # the shot first has to go on to a later time
+        if len(decided) < len(group):  # the undecided shot is continued first
             continue
         scale = Scale(vary.path, [*vary.bracket, vary.tolerance, *(row["values"][vary.path] for row in group)], base)
         known = statistics.bracket(scale.numbers[3:], [yes for _, yes in decided], beyond < without)

@@ -27,7 +27,7 @@ class DaskCrew:
     """Workers of a sweep, each a task of a Dask cluster that starts the command of a worker.
 
     `client`: a client of `distributed`.
-    `tell`: takes what a user has to know while the sweep waits: that no worker is there, and that there are some again.
+    `tell`: receives the messages that there is no worker, and that there are some again.
     """
 
     waits_for_first = True  # machines may share a disk without locks
@@ -43,7 +43,7 @@ class DaskCrew:
         home = SweepFolder(folder.path.resolve())
         self.client, self.tell = client, tell
         self.address = client.scheduler.address
-        # workers on other machines hear no signal of this one: they work as long as this file is there
+        # workers on other machines receive no signals of this one: they work as long as this file exists
         self.wanted = home.path / CLAIMS / f"crew-{uuid4().hex[:12]}"
         self.wanted.touch()
         self.command = worker_command(home, threads, (*options, "--while", str(self.wanted)))

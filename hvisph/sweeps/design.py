@@ -56,7 +56,7 @@ def distribution(path: str, setting: Any, base: PlainMapping) -> tuple[Scale, An
 def points(vary: Any, base: PlainMapping, folder: Path) -> list[Values]:
     """Return the values by path of each case that is known before anything runs, columns of experiments included.
 
-    Tables are looked for in `folder`. Raises `CaseError` with the key below `vary` that is to blame.
+    Tables are read from `folder`. Raises `CaseError` with the invalid key below `vary`.
     """
     if isinstance(vary, models.Grid):
         cases = product({path: list(_axis(path, axis, base)) for path, axis in vary.values.items()})

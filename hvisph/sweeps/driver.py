@@ -29,14 +29,14 @@ from .folder import ENDED, RESULTS, STEPPING, Row, Selection, SweepFolder, Table
 from .plan import Member, load_plan
 
 LONGEST = 4.0  # times the end of a case: how far an undecided shot continues by default
-POLL = 0.1  # least wall time between two looks [s]
+POLL = 0.1  # least wall time between two checks [s]
 MOST_FAILURES = 5  # of workers in a row that end with an error
 
 
 class Crew(Protocol):
     """Interface of the workers of a sweep."""
 
-    waits_for_first: bool  # whether the first has to come to a step, with its loops compiled, before there are more
+    waits_for_first: bool  # whether others start only after the first worker has compiled its loops
 
     def keep(self, wanted: int) -> int:
         """Have up to `wanted` workers at work, and return how many there are."""

@@ -22,7 +22,8 @@ Values = Plain
 class Scale:
     """Numbers of one setting in the unit that all `values` are written in, else in SI.
 
-    `base` says what may stand at the path. Raises `CaseError` for text that is no number, or of another dimension.
+    `base`: case by which the dimension of the setting is found. Raises `CaseError` for text that is no number, or of
+    another dimension.
     """
 
     def __init__(self, path: str, values: Sequence[object], base: Mapping[str, object]):

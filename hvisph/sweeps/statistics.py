@@ -351,7 +351,7 @@ def _gaussian_process(x: np.ndarray, y: np.ndarray) -> tuple[float, str, Predict
     scale = float(np.std(y))
     centred = (y - y.mean()) / scale
     kernel = ConstantKernel(1.0) * RBF(np.ones(x.shape[1]), (0.05, 100.0)) + WhiteKernel(1e-4, (1e-9, 1.0))
-    with warnings.catch_warnings():  # a length at its bound says that the input does not matter
+    with warnings.catch_warnings():  # a length at its bound: the input has no influence
         warnings.simplefilter("ignore")
         process = GaussianProcessRegressor(kernel, n_restarts_optimizer=2, random_state=0).fit(x, centred)
     inverse = np.linalg.inv(process.kernel_(x))

@@ -110,7 +110,7 @@ class SpatialPass:
         self.pairs.halo = halo_for(self.pairs.layout)
 
     def fit_grid(self, positions: np.ndarray) -> None:
-        """Make the selection grid anew around `positions` (n, dim) [m]."""
+        """Fit the selection grid to `positions` (n, dim) [m]."""
         self._selection.fit(positions)
 
 

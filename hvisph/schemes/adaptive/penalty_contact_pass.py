@@ -103,9 +103,9 @@ class BodyContact:
         """Add contact accelerations and heat to `rates` of `chosen` particles; `loose` (n,) bool are detached."""
         halo = self.pairs.halo
         self.omega[:], self._power = 0.0, 0.0
-        looks = self._evaluations % SEARCH_EVERY == 0
+        is_search_due = self._evaluations % SEARCH_EVERY == 0
         self._evaluations += 1
-        if looks and self.law.self_contact:
+        if is_search_due and self.law.self_contact:
             self._find_folded(rows, slots, loose)
         if self.folded.any():
             chosen = np.union1d(chosen, np.flatnonzero(self.folded))
@@ -118,7 +118,7 @@ class BodyContact:
             self.pairs.evaluate(self.h)
         finally:  # other processes wait for this one, also after an error
             self._add_rates(chosen, rates)
-            if looks:
+            if is_search_due:
                 self._find_penetrated(chosen, rows, slots, loose)
 
     def _add_rates(self, chosen: np.ndarray, rates: np.ndarray) -> None:

@@ -161,7 +161,7 @@ class Conversion:
 
     @property
     def is_off(self) -> bool:
-        """Whether no particle converts by itself."""
+        """Whether neither strain nor damage of a particle converts it."""
         return self.strain is None and not self.damage
 
     def find_converting(

@@ -138,10 +138,10 @@ def strength_limits(rows, i, b, dx, inverse_r, traction, corrected):
 def crack_limits(rows, i, b, e, own_crack, traction, own, stress, other):
     """Return the traction that softened sides and a crack between them transmit (`sph.terms.crack`)."""
     t_n, t_t = traction
-    borne = 1.0 - (1.0 - other) * (1.0 - unbroken_share(own_crack, vector(b, CRACK, DIM), e))
+    transmitted = 1.0 - (1.0 - other) * (1.0 - unbroken_share(own_crack, vector(b, CRACK, DIM), e))
     t_n = min(t_n, min(softened_bound(own, rows[i, SOFT]), softened_bound(own + stress, b[SOFT])))
-    t_n = min(t_n, borne * t_n)
-    return t_n, multiply(borne, t_t) if DIM > 1 else t_t
+    t_n = min(t_n, transmitted * t_n)
+    return t_n, multiply(transmitted, t_t) if DIM > 1 else t_t
 
 
 def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedances, friction, other, gap_factor):
@@ -163,10 +163,10 @@ def contact_states(rows, i, b, contact, traction, velocity, own, stress, impedan
 
 
 def section_ratio(rows, i, b, dx, other, inverse_rest):
-    """Return the weight of a neighbour in the number density: spacings and section areas at rest.
+    """Return the weight of a neighbour in the number density by spacings and section areas at rest.
 
-    Where h follows density, those of other bodies count by their volumes, as in the work of a contact: a wall beside
-    gas of a thousandth of its own volume is strained by what does work on it.
+    Where h follows density, neighbours of other bodies are weighted by volume, as in the work of a contact: otherwise
+    gas of a thousandth of a wall's volume would strain the wall without work.
     """
     ratio = power_of_dimension(1.0 + other * (b[H] / rows[i, H] - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
     if GRAD_H:

@@ -205,8 +205,8 @@ def deform(
     `lists`: of the reference neighbours: starts, near, codes, kernels
     `corrections`: theirs, a row a particle: A, B, F0
     `materials`: table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material
-    `ahead`: how far the stage is ahead of the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at
-      rest bears nearly one, so its spacings may shrink to that share before they set the step
+    `ahead`: time of the stage after the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at rest
+      is stable up to nearly 1, so that its spacings may shrink to this share before they limit the step
     `results`: arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
       Lagrangian particles pressure [Pa] and signal speed [m/s]
     `rates`: (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that meet

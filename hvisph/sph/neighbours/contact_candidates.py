@@ -111,7 +111,7 @@ def _mark_near(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
 
 
 def _widen(cell, nx, ny, nz, lowest, near, wider):
-    """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
+    """Mark in `wider` the occupied cells that are marked in `near` or adjacent to a marked cell."""
     if lowest[cell] == np.uint32(NO_BODY):
         return
     marked, place = near[cell], place_of(cell, nx, nz)
@@ -143,7 +143,7 @@ class Selection:
         self._choose_unwrapped = specialise(_choose_unwrapped, parallel=False, DIM=dim)
 
     def fit(self, position: np.ndarray) -> None:
-        """Make the grid anew around particles at `position` (n, dim) [m]."""
+        """Fit the grid to particles at `position` (n, dim) [m]."""
         self.grid = Grid.from_positions(position, self.grid.edge, CELLS)
         size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
         self._lowest, self._highest = np.full(size, NO_BODY, np.uint32), np.zeros(size, np.uint32)
@@ -189,7 +189,7 @@ class Selection:
         """Return whether particles have spread so far that one cell of the grid represents several places."""
         least, most = self._extents[:, 0].min(axis=0), self._extents[:, 1].max(axis=0)
         low, high = np.floor(np.array([least, most]) * (1.0 / self.grid.edge))
-        # two cells more: beside those at the rim lie empty ones
+        # two cells more: the outermost cells need empty neighbours
         return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
 
     def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:

@@ -81,7 +81,7 @@ class NeighbourList:
         self._allocate(count)
 
     def fit_grid(self, positions: np.ndarray) -> None:
-        """Make the cell grid anew around `positions` (n, dim) [m]."""
+        """Fit the cell grid to `positions` (n, dim) [m]."""
         self._grid = cells.Grid.from_positions(positions, self._grid.edge)
 
     def _allocate(self, count: int) -> None:
@@ -100,7 +100,7 @@ class NeighbourList:
         self.present = count
 
     def make(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
-        """Make the lists anew.
+        """Make the lists.
 
         `positions`, `lengths`, `longest`, `numbers`: positions (n, dim) and smoothing lengths (n,) [m], the longest of
         all processes, and permanent numbers (n,).

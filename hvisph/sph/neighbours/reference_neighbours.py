@@ -169,8 +169,8 @@ class Reference:
     `shepard`, `gradient`: whether the kernel is divided by its own sum, and whether its gradient is exact for linear
     fields.
     It holds:
-    `starts`, `near`, `codes`: the lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number
-    n and code 0.
+    `starts`, `near`, `codes`: the lists: entries of row i are those from starts[i] to starts[i + 1]; the far row has
+    number n and code 0.
     `kernels`: slope and, behind it, shape of each code (codes + 1, dim + 1).
     `matrix`, `vector`, `start_gradient`: A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
     `first_sums`, `zeroth_sums`: sums over each list of slopes (count, dim) and of shapes (count,).

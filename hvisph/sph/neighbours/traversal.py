@@ -79,7 +79,7 @@ def enclose(columns, i, end, inverse_edge, box):
 def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     """Copy what may meet a particle in the box into `copies`; return how many, and the size that was lacking or 0.
 
-    With OWN_REACH that is also whatever the longest kernel of the cell, `h`, reaches by itself.
+    With OWN_REACH also all particles within the longest kernel of the cell, `h`.
     """
     rough, exact, numbers = copies
     cx, cy, cz = place
@@ -121,7 +121,7 @@ def all_rigid(rows, numbers, n):
 
 
 def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, lists, out, overflow):
-    """Run the pair law over the particles of a chunk: the template, see the module's text.
+    """Run the pair law over the particles of a chunk (template).
 
     Bound names: DIM, law, ONLY (slot of a vector: rows where it is zero are left out; 0 for none), LANES (neighbours in
     a vector), UNITS (where the units of results begin in `constants`, 0 for none), SKIPS (whether the results of
@@ -179,7 +179,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
                 numbers[k] = kept[at + k]
             at += m
             resting = group if m == zero else zero
-        elif i == group:  # the first of a cell, or of those together in it
+        elif i == group:  # the first of a cell, or of a group in it
             place = cell_at(x, inverse_edge, nx, ny, nz)
             cell = number_of(place, nx, nz)
             end = min(np.uint64(starts[cell + one]), last)
@@ -218,7 +218,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         n, mark, own = zero, zero, (*extend_vector(x), h)
         marks = (m + np.uint64(2 * SIXTEEN - 1)) // np.uint64(2 * SIXTEEN)
         keeping = keeping and at + marks <= space
-        if OWN_REACH and taken == zero:  # shorter ones count as long: with them the mean length is the own one
+        if OWN_REACH and taken == zero:  # shorter lengths are replaced by h, so that the mean is at least h
             for k in range(m):
                 length = max(columns[DIM, np.uint64(numbers[k])], h)
                 exact[DIM, k], rough[DIM, k] = length, np.float32(length)
