@@ -1,4 +1,4 @@
-"""From the folders of a set's sweeps to what its experiments say of them."""
+"""Results of a set from the folders of its sweeps."""
 
 from __future__ import annotations
 

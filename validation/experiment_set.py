@@ -23,9 +23,9 @@ class Across(StrictModel):
         description="Path of the length that they lie across, such as bodies.bar.shape.diameter; a shot with "
         "another length names that as experiment.across"
     )
-    full: PositiveNumber = Field(description="In the runs that are judged")
-    second: PositiveNumber = Field(description="In the runs that tell the error of the first")
-    coarse: PositiveNumber = Field(description="In the runs that only show that all works: seconds")
+    full: PositiveNumber = Field(description="In the runs that verdicts count")
+    second: PositiveNumber = Field(description="In the runs that show the error of the full resolution")
+    coarse: PositiveNumber = Field(description="In quick checks of a few seconds")
 
 
 class Criteria(StrictModel):
@@ -53,16 +53,16 @@ class Limit(StrictModel):
 class ExperimentSet(StrictModel):
     """Experiments of one kind, computed with one formulation at one resolution."""
 
-    title: Text = Field(description="What it is, for a heading")
-    shows: Words = Field(description="What it tells of a code")
+    title: Text = Field(description="Heading")
+    shows: Words = Field(description="What the set tests")
     set_up: Words = Field(description="Formulation, materials and resolution, and why: chosen before any comparison")
     substitutes: str = Field(default="", max_length=4000, description="Substitutes of materials without constants")
     found: str = Field(default="", max_length=4000, description="What agrees, what does not and why")
     why: dict[Text, Words] = Field(default={}, description="By quantity: in a sentence, why it misses its criteria")
     evaluator: EvaluatorName = Field(description="Module that computes the measured quantities from the runs")
     particles_across: Across = Field(description="Particles across")
-    required: dict[Text, Criteria] = Field(default={}, description="By quantity; those not named are shown, not judged")
-    limits: dict[Text, Limit] = Field(default={}, description="Shots whose limit is looked for, in place of shots.csv")
+    required: dict[Text, Criteria] = Field(default={}, description="By quantity; others have no criteria")
+    limits: dict[Text, Limit] = Field(default={}, description="Shots whose limit is found, in place of shots.csv")
 
     @model_validator(mode="after")
     def _bisections(self) -> Self:

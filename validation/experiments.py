@@ -1,4 +1,4 @@
-"""What was measured, and the cases that compute it."""
+"""Measured values, and the cases that compute them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WORDS = {"yes": 1.0, "no": 0.0}
 
 @dataclass(frozen=True)
 class Measured:
-    """One number that was measured.
+    """One measured number.
 
     `shot`, `quantity`: shot, and quantity of the set's evaluator.
     `at`: place along an outline, or velocity, in the set's own unit; None for single numbers.

@@ -1,4 +1,4 @@
-"""What there is to see of a set, as pictures: none for a set that has only a number or two."""
+"""Pictures of a set; none for a set of few numbers."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 from .picture_kinds import Off, Panel, offs_picture, outlines_picture, residual_picture, verdict_map
 from .results import SetResult
 
-FEWEST = 5  # numbers that are worth a picture of their own
+FEWEST = 5  # least number of values in a picture of differences
 
 
 def draw(result: SetResult, folder: Path, words: Mapping[str, str]) -> list[Path]:
-    """Draw what there is to see of a set, and return the files."""
+    """Draw the pictures of a set, and return the files."""
     drawn = []
     for name, making in (("outlines", _outlines), ("all", _offs), ("map", _map), ("residual", _residual)):
         path = making(result, folder / f"{result.name}.{name}.png", words)

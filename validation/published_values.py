@@ -2,7 +2,7 @@
 
 The tables are given in the papers' own units, centimetres to one decimal and gigapascals, and read in SI.
 Names of rows are those of the bundled cases below ``cases/published``; `howell_ball` is the
-free-Lagrange Godunov scheme that the papers hold the others against.
+free-Lagrange Godunov scheme with which the papers compare the others.
 
 Sources:
 Howell & Ball 2002 (`howell_ball`) and Mehra & Chaturvedi 2006 (SAV, BAL, MON, CON), as quoted by
@@ -19,8 +19,8 @@ CM, GPA = 1e-2, 1e9
 FARAHANI_2, FARAHANI_3 = "Farahani 2009 Table 2", "Farahani 2009 Table 3"
 YOUNG_1 = "Young 2021 Table 1"
 
-# How far from a printed value still counts as it, since no single definition of the lengths fits every
-# published method within 1 mm. Pressures: share of the value.
+# Tolerances of printed values: no single definition of the lengths fits every published method within 1 mm.
+# Pressures: share of the value.
 LENGTH_TOLERANCE = {"crater_diameter": 0.2 * CM, "extension": 0.1 * CM, "penetration": 0.1 * CM}
 PRESSURE_TOLERANCE = 0.12
 
@@ -91,7 +91,7 @@ def published_values(impact: str = "", row: str = "", source: str = "") -> Itera
 
 
 def tolerance(measure: str, value: float) -> float:
-    """Return how far from `value` a measure still counts as it, in the measure's unit."""
+    """Return the tolerance of a printed `value` of a measure, in its unit."""
     return LENGTH_TOLERANCE.get(measure, PRESSURE_TOLERANCE * abs(value))
 
 

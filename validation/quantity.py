@@ -52,7 +52,7 @@ class Shot:
         return measure_of(self.ran.summary[where], name, unit)
 
     def sound(self, body: int) -> np.ndarray:
-        """Return indices of a body's largest piece that has not failed, at the end: what one picks up and measures."""
+        """Return the indices of a body's largest connected group of intact particles at the end."""
         end = self.ran.last
         rows = np.flatnonzero((end.body == body) & (end.fields["damage"] < 1.0))
         return rows[connected_groups(vectors(end, "position")[rows], self.ran.dx) == 0]
@@ -69,7 +69,7 @@ def measure_of(measures: Mapping[str, Any], name: str, unit: float = 1.0) -> Val
 
 @dataclass(frozen=True)
 class Evaluator:
-    """What draws the measured quantities from a set's runs.
+    """Computation of the measured quantities from the runs of a set.
 
     `quantities`: name of each quantity in texts.
     `each`: returns the values of one shot.

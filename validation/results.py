@@ -1,4 +1,4 @@
-"""What a set gave in one form, as JSON that pages and later runs read."""
+"""Results of a set at one resolution, stored as JSON for pages and later runs."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def stored(folder: Path, name: str, across: float) -> SetResult | None:
 
 
 def _rounded(value: object) -> Any:
-    """Return plain data with numbers of six digits: more would only differ."""
+    """Return plain data with numbers rounded to six digits."""
     if isinstance(value, float):
         return float(f"{value:.6g}")
     if isinstance(value, dict):

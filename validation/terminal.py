@@ -1,4 +1,4 @@
-"""A set of experiments on the terminal: measured beside computed, and how all shots together do."""
+"""A set of experiments on the terminal: measured beside computed values, and verdicts on all shots together."""
 
 from __future__ import annotations
 

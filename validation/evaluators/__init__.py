@@ -1,4 +1,4 @@
-"""What draws the measured quantities from the runs of a set, by the name that the set gives."""
+"""Evaluators of sets of experiments by name: the measured quantities from the runs."""
 
 from __future__ import annotations
 

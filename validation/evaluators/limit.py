@@ -16,7 +16,7 @@ WIDEST = 0.1  # of the limit: half the width of a bracket that tells it
 def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float]]]:
     """Return by shot velocities [m/s], whether they went through, and residual velocities, in the order of velocity.
 
-    What is left of a projectile that stays is 0; of a long one that is still within its hole what it moves with.
+    The residual velocity of a projectile that stays is 0, that of one still in its hole its mean velocity.
     """
     speeds: dict[str, list[tuple[float, bool, float]]] = {}
     for shot in shots:

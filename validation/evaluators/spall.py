@@ -1,7 +1,7 @@
 """A ladder of plates: the thickness, in depths of the crater in a thick one, at which they spall and are perforated.
 
-The crater reaches to the sound metal. What has failed lines it or has come off by a hair's breadth, as it happens:
-with the lining the same crater is 5.1 mm deep at seven particles across and 7.5 mm at ten, without it 7.5 mm at both.
+The crater reaches to the intact metal. Whether failed metal still lines it is accidental: with the lining the same
+crater is 5.1 mm deep at seven particles across and 7.5 mm at ten, without it 7.5 mm at both.
 """
 
 from __future__ import annotations

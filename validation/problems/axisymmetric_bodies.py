@@ -1,6 +1,6 @@
 """Solids of revolution as rings: bodies that breathe, a bar on a wall, a flat impact, a pressure at rest, other frames.
 
-What has no exact answer is held against the same in three dimensions.
+Cases without exact solution are compared with three-dimensional ones.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Cylinders on a plate at 3.1 km/s against the free-Lagrange Godunov scheme of Howell & Ball 2002.
 
-The peak of the pressure in the aluminium cylinder is held against the value to which two schemes converge.
+The peak pressure in the aluminium cylinder is compared with the value to which two schemes converge.
 """
 
 from __future__ import annotations

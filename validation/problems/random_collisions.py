@@ -19,8 +19,7 @@ BRITTLE: dict[str, Any] = {
     "damage": {"type": "johnson_cook", "d1": 0.13, "d2": 0.13, "d3": -1.5, "d4": 0.011},
 }  # fmt: skip
 END = 24e-6
-# What is caught between colliding bodies rebounds; what comes back is 0.12 at 1, 0.5 and 0.25 mm alike, at 1 mm by
-# every scheme at most that. Made energy adds to it.
+# Matter between colliding bodies rebounds with 0.12 of the energy at 1, 0.5 and 0.25 mm; spurious energy adds to it.
 REBOUND = 0.15
 _REBOUNDS = "rebound of what is caught in the middle: 0.12 at 1, 0.5 and 0.25 mm"
 
@@ -48,7 +47,7 @@ def collisions(name: str, seeds: Iterable[int], dx: float) -> Trial:
 
 
 def _case(seed: int, dx: float) -> dict[str, Any]:
-    """Two to four bodies on their way to the middle, which they miss by up to a radius."""
+    """Return a case of two to four bodies that move towards the middle with offsets of up to a radius."""
     rng = np.random.default_rng(seed)
     count, bodies = int(rng.integers(2, 5)), {}
     for k in range(count):
@@ -76,7 +75,7 @@ def least_energy(ran: Ran, kinetic: float) -> float:
 
 
 def _regained(ran: Ran) -> float:
-    """Return by how much the kinetic energy rises after its least [J]."""
+    """Return the largest rise of the kinetic energy above an earlier value [J]."""
     kinetic = ran.history["kinetic_energy"]
     return float((kinetic - np.minimum.accumulate(kinetic)).max())
 

@@ -1,7 +1,7 @@
-"""Bodies that bear no tension part, and fluids slide, without losing kinetic energy.
+"""Bodies without tensile strength separate, and fluids slide, without losing kinetic energy.
 
-Water with a cut-off of 1 kPa, in two bodies and in one whose halves fly apart; water sliding on water; failed metal
-sliding on failed metal. Nothing holds them, so that all motion goes on as it is.
+Water with a cut-off of 1 kPa, in two bodies and in one whose halves separate; water sliding on water; failed metal
+sliding on failed metal. No force acts, so that all velocities remain.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Solids held in tension: 4 GPa in a bar and in a plane patch whose particles are 3 % off their lattice.
 
-The exact answer is that nothing happens. Particles that attract each other tend to clump, and the lattice tears where
-no flaw of the material is; 3 us is the time of an impact. Above 1 GPa a flaw would open in truth, so that a patch which
-tears shows a flaw that the scheme has made.
+In the exact solution nothing changes. Particles that attract each other tend to clump, and the lattice tears without a
+flaw of the material; 3 us is the time of an impact.
 """
 
 from __future__ import annotations
