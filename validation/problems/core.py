@@ -1,8 +1,8 @@
 """A flat steel core through an aluminium plate at 850 m/s: residual velocity.
 
-Without exact solution schemes are compared with each other. A core of 6.1 x 27.6 mm of Johnson-Cook's steel 4340 meets 10 mm
-of 6061-T6 (both Johnson & Cook 1983, 1985; the plate with their damage), one quarter of it. Separated contact, standard
-SPH and plane strain leave it 640 to 720 m/s.
+Without exact solution schemes are compared with each other. A core of 6.1 x 27.6 mm of Johnson-Cook's steel 4340 meets
+10 mm of 6061-T6 (both Johnson & Cook 1983, 1985; the plate with their damage), one quarter of it. Separated contact,
+standard SPH and plane strain leave it 640 to 720 m/s.
 """
 
 from __future__ import annotations
