@@ -58,14 +58,12 @@ def mirror(rows: np.ndarray, plane: Plane, layout: RowLayout) -> np.ndarray:
     return made
 
 
-def is_beside(rows: np.ndarray, plane: Plane, reach: float) -> np.ndarray:
-    """Return which rows have an image that can meet a particle."""
-    depth = plane.distance_beyond(rows)
-    return np.abs(depth) < reach + float(depth[depth < reach].max(initial=0.0))
-
-
 def find_beside(rows, axis, at, side, reach, found):
-    """Write the numbers of the rows of `is_beside` into `found` (n,); return how many."""
+    """Write the numbers of the rows that have an image which can meet a particle into `found` (n,); return how many.
+
+    A particle that a step has moved beyond the plane interacts with images of more distant particles: their own
+    images meet it, too, and every pair has its counterpart.
+    """
     deepest, count = 0.0, 0
     for i in range(len(rows)):
         depth = side * (at - rows[i, axis])
@@ -76,6 +74,21 @@ def find_beside(rows, axis, at, side, reach, found):
             found[count] = i
             count += 1
     return count
+
+
+def append_images(rows, numbers, count, source, signs, axis, offset, first, velocity, bit):
+    """Write the mirror images of the rows `source` (n,), with `signs` (width,), behind the first `count` of `rows`.
+
+    `offset`, `velocity`: twice the coordinate of the plane and twice its velocity, for the slot `first`
+    `bit`: what is added to the `numbers` of images
+    """
+    for k in range(len(source)):
+        for f in range(len(signs)):
+            rows[count + k, f] = rows[source[k], f] * signs[f]
+        rows[count + k, axis] += offset
+        if velocity != 0.0:
+            rows[count + k, first] += velocity
+        numbers[count + k] = numbers[source[k]] | bit
 
 
 def find_passed(state, axis, mass, at, side, ahead, found):
@@ -100,23 +113,7 @@ def mirror_slots(rows, target, source, first, signs):
 
 @cache
 def _loops() -> tuple[Any, ...]:
-    return tuple(specialise(one, parallel=False) for one in (find_beside, find_passed, mirror_slots))
-
-
-def with_images(
-    rows: np.ndarray, planes: tuple[Plane, ...], layout: RowLayout, reach: float
-) -> tuple[np.ndarray, list[Images]]:
-    """Return `rows` (n, width) followed by the images of all that can meet one, `reach` [m] being that of the kernel.
-
-    A particle that a step has moved beyond the plane interacts with images of more distant particles: their own
-    images meet it, too, and every pair has its counterpart.
-    """
-    made = []
-    for plane in planes:
-        source = np.flatnonzero(is_beside(rows, plane, reach))
-        made.append(Images(plane, source, len(rows)))
-        rows = np.concatenate([rows, mirror(rows[source], plane, layout)])
-    return rows, made
+    return tuple(specialise(one, parallel=False) for one in (find_beside, append_images, find_passed, mirror_slots))
 
 
 # The number of an image is that of its source with the bit of its plane: so it is unlike any other, and in a cell
@@ -124,12 +121,31 @@ def with_images(
 FIRST_PLANE_BIT = 32
 
 
-def image_numbers(numbers: np.ndarray, made: list[Images]) -> np.ndarray:
-    """Return `numbers` (n,) uint64 of rows followed by those of the images `made` of them."""
-    for k, images in enumerate(made):
-        own = numbers[images.source] | np.uint64(1 << (FIRST_PLANE_BIT + k))
-        numbers = np.concatenate([numbers, own])
-    return numbers
+def make_images(
+    rows: np.ndarray, numbers: np.ndarray, planes: tuple[Plane, ...], layout: RowLayout, reach: float
+) -> tuple[np.ndarray, np.ndarray, list[Images]]:
+    """Return the images of `rows` (n, width) that can meet one, and `numbers` (n,) followed by those of the images.
+
+    The last value is the source of the images of each plane. `reach`: that of the kernel [m]
+    """
+    find, append, count, width = *_loops()[:2], len(rows), rows.shape[1]
+    near = np.empty(count, np.int64)
+    some = [near[: find(rows, one.axis, one.at, one.side, reach, near)].copy() for one in planes]
+    near = some[0] if len(some) == 1 else np.unique(np.concatenate([near[:0], *some]))
+    own = end = len(near)
+    made, found = np.empty((own << len(planes), width), rows.dtype), np.empty(own << len(planes), np.uint64)
+    made[:own], found[:own], images = rows[near], numbers[near], []
+    places, first = np.empty(len(made), np.int64), layout.slots().get("U") or width
+    places[:own], places[own:] = near, np.arange(count, count + len(made) - own)
+    for k, one in enumerate(planes):
+        source = np.empty(end, np.int64)
+        source = source[: find(made[:end], one.axis, one.at, one.side, reach, source)]
+        velocity = 2.0 * one.velocity if first < width else 0.0  # else the rows have places alone
+        append(made, found, end, source, layout.mirror_signs(one.axis)[:width], one.axis, 2.0 * one.at,
+               first + one.axis, velocity, np.uint64(1 << (FIRST_PLANE_BIT + k)))  # fmt: skip
+        images.append(Images(one, places[source], count + end - own))
+        end += len(source)
+    return made[own:end], np.concatenate([numbers, found[own:end]]), images
 
 
 def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
@@ -165,7 +181,7 @@ def turn_back(
     dim, found, at = particles.dim, np.empty(particles.count, np.int64), particles.offsets
     for plane in planes:
         columns = at["position"] + plane.axis, at["mass"]
-        passed = found[: _loops()[1](particles.data, *columns, plane.at, plane.side, plane.ahead, found)]
+        passed = found[: _loops()[2](particles.data, *columns, plane.at, plane.side, plane.ahead, found)]
         if not len(passed):
             continue
         for name in particles.names:
@@ -229,19 +245,14 @@ class ImageCopies:
 
     def find(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the images of rows (n, width) within `reach` [m], and the numbers (n,) of rows with theirs behind."""
-        near = np.empty(len(rows), np.int64)
-        some = [near[: _loops()[0](rows, one.axis, one.at, one.side, reach, near)].copy() for one in self._planes]
-        near = some[0] if len(some) == 1 else np.unique(np.concatenate(some))
-        found, made = with_images(rows[near], self._planes, self._layout, reach)
-        places = np.concatenate([near, np.arange(len(rows), len(rows) + len(found) - len(near))])
-        self._made = [Images(one.plane, places[one.source], one.first + len(rows) - len(near)) for one in made]
-        return found[len(near) :], image_numbers(numbers, self._made)
+        images, numbers, self._made = make_images(rows, numbers, self._planes, self._layout, reach)
+        return images, numbers
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
         """Mirror what passes have written: any field but position and velocity; in single precision none packed."""
         for images in self._made:
             target = place[images.first : images.first + len(images.source)]
-            _loops()[2](sorted_rows, target, place[images.source], self._first, self._signs[images.plane.axis])
+            _loops()[3](sorted_rows, target, place[images.source], self._first, self._signs[images.plane.axis])
 
 
 class FixedCopies:
@@ -267,10 +278,10 @@ class FixedCopies:
             numbers = np.concatenate([numbers, with_others[len(meeting) :]])
         self._others = slice(count, len(position))
         head = np.column_stack([position, np.arange(len(position))])
-        extended, self._images = with_images(head, self._planes, self.layout, reach)
+        images, numbers, self._images = make_images(head, numbers, self._planes, self.layout, reach)
         self._places = [plane.at for plane in self._planes]  # of the reference: planes may move
-        self._origin = extended[len(position) :, dim].astype(np.int64)
-        return extended[:, :dim], image_numbers(numbers, self._images)
+        self._origin = images[:, dim].astype(np.int64)
+        return np.concatenate([position, images[:, :dim]]), numbers
 
     def extend_rows(self, values: np.ndarray) -> np.ndarray:
         """Return the `values` (n, ...) of the own rows followed by those of all ghost rows, not mirrored."""

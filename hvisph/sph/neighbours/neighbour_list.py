@@ -16,7 +16,7 @@ from hvisph.compiler.vector.api import EIGHT
 from hvisph.sph.kernels import Kernel
 
 from . import cells, traversal
-from .ghost_rows import Halo, Images, Plane, image_numbers, with_images
+from .ghost_rows import Halo, Images, Plane, make_images
 from .particle_layout import RowLayout
 
 # Size allocated for the lists of a chunk, over that needed.
@@ -113,8 +113,8 @@ class NeighbourList:
             rows, numbers = self.halo.append(rows, numbers, reach)
         self.before_images = len(rows)
         if self.planes:
-            rows, self.images = with_images(rows, self.planes, self.layout, reach)
-            numbers = image_numbers(numbers, self.images)
+            images, numbers, self.images = make_images(rows, numbers, self.planes, self.layout, reach)
+            rows = np.concatenate([rows, images])
         self._allocate(len(rows))
         n = self.present
         self._grid.edge = reach
