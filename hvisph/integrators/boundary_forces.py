@@ -49,14 +49,14 @@ class Face:
     velocity: np.ndarray | None = None  # of an edge: velocity of the start (k, dim) [m/s]
     lag: float = 0.0  # distance over which the velocity of the face is extrapolated from that of the particles [m]
 
-    def tractions(self, time: float, u: np.ndarray, some: np.ndarray, at_start: np.ndarray) -> np.ndarray:
-        """Return the tractions (k, dim) [Pa] on `some` particles at a time [s], from velocities u and those of t0."""
+    def tractions(self, time: float, u: np.ndarray, indices: np.ndarray, at_start: np.ndarray) -> np.ndarray:
+        """Return the tractions (k, dim) [Pa] on particles `indices` at a time [s], from velocities u and initial ones."""
         pressure = float(np.interp(time, self.times, self.pressures))
         if self.impedances is None or self.velocity is None:
             return np.tile(-pressure * self.normal, (len(u), 1))
-        moved = u - self.velocity[some]
+        moved = u - self.velocity[indices]
         normal = (moved @ self.normal)[:, None] * self.normal
-        z = self.impedances[some]
+        z = self.impedances[indices]
         return np.asarray(at_start - z[:, :1] * normal - z[:, 1:] * (moved - normal))
 
 
@@ -165,12 +165,12 @@ class Boundaries:
         particles, dim, self._face_forces = stepper.particles, stepper.particles.dim, []
         first = stepper.row_slots["U"]
         for face, at_start in zip(self.faces, self._at_start, strict=True):
-            rows, some = self._here(face.numbers)
+            rows, indices = self._here(face.numbers)
             u, places = stepper.rows[rows, first : first + dim], stepper.place[rows]
             if face.lag:
                 gradient = stepper.rates[places, dim + 2 : dim + 2 + dim * dim].reshape(-1, dim, dim)
                 u = u + face.lag * (gradient @ face.normal)
-            force = face.areas[some, None] * face.tractions(self.time + self._ahead, u, some, at_start[some])
+            force = face.areas[indices, None] * face.tractions(self.time + self._ahead, u, indices, at_start[indices])
             mass = particles["mass"][rows]
             present = mass > 0.0  # else it has left the domain
             force[~present] = 0.0
@@ -221,18 +221,18 @@ class Boundaries:
                 moving_plane.move(self.time, stage)
         if self.layer is None:
             return
-        rows, some = self._here(self.layer.numbers)
+        rows, indices = self._here(self.layer.numbers)
         dim, at, gather = stepper.particles.dim, stepper.row_slots, self.share.gather_values
         position, ahead = stepper.particles["position"], stepper.rows[:, :dim]
         moved = np.zeros((2, dim))
         for moving_plane in self.moving:
             moved[:, moving_plane.plane.axis] = moving_plane.plane.at - moving_plane.place
             moved[0, moving_plane.plane.axis] -= moving_plane.plane.ahead
-        position[rows] = self.layer.follow(gather(self.layer.sources, position), moved[0])[some]
-        stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead), moved[1])[some]
+        position[rows] = self.layer.follow(gather(self.layer.sources, position), moved[0])[indices]
+        stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead), moved[1])[indices]
         normals = stepper.rows[:, at["AMBIENT"] : at["AMBIENT"] + dim]
         normals[:] = 0.0  # nothing else writes them, and sorting moves rows
-        normals[rows] = self.layer.normals[some]
+        normals[rows] = self.layer.normals[indices]
         for name, value in (("LATTICE_ORDER", 0.0), ("TENSION_LIMIT", UNLIMITED), ("SHEAR_LIMIT", UNLIMITED)):
             if name in at:
                 stepper.rows[rows, at[name]] = value
@@ -257,8 +257,8 @@ class Boundaries:
     def _here(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of the particles of this process, and their indices among `numbers`."""
         rows = self.share.find_rows(numbers)
-        some = np.flatnonzero(rows >= 0)
-        return rows[some], some
+        indices = np.flatnonzero(rows >= 0)
+        return rows[indices], indices
 
     def _initial_traction(self, stepper: Any, face: Face) -> np.ndarray:
         """Return the tractions of the initial stress on a face (k, dim) [Pa]."""

@@ -43,16 +43,16 @@ CHUNK = 256
 AT_AXIS = 0.5
 
 
-def advance_lanes(particles, here, alike, materials, coefficients, gravity, times_ahead, h_limits, rows, limits,
+def advance_lanes(particles, here, common, materials, coefficients, gravity, times_ahead, h_limits, rows, limits,
                   counted, most, rounders):  # fmt: skip
     """Advance LANES particles of one material, all clamped or all free.
 
-    `here` are the valid lanes; others repeat the last of these. `alike` are material and clamp. `counted` (2, COUNTED,
+    `here` are the valid lanes; others repeat the last of these. `common` are material and clamp. `counted` (2, COUNTED,
     LANES) receives the integer sums, `most` the largest speed squared and smoothing length and the sum of energy sizes;
     returns `most`. Other arguments as of `update`.
     """
     state, tags, rates = particles
-    m, held = alike
+    m, held = common
     table, models = materials
     dt, stage, complete = times_ahead
     h_low, h_high = h_limits[m, 0], h_limits[m, 1]

@@ -209,11 +209,11 @@ def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float)
         shield = 3.918 * t_w ** (2 / 3) * rho_p ** (-1 / 3) * rho_b ** (-1 / 9) * gap ** (1 / 3)
         return float(shield * (v * cos(angle)) ** (-2 / 3) * (sigma / 70.0) ** (1 / 3))
 
-    v, across = impact.speed / KM, cos(angle)
-    if not 3.0 < v * across < 7.0:
-        return (slow(v) if v * across <= 3.0 else fast(v)) * CM
-    low, high = slow(3.0 / across), fast(7.0 / across)
-    return (low + (high - low) * (v * across - 3.0) / 4.0) * CM
+    v, cosine = impact.speed / KM, cos(angle)
+    if not 3.0 < v * cosine < 7.0:
+        return (slow(v) if v * cosine <= 3.0 else fast(v)) * CM
+    low, high = slow(3.0 / cosine), fast(7.0 / cosine)
+    return (low + (high - low) * (v * cosine - 3.0) / 4.0) * CM
 
 
 class ClothShield(NamedTuple):
@@ -295,11 +295,11 @@ def limit_speeds(impact: Impact) -> list[Correlation]:
     ]
     limits = []
     for name in dict.fromkeys(result.name for results in marks for result in results):
-        there = [(k, result) for k, results in enumerate(marks) for result in results if result.name == name]
-        first = next((at for at, (_, result) in enumerate(there) if result.text.endswith("perforated")), 0)
+        verdicts = [(k, result) for k, results in enumerate(marks) for result in results if result.name == name]
+        first = next((at for at, (_, result) in enumerate(verdicts) if result.text.endswith("perforated")), 0)
         if first == 0:  # perforated at the least speed already, or never
             continue
-        (before, _), (after, result) = there[first - 1], there[first]
+        (before, _), (after, result) = verdicts[first - 1], verdicts[first]
         speed, quantity = float(0.5 * (speeds[before] + speeds[after])), "speed from which it is perforated"
         limits.append(Correlation(name, quantity, speed, "m/s", "", result.range, result.source))
     return limits

@@ -290,17 +290,17 @@ def ejecta(scene: Scene) -> Outcomes:
     normal = np.array(plate.basis[0])
     shot = members(scene.start, scene.shot.roles, PROJECTILE)
     before = scene.start.fields["velocity"].reshape(scene.start.count, -1)[shot] @ normal
-    brought = float((scene.start.fields["mass"][shot] * before).sum())
+    initial_momentum = float((scene.start.fields["mass"][shot] * before).sum())
     rows, *_ = _launch(scene, plate)
     mass = scene.now.fields["mass"][rows]
     carried = -mass * (scene.now.fields["velocity"][rows] @ normal)
     own = scene.now.body[rows] == scene.target
     both, escapes = own | scene.is_projectile[rows], _escapes(scene, plate)
     variants: dict[str, Outcome] = dict.fromkeys(("all", "target", "escaping"), "the projectile has no momentum")
-    if brought > 0.0:
+    if initial_momentum > 0.0:
         chosen = {"all": both, "target": own, "escaping": escapes if isinstance(escapes, str) else both & escapes}
         for name, which in chosen.items():
-            gain = 0.0 if isinstance(which, str) else float(carried[which].sum()) / brought
+            gain = 0.0 if isinstance(which, str) else float(carried[which].sum()) / initial_momentum
             beta = Result(1.0 + gain, discretization=scene.discretization * gain)
             variants[name] = which if isinstance(which, str) else beta
     return {"beta": variants, "ejecta_mass": float(mass[own].sum()), "ejecta_momentum": float(carried[own].sum())}

@@ -65,12 +65,12 @@ def residual_velocity(scene: Scene) -> Outcomes:
 def momentum_transfer(scene: Scene) -> Result:
     """Return the layers' change of axial momentum over the projectile's momentum at the start."""
     assert scene.start is not None
-    brought = _momentum(scene, scene.start, PROJECTILE)
+    initial_momentum = _momentum(scene, scene.start, PROJECTILE)
     before = _momentum(scene, scene.start, LAYER)
     scale = float(np.abs(scene.start.fields["mass"] * _axial(scene.start)).sum())
-    if not abs(brought) > 1e-12 * scale:  # round-off of a symmetric collision
+    if not abs(initial_momentum) > 1e-12 * scale:  # round-off of a symmetric collision
         raise UndefinedMeasureError("the projectile had no axial momentum at the start")
-    ratio = (_momentum(scene, scene.now, LAYER) - before) / brought
+    ratio = (_momentum(scene, scene.now, LAYER) - before) / initial_momentum
     return Result(ratio, discretization=scene.discretization * abs(ratio))
 
 

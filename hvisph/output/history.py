@@ -64,8 +64,8 @@ class HistoryWriter:
         """Add one record: a value for each column, by name or in their order."""
         if isinstance(record, Mapping):
             if record.keys() != set(self.columns):
-                odd = sorted(record.keys() ^ set(self.columns))
-                raise ValueError(f"record and columns differ in {', '.join(odd)}")
+                different = sorted(record.keys() ^ set(self.columns))
+                raise ValueError(f"record and columns differ in {', '.join(different)}")
             record = [record[name] for name in self.columns]
         elif len(record) != len(self.columns):
             raise ValueError(f"{len(record)} values for {len(self.columns)} columns")

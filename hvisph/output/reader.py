@@ -126,8 +126,8 @@ def list_snapshots(run: str | Path) -> list[Path]:
         (folder, own),
         *((folder, (pattern,)) for pattern in FOREIGN),
     ):
-        there = (path for pattern in patterns for path in place.glob(pattern) if path.name != file_names.TIME_SERIES)
-        files = sorted(there, key=lambda path: _natural(path.name))
+        paths = (path for pattern in patterns for path in place.glob(pattern) if path.name != file_names.TIME_SERIES)
+        files = sorted(paths, key=lambda path: _natural(path.name))
         if place.name == file_names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment
             files = [path for path in files if file_names.is_own(path)] or files
         if files:
@@ -141,15 +141,15 @@ def snapshots_in(run: str | Path) -> list[Path]:
     if files:
         return files
     folder = Path(run)
-    there = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
-    if file_names.SUMMARY in there:
+    names = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
+    if file_names.SUMMARY in names:
         remedy = "a sweep has kept its summary only (`keep`): run its case again"
-    elif file_names.CASE in there or file_names.LOG in there:
+    elif file_names.CASE in names or file_names.LOG in names:
         remedy = "its run has not written the first; `hvisph run` of the case makes them"
-    elif "table.csv" in there:
+    elif "table.csv" in names:
         remedy = f"it is that of a sweep: give one of {folder / 'runs'}"
     else:
-        held = ", ".join(there[:FEW]) + (f" and {len(there) - FEW} more" if len(there) > FEW else "")
+        held = ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
         remedy = f"it holds {held or 'nothing'}; give the folder that a run made (runs/NAME), or a snapshot"
     raise CaseError(f"{run}: the folder holds no snapshot: {remedy}")
 

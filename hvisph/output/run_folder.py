@@ -212,13 +212,19 @@ def looks_like_a_run(folder: Path) -> bool:
 def refuse_links(folder: Path) -> None:
     """Raise `CaseError` if a name that hvisph uses belongs to a link or anything but a plain file or folder."""
     folders = (folder / name for name in file_names.FOLDERS)
-    odd = [path for path in folders if not _plain_or_absent(path, file_names.is_plain_folder)]
+    refused = [path for path in folders if not _plain_or_absent(path, file_names.is_plain_folder)]
     files = folder / file_names.LOCK, *file_names.own_files(folder)
-    odd += [path for path in files if not _plain_or_absent(path, file_names.is_plain)]
-    if odd:
-        what = "link" if odd[0].is_symlink() else "plain folder" if odd[0].name in file_names.FOLDERS else "plain file"
+    refused += [path for path in files if not _plain_or_absent(path, file_names.is_plain)]
+    if refused:
+        what = (
+            "link"
+            if refused[0].is_symlink()
+            else "plain folder"
+            if refused[0].name in file_names.FOLDERS
+            else "plain file"
+        )
         raise CaseError(
-            f"{odd[0]} is {'a' if what == 'link' else 'no'} {what}, and hvisph writes and deletes nothing through "
+            f"{refused[0]} is {'a' if what == 'link' else 'no'} {what}, and hvisph writes and deletes nothing through "
             "links; move it away, or run into another folder; nothing was changed",
             where="--out",
         )

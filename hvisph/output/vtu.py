@@ -96,18 +96,18 @@ def _write_array(
     file: BinaryIO,
     name: str,
     values: np.ndarray,
-    shown: Callable[[np.ndarray], np.ndarray] = np.ascontiguousarray,
+    convert: Callable[[np.ndarray], np.ndarray] = np.ascontiguousarray,
     further: str = "",
 ) -> None:
-    """Write an array in base 64 after its length, in pieces; `shown` converts rows."""
-    empty = shown(values[:0])
+    """Write an array in base 64 after its length, in pieces; `convert` converts rows."""
+    empty = convert(values[:0])
     kind = {"f": "Float", "i": "Int", "u": "UInt"}[empty.dtype.kind] + str(8 * empty.dtype.itemsize)
     columns = f'NumberOfComponents="{empty.shape[1]}"' if empty.ndim == 2 else ""
     file.write(f'<DataArray type="{kind}" Name="{escape(name)}" {columns} {further} format="binary">\n'.encode())
     row = empty.dtype.itemsize * math.prod(empty.shape[1:])
     rest = np.uint64(row * len(values)).tobytes()
     for begin in range(0, len(values), _PIECE):
-        rest += shown(values[begin : begin + _PIECE]).tobytes()
+        rest += convert(values[begin : begin + _PIECE]).tobytes()
         whole = len(rest) // 3 * 3  # pieces of whole triplets of bytes join without padding
         file.write(base64.b64encode(rest[:whole]))
         rest = rest[whole:]

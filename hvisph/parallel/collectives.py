@@ -93,10 +93,10 @@ class Collectives:
             return values[rows]
         here = rows >= 0
         bits = np.zeros((len(numbers), *values.shape[1:]), np.int64)
-        wide = values.dtype.itemsize == 8
-        bits[here] = values[rows[here]].view(np.int64) if wide else values[rows[here]]
+        is_64_bit = values.dtype.itemsize == 8
+        bits[here] = values[rows[here]].view(np.int64) if is_64_bit else values[rows[here]]
         sums = self.world.total(bits)
-        return sums.view(values.dtype) if wide else sums.astype(values.dtype)
+        return sums.view(values.dtype) if is_64_bit else sums.astype(values.dtype)
 
     def first_of(self, own: T | None) -> T:
         """Return the value of the first process that has one."""

@@ -66,10 +66,10 @@ class Halo:
         reach = reach + 2.0 * float(boxes[:, -1].max())
         if len(self._chosen) < own + 1:
             self._chosen = np.zeros(own + own // 4 + 1, np.uint32)
-        apart = np.maximum(boxes[:, :dim] - about[dim:-1], about[:dim] - boxes[:, dim:-1])
+        distance = np.maximum(boxes[:, :dim] - about[dim:-1], about[:dim] - boxes[:, dim:-1])
         tables: dict[int, np.ndarray] = {}
         self._sent = {}
-        for rank in map(int, np.flatnonzero((apart <= reach).all(axis=1))):
+        for rank in map(int, np.flatnonzero((distance <= reach).all(axis=1))):
             if rank == world.rank or not own:
                 continue
             count = int(self._choose(rows, boxes[rank, :-1], reach, self._chosen))

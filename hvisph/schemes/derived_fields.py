@@ -41,9 +41,9 @@ def diagnose(
 ) -> dict[str, np.ndarray]:
     """Return those of pressure, sound speed, von Mises stress and, where known, temperature in `names`, (n,) each."""
     fields = {name: np.zeros(particles.count) for name in names}
-    for some, found in _slabs(particles, table, models):
+    for rows, found in _slabs(particles, table, models):
         for name, values in fields.items():
-            values[some] = found[name]
+            values[rows] = found[name]
     if {"pressure"} <= fields.keys() & particles.offsets.keys():  # of a scheme where it is no function of the state
         fields["pressure"] = particles["pressure"].copy()
     if "temperature" in fields and np.isnan(fields["temperature"]).all():
@@ -73,8 +73,8 @@ def _slabs(
     particle_function = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0, "S_ONSET_TENSION": 0} | particles.bindings())
     loop = particle_loop(particle_function)
     for first in range(0, particles.count, SLAB):  # rows may not be contiguous
-        some = slice(first, first + SLAB)
-        state = np.ascontiguousarray(particles.data[some])
+        rows = slice(first, first + SLAB)
+        state = np.ascontiguousarray(particles.data[rows])
         fields = {name: np.zeros(len(state)) for name in NAMES}
-        loop(len(state), state, particles.tags[some], table, models, *fields.values())
-        yield some, fields
+        loop(len(state), state, particles.tags[rows], table, models, *fields.values())
+        yield rows, fields

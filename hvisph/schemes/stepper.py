@@ -130,14 +130,14 @@ class Stepper:
         offered |= {of.py_func.__name__: bind_models(of, self.table, kinds) for of in OF_MATERIALS}
         packer, options = self.formulation.pack(dim)
         pack, limits = bind(packer, options, offered), self.formulation.limits()
-        shown = {
+        packing = {
             "pack": pack,
             "LIMITED": int(limits is not None),
             "show_limits": bind(*limits, offered) if limits else pack,
         }  # never called without
         self._pull = self.gravity.numbers() if self.gravity else np.zeros((1, dim + 2))
         parts = *carrying.PARTS, gravity_at, single.advance_lanes
-        return chunk_loop(bind(single.update, shown, offered, parts=parts), single.CHUNK)
+        return chunk_loop(bind(single.update, packing, offered, parts=parts), single.CHUNK)
 
     @property
     def rows(self) -> np.ndarray:

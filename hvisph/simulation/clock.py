@@ -116,14 +116,14 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
     at.data = before
     bulge = 0.5 * share * (1.0 - share)
     for first in range(0, len(before), SLAB):  # no copy of the whole
-        some = slice(first, first + SLAB)
-        gained = particles["velocity"][some] - at["velocity"][some]
-        now, slab = particles.data[some], before[some]
+        rows = slice(first, first + SLAB)
+        gained = particles["velocity"][rows] - at["velocity"][rows]
+        now, slab = particles.data[rows], before[rows]
         endless = np.isinf(now)  # density without pressure of particles in free flight in a late stage: it has no mean
         slab += share * np.subtract(now, slab, out=np.zeros_like(now), where=~endless)
         slab[endless] = now[endless]
-        at["position"][some] -= bulge * dt * gained
-        at["internal_energy"][some] += bulge * (gained**2).sum(axis=1)
+        at["position"][rows] -= bulge * dt * gained
+        at["internal_energy"][rows] += bulge * (gained**2).sum(axis=1)
     if "kernel_type" in at.offsets:  # there is nothing between the two
         at["kernel_type"] = particles["kernel_type"]
     return at

@@ -100,15 +100,15 @@ def settle(case: Case, setup: Setup) -> str:
     if loads is not None:
         loads[...] = start_loads
     ratio, second, speed = left / scale if scale > 0.0 else 0.0, *((" s", " m/s") if case.units == "si" else ("", ""))
-    said = (
+    text = (
         f"settled for {case.settle:g}{second} in {clock.steps} steps: greatest speed left {left:.3g}{speed}, "
         f"{ratio:.2g} of the speed of a damped fall"
     )
     if ratio <= AT_REST:
-        return f"note: {said}"
+        return f"note: {text}"
     longer = case.settle + 3.0 / rate * np.log(ratio / AT_REST)
     return (
-        f"warning: {said}, more than {AT_REST:g}: the bodies are not at rest; settle longer, as {longer:.2g}{second}, "
+        f"warning: {text}, more than {AT_REST:g}: the bodies are not at rest; settle longer, as {longer:.2g}{second}, "
         "or support the sides"
     )
 

@@ -119,9 +119,9 @@ class SnapshotWriter:
                     return (particles["damage"][order] >= 1.0).astype(np.uint8)
             return Ordered(particles[name] if name in own else derive(name), order)
 
-        shown = known_names(particles, stepper.table, stepper.models)
+        derived = known_names(particles, stepper.table, stepper.models)
         more = ["entropy"] * ("entropies" in self.metadata)
-        names_ = (*own, *shown, "displacement", "peak_pressure", *more, "failed")
+        names_ = (*own, *derived, "displacement", "peak_pressure", *more, "failed")
         numbers = particles.body, particles.material, particles.id
         body, material, number = (cast(Any, Ordered(values, order, np.int64)) for values in numbers)
         metadata, fields = dict(self.metadata) | self._moved_planes(time), Derived(names_, field)
@@ -205,21 +205,21 @@ class SnapshotWriter:
             self._write_regions(snapshot, number)
             if not whole and number % output.full_every:
                 return
-        shown = _reduce_fields(snapshot, output)
+        reduced = _reduce_fields(snapshot, output)
         if "hdf5" in output.formats or not numbered:
             first = self.folder.snapshot_path(0).name
             known = numbered and number != 0 and snapshot.count == self._count  # particles leave, and none comes
             once = output.static_fields == "once" and known
             write_hdf5(
                 self.folder.snapshot_path(number),
-                shown,
+                reduced,
                 StorageOptions(output.compress == "gzip", first if once else None),
             )
             if number and wall.monotonic() > self._series_due:  # not for the first snapshot
                 self.write_series()
         if "vtu" in output.formats and not isinstance(number, str):
             path = _with_folder(self.folder.vtu_path(number))
-            write_vtu(path, shown)
+            write_vtu(path, reduced)
             entry = f"{file_names.VTU}/{path.name}"
             self.series[:] = [listed for listed in self.series if listed[1] != entry]
             self.series.append((snapshot.time, entry))

@@ -71,8 +71,8 @@ class Kernel:
         """Return the distances (layers,) and positions (places,) of lattice layers within the support."""
         last = int(self.reach * h_over_dx) + 1
         side = np.arange(-last, last + 1) * dx
-        aside = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)
-        return np.arange(last + 1) * dx, aside
+        lateral = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)
+        return np.arange(last + 1) * dx, lateral
 
 
 def _deviation(kernel: Kernel) -> float:

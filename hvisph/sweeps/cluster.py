@@ -71,12 +71,12 @@ class DaskCrew:
 
     def _watch(self) -> None:
         """Report once that there has been no worker for a while, and once that there are some again."""
-        there = self._workers()
+        number = self._workers()
         now = time.monotonic()
         self.look = now + LOOK
-        if there:
+        if number:
             if self.reported:
-                self.tell(f"the Dask cluster has {there} worker{'s' * (there > 1)} again")
+                self.tell(f"the Dask cluster has {number} worker{'s' * (number > 1)} again")
             self.alone, self.reported = None, False
         elif self.alone is None:
             self.alone = now
@@ -120,8 +120,8 @@ def _work(command: list[str]) -> tuple[int, str]:
 def _end(task: Any) -> tuple[int, str]:
     """Return how a task of Dask has ended, as of `_work`; one whose worker was killed counts as killed."""
     if task.status == "finished":
-        code, said = task.result()
-        return int(code), str(said)
+        code, error_text = task.result()
+        return int(code), str(error_text)
     if task.status == "error" and type(error := task.exception()).__name__ != "KilledWorker":
         return 1, f"{type(error).__name__}: {error}"
     return -1, ""

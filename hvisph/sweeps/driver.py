@@ -160,15 +160,15 @@ class Driver:
             alone = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()  # it compiles for all
             self.crew.keep(1 if alone else min(self.workers, len(left)))
             time.sleep(POLL)
-            still = []
+            remaining = []
             for member in left:
                 standing = self.folder.standing(member)
                 if self.selection.takes(member, standing):
-                    still.append(member)
+                    remaining.append(member)
                 else:
                     yield row(self.folder, member, standing)
                     failures += standing.status in ENDED[1:]
-            left = still
+            left = remaining
             self.table.write(self.members)
             if self.sweep.stop_after_failures is not None and failures >= self.sweep.stop_after_failures:
                 return

@@ -309,11 +309,11 @@ def rows(folder: SweepFolder, members: Sequence[Member]) -> list[Row]:
     return [row(folder, member, folder.standing(member)) for member in members]
 
 
-def table_rows(shown: Sequence[Row], record: Sequence[str] | None) -> list[list[object]]:
+def table_rows(cases: Sequence[Row], record: Sequence[str] | None) -> list[list[object]]:
     """Return heads and rows of a table; measures in SI, with the unit in the head and the uncertainty beside each."""
-    paths = list(dict.fromkeys(path for row in shown for path in row["values"]))
+    paths = list(dict.fromkeys(path for row in cases for path in row["values"]))
     units: dict[str, str] = {}
-    for row in shown:
+    for row in cases:
         for name, measure in row["measures"].items():
             units.setdefault(name, measure["unit"] or "")
     chosen = [name for name in (record if record is not None else units) if name in units]
@@ -321,7 +321,7 @@ def table_rows(shown: Sequence[Row], record: Sequence[str] | None) -> list[list[
     last = ("energy_drift", "wall_seconds", "folder", "message")
     columns = (column for head in heads for column in (head, f"± {head}"))
     table: list[list[object]] = [["number", *paths, "status", *columns, *last]]
-    for row in shown:
+    for row in cases:
         measures = [row["measures"].get(name, {}) for name in chosen]
         cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
         values = (format_value(row["values"][path]) if path in row["values"] else "" for path in paths)

@@ -83,8 +83,8 @@ class Plan:
                     document = setting(document, path, value)
             return validate(document)
         except CaseError as error:
-            shown = ", ".join(f"{path} = {format_value(value)}" for path, value in values.items())
-            raise locate_error(("vary",), f"case {number} ({shown}): {error}", self.places) from None
+            settings = ", ".join(f"{path} = {format_value(value)}" for path, value in values.items())
+            raise locate_error(("vary",), f"case {number} ({settings}): {error}", self.places) from None
 
     def _locate(self, path: tuple[str, ...], call: Callable[[], T]) -> T:
         """Call, and add the sweep's file and line to errors."""

@@ -75,10 +75,10 @@ class SpatialPass:
         own = len(numbers)
         if self._selection_halo is not None:
             dim = self.pairs.layout.dim
-            shown = np.zeros((own, _selection_layout(dim).used_width))
-            shown[:, :dim], shown[:, dim], shown[:, dim + 1] = rows[:own, :dim], bodies, eulerian
+            table = np.zeros((own, _selection_layout(dim).used_width))
+            table[:, :dim], table[:, dim], table[:, dim + 1] = rows[:own, :dim], bodies, eulerian
             # cells are selected by the content of cells up to two cells away
-            rows, _ = self._selection_halo.append(shown, numbers, 3.0 * self._selection.grid.edge)
+            rows, _ = self._selection_halo.append(table, numbers, 3.0 * self._selection.grid.edge)
             bodies, eulerian = rows[:, dim].astype(np.uint32), rows[:, dim + 1].astype(np.uint8)
         near_body, near_eulerian = self._selection.choose(rows, eulerian, bodies)
         return near_body[:own], near_eulerian[:own]
@@ -92,14 +92,14 @@ class SpatialPass:
         chosen: np.ndarray,
         rows: np.ndarray,
         numbers: np.ndarray,
-        shown: tuple[np.ndarray, np.ndarray, np.ndarray],
+        fields: tuple[np.ndarray, np.ndarray, np.ndarray],
         eulerian: np.ndarray,
         rates: np.ndarray,
     ) -> None:
-        """Add the pairs of the `chosen` particles (k,) to `rates`; `shown`: bodies, pressures and loads [Pa] (n,)."""
+        """Add the pairs of the `chosen` particles (k,) to `rates`; `fields`: bodies, pressures and loads [Pa] (n,)."""
         pairs = self.pairs
         packed = np.zeros((len(chosen), pairs.layout.used_width))
-        self._pack(len(chosen), rows, chosen, *shown, pairs.coefficients, packed)
+        self._pack(len(chosen), rows, chosen, *fields, pairs.coefficients, packed)
         self._chosen = len(chosen)
         pairs.rows, pairs.numbers = packed, numbers[chosen]
         pairs.evaluate(self._h)

@@ -123,14 +123,14 @@ class BodyContact:
 
     def _add_rates(self, chosen: np.ndarray, rates: np.ndarray) -> None:
         dim, mass, halo, at = self.particles.dim, self.particles["mass"], self.pairs.halo, self.pairs.place
-        pushed = self.pairs.rates[at[: len(chosen)]]
-        power = encode_terms(mass[chosen] * pushed[:, dim], self._power_unit)
+        contact_rates = self.pairs.rates[at[: len(chosen)]]
+        power = encode_terms(mass[chosen] * contact_rates[:, dim], self._power_unit)
         self._power = float(decode_sum(power if halo is None else halo.total(power), self._power_unit))
-        rates[chosen, : dim + (not self.law.stores_energy)] += pushed[:, : dim + (not self.law.stores_energy)]
+        rates[chosen, : dim + (not self.law.stores_energy)] += contact_rates[:, : dim + (not self.law.stores_energy)]
         if self._slips:
-            rates[chosen, dim] += pushed[:, self._slip]
-            rates[chosen, self._slip] = pushed[:, self._slip]
-        self.omega[chosen] = pushed[:, dim + 1]
+            rates[chosen, dim] += contact_rates[:, self._slip]
+            rates[chosen, self._slip] = contact_rates[:, self._slip]
+        self.omega[chosen] = contact_rates[:, dim + 1]
         if self.law.stores_energy:
             phi, starts = self.pairs.sorted[at[: len(chosen)], self.pairs.slots["START"]], self.starts[chosen]
             self.starts[:] = self._contact_phi

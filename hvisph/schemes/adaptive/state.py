@@ -179,22 +179,22 @@ class Conversion:
         `convertible` may convert by their own strain or damage; the deformation gradient of `active` ones is known.
         `jacobians`, `strains` and `damage` are J, equivalent strain and damage (n,).
         """
-        turns = np.zeros(len(lagrangian), bool)
+        converts = np.zeros(len(lagrangian), bool)
         own = lagrangian & convertible
         if self.strain is not None:
-            turns |= own & (strains >= self.strain)
+            converts |= own & (strains >= self.strain)
         if self.damage:
-            turns |= own & (damage >= 1.0)
+            converts |= own & (damage >= 1.0)
         guarded = self.fallback and (not self.is_off or beside.any_process(not lagrangian.all()))
-        torn = np.zeros_like(turns)
+        torn = np.zeros_like(converts)
         if guarded:
-            turns |= lagrangian & active & (jacobians < self.smallest)
+            converts |= lagrangian & active & (jacobians < self.smallest)
             limit = self.fallback_strain or (1.0 if beside.dim == 3 else 1.5)
             torn = (jacobians < self.smallest) | (jacobians > self.largest) | (strains > limit)
             if self.damage and self.fallback_damage:
                 torn |= damage >= 1.0
             torn &= active & ~lagrangian
-        if beside.any_process(turns.any() or torn.any()):
-            sources = torn | turns if self.neighbours else torn
-            turns |= lagrangian & beside.neighbours_of(sources)
-        return turns
+        if beside.any_process(converts.any() or torn.any()):
+            sources = torn | converts if self.neighbours else torn
+            converts |= lagrangian & beside.neighbours_of(sources)
+        return converts

@@ -253,11 +253,11 @@ class CompositeStepper(CompositeState):
             return
         lagrangian = self._lagrangian & ~self.loose
         damage = particles["damage"].copy() if self._can_fail else self._undamaged  # side by side: read several times
-        turns = formulation.conversion.find_converting(
+        converts = formulation.conversion.find_converting(
             lagrangian, self._convertible, self._active != 0, self.jacobians, self.strains, damage, self
         )
-        leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._no_particles
-        turned, left = turns.any(), leaves.any()
+        leaves = lagrangian & ~converts & (damage >= 1.0) if formulation.failed_leave else self._no_particles
+        turned, left = converts.any(), leaves.any()
         if not self.any_process(turned or left):
             return
         if self.any_process(left):
@@ -265,7 +265,7 @@ class CompositeStepper(CompositeState):
             self._leave(leaves)
             self._separate(self.loose & ~before)
         if turned:
-            particles["kernel_type"][turns] = 0.0
+            particles["kernel_type"][converts] = 0.0
         self._classify()
 
     def _separate(self, leaves: np.ndarray) -> None:

@@ -191,8 +191,8 @@ class ProjectionStepper:
         self._averaged.replace_particles(carried)
         if not self._stale():
             crossed = self._crossed
-            apart = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)
-            if not apart <= MARGIN * self.h_max:
+            displacement = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)
+            if not displacement <= MARGIN * self.h_max:
                 raise ValueError("its neighbours were listed elsewhere")
             self._make_list(carried["listed_at"])
             self._crossed = crossed

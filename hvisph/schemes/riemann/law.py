@@ -203,8 +203,8 @@ def accumulate(near, n, rows, i, constants, out):
         ta_n, dt_n = dot(ta, e), dot(step, e)
         du_t = dt_t = ta_t = 0.0
         if DIM > 1:
-            apart = add(jump, excess) if EDGES else jump
-            du_t, dt_t = tangential_part(apart, du_n, e), tangential_part(step, dt_n, e)
+            full_jump = add(jump, excess) if EDGES else jump
+            du_t, dt_t = tangential_part(full_jump, du_n, e), tangential_part(step, dt_n, e)
             ta_t = tangential_part(ta, ta_n, e)
         velocity, own_traction, stress = (du_n, du_t), (ta_n, ta_t), (dt_n, dt_t)
         elastic = corrected = pulled = 1.0

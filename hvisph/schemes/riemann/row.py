@@ -179,10 +179,10 @@ def gradients(near, n, rows, i, constants, out):
             of_u = add(of_u, outer(exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), g))
             of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
     if SEPARATING:
-        lacking = lane_sums(ends)
-        put(out, i, N_SURFACE, lacking)
+        missing = lane_sums(ends)
+        put(out, i, N_SURFACE, missing)
         if VARIABLE_RESOLUTION:
-            out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
+            out[i, DEPTH] = depth(missing, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
         put(out, i, N_RAW, lane_sums(fills))
         put(out, i, N_OTHER, no_vector(DIM))
     if FRACTURES:
@@ -196,7 +196,7 @@ def gradients(near, n, rows, i, constants, out):
         if ADJOINT:
             moment = lane_sums(moment)
             if SEPARATING:
-                moment = closed_moment(moment, lane_sums(contact_moment), lane_sums(fills), lacking)
+                moment = closed_moment(moment, lane_sums(contact_moment), lane_sums(fills), missing)
             operator, share = corrected_operator(moment, rows[i, LATTICE_ORDER])
             put(out, i, OPERATOR, operator)
             out[i, ELASTIC] = share

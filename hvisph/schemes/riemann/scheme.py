@@ -189,11 +189,11 @@ class Riemann:
         """Store the surface normals of this evaluation in the rows for the next one."""
         if self.self_contact:
             at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
-            lacking = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
+            missing = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
             size = (
                 lengths / variable_resolution.kernel_deficit(self.kernel, self.h_over_dx, dim)[0]
             )  # 1 in the layer under a flat face
-            pairs.rows[:, at["N_PREVIOUS"] : at["N_PREVIOUS"] + dim] = lacking * size[:, None]
+            pairs.rows[:, at["N_PREVIOUS"] : at["N_PREVIOUS"] + dim] = missing * size[:, None]
 
     def layout(self, dim: int) -> RowLayout:
         return riemann_row.row_layout(dim, lambda option: bool(getattr(self, option)))

@@ -150,19 +150,19 @@ def contact_rows(k, rows, chosen, taken, packed):
     packed[k, M] = mass if mass > 0.0 else 1.0
 
 
-def add_contact(k, pushed, place, chosen, of_standard, rates):
-    """Add the rates of contact, `pushed`, to those of standard SPH (template).
+def add_contact(k, contact_rates, place, chosen, of_standard, rates):
+    """Add the rates of contact, `contact_rates`, to those of standard SPH (template).
 
     Exceptions: of |mu| the larger value remains, and the heat of slip is that of contact. ANGULAR_MOMENTUM is the
     number of components of the spin rate. `place` and `of_standard`: row of the rates of each chosen particle in
-    `pushed`, and of each particle in `rates`.
+    `contact_rates`, and of each particle in `rates`.
     """
     standard, at = np.uint64(of_standard[np.uint64(chosen[k])]), np.uint64(place[k])
-    before, closing = rates[standard, R_APPROACH], pushed[at, R_APPROACH]
+    before, closing = rates[standard, R_APPROACH], contact_rates[at, R_APPROACH]
     for f in range(np.uint64(R_GRADIENT + DIM * DIM)):
-        rates[standard, f] += pushed[at, f]
+        rates[standard, f] += contact_rates[at, f]
     for f in range(np.uint64(R_SPIN), np.uint64(R_SPIN + ANGULAR_MOMENTUM)):
-        rates[standard, f] += pushed[at, f]
+        rates[standard, f] += contact_rates[at, f]
     # NaN must remain NaN
     rates[standard, R_APPROACH] = before if before > closing or before != before else closing
-    rates[standard, R_SLIP] = pushed[at, R_SLIP]
+    rates[standard, R_SLIP] = contact_rates[at, R_SLIP]

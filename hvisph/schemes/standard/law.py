@@ -134,9 +134,9 @@ def margin(own, others, plain, factor, distance, level):
 @inline
 def correction_margin(own, others, plain, dx, r, factor, level):
     """Return a number below 0 where a corrected gradient is too unlike the `plain` one, in length or along the pair."""
-    along = margin(dot(own, dx), dot(others, dx), dot(plain, dx), factor, r, level)
+    along_pair = margin(dot(own, dx), dot(others, dx), dot(plain, dx), factor, r, level)
     longest = factor * factor * dot(plain, plain) - max(dot(own, own), dot(others, others))
-    return min(along, longest + max((level - r) * HUGE, 0.0))
+    return min(along_pair, longest + max((level - r) * HUGE, 0.0))
 
 
 @inline
@@ -246,19 +246,19 @@ def accumulate(near, n, rows, i, constants, out):
             flow = twice_alpha * vf * (p - p_b) * (f * r) / (c + b[C])
             density_rate += flow
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
-        force, apart = add(add(own, pair), other), du
+        force, jump = add(add(own, pair), other), du
         if ANGULAR_MOMENTUM:
             spin_sum = add(
                 spin_sum, multiply(m, torque(dx, add(own, multiply(0.5, pair)) if ARTIFICIAL_STRESS else own))
             )
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING], inverse_ring)
-            force, apart, closing = axisymmetric_pair(force, pair, du, radial_part(u), b[U + 1], weight, real)
+            force, jump, closing = axisymmetric_pair(force, pair, du, radial_part(u), b[U + 1], weight, real)
             power += (0.5 * m) * (closing * radial_part(pair))
         if ANGULAR_MOMENTUM or AXISYMMETRIC:
             moment = subtract(moment, symmetric_outer(multiply(vf * f, dx), dx))
         a = add(a, multiply(m, force))
-        power += m * dot(apart, add(own, multiply(0.5, pair)))
+        power += m * dot(jump, add(own, multiply(0.5, pair)))
         l = subtract(l, outer(multiply(vf, du), g))
     force, work, gradient_u = lane_sums(a), lane_sum(power), lane_sums(l)
     if AXISYMMETRIC:
@@ -269,10 +269,10 @@ def accumulate(near, n, rows, i, constants, out):
         if HYBRID:  # Total Lagrangian particles have this from their own pass
             hoop = hoop * (1.0 - rows[i, KIND])
         force, work = add_radial(force, hoop), work + hoop * radial_part(u)
-        around = radial_part(u) * taken
-        regularization = axis_regularization(gradient_u[-1], around, rows[i, RING], h)
+        hoop_rate = radial_part(u) * taken
+        regularization = axis_regularization(gradient_u[-1], hoop_rate, rows[i, RING], h)
         gradient_u = add_last(gradient_u, regularization)
-        out[i, R_HOOP] = around - regularization
+        out[i, R_HOOP] = hoop_rate - regularization
     if ANGULAR_MOMENTUM:
         gradient_u = turning_kept(gradient_u, lane_sums(moment))
         put(out, i, R_SPIN, lane_sums(spin_sum))

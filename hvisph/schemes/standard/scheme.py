@@ -122,11 +122,11 @@ class Eulerian:
                 "ANGULAR_MOMENTUM": int(self.angular_momentum),
             },
         )
-        apart: Options = {}
+        contact_options: Options = {}
         if self.has_contact:  # pairs of different bodies are left to the contact between them
-            apart = {"COUPLED": 1, "shares": bind(coupling.separate_shares, {}, plain.slots())}
+            contact_options = {"COUPLED": 1, "shares": bind(coupling.separate_shares, {}, plain.slots())}
         if not self.correction.acts:
-            law_options |= apart
+            law_options |= contact_options
             return [
                 Pass(
                     standard.accumulate,
@@ -145,11 +145,11 @@ class Eulerian:
         if self.correction.by_component:
             law_options["correction_margin"] = standard.correction_margin_by_component
         return [
-            Pass(kernel_correction.corrections, plain, parts | apart, into_rows=True),
+            Pass(kernel_correction.corrections, plain, parts | contact_options, into_rows=True),
             Pass(
                 standard.accumulate,
                 kernel_correction.pair_layout(plain),
-                law_options | apart,
+                law_options | contact_options,
                 density_rate=self.density_rate,
                 has_friction=self.has_contact,
                 angular_momentum=self.turns,

@@ -89,9 +89,9 @@ def collect(motions, i, lists, sums, k):
     of_slope, of_shape = multiply(0.0, outer(no_vector(DIM), own)), multiply(0.0, own)
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         code = np.uint64(codes[entry])
-        apart = subtract(load_row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
-        of_slope = add(of_slope, outer(own_vector(kernels, code, 0, DIM), apart))
-        of_shape = add(of_shape, multiply(kernels[code, DIM], apart))
+        difference = subtract(load_row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
+        of_slope = add(of_slope, outer(own_vector(kernels, code, 0, DIM), difference))
+        of_shape = add(of_shape, multiply(kernels[code, DIM], difference))
     put_row_lanes(sums, np.uint64(k), of_slope + of_shape)
 
 
@@ -119,14 +119,14 @@ def show(rows, i, stress, f, j, inverse, corrections):
         put(rows, i, EF, multiply(rows[i, EM], f))
 
 
-def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
+def deform_lanes(rows, particles, common, sums, corrections, materials, ahead, results, rates):
     """Deform LANES particles of one material, all Total Lagrangian or all Eulerian (template).
 
-    `alike`: their material, and whether they are Total Lagrangian
+    `common`: their material, and whether they are Total Lagrangian
     `sums`: their neighbour sums by `collect`
     Others as of `deform`, restricted to these particles; `particles` without tags.
     """
-    m, tied = alike
+    m, tied = common
     state, volume, loads, swellings, before = particles
     table, models, moduli = materials
     stage, signal_alpha, courant = ahead
@@ -176,9 +176,9 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
     show(rows, i, stress, f, j, inverse, corrections)
     if AXISYMMETRIC:
         if tied:
-            around = section * (-rows[i, S] - rows[i, S + 1] - pressure)
+            hoop_stress = section * (-rows[i, S] - rows[i, S + 1] - pressure)
             left = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
-            held = (left * stress[DIM * DIM - 1] - around) * volume[i] / (rows[i, M] * rows[i, RING])
+            held = (left * stress[DIM * DIM - 1] - hoop_stress) * volume[i] / (rows[i, M] * rows[i, RING])
             rates[i, R_ACCELERATION + 1] = held
             rates[i, R_POWER] = -held * rows[i, U + 1]
     else:

@@ -124,18 +124,18 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         else:
             gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
             pair = multiply(-pi * b[M] * gradient_r / inverse_rho0, dx)
-        apart = du
+        jump = du
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING0], inverse_ring0)
             other = multiply(weight, other)
             # image over the axis: the radial work of the two real particles
-            apart = axisymmetric_jump(du, radial_part(u), b[U + 1], real)
+            jump = axisymmetric_jump(du, radial_part(u), b[U + 1], real)
             if PRINTED:
                 pair = multiply(weight, pair)
             else:  # of the viscosity that of a mirror
                 now = mirror_weight(b[RING], inverse_ring)[0]
                 pair = multiply(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
-                closing = (1.0 - real) * (radial_part(du) - radial_part(apart))
+                closing = (1.0 - real) * (radial_part(du) - radial_part(jump))
                 mirrored = 0.5 * closing * radial_part(pair)
         if HOURGLASS:
             # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
@@ -159,7 +159,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
             if AXISYMMETRIC:
                 force = scale_radial(force, real, 1.0)
             a = add(a, multiply(share, force))
-            power += share * dot(apart, add(own, multiply(0.5, pair)))
+            power += share * dot(jump, add(own, multiply(0.5, pair)))
             if AXISYMMETRIC and not PRINTED:
                 power += share * mirrored
         else:

@@ -110,8 +110,8 @@ class ReferenceChanges:
         if fastest == 0.0:
             return []
         time = 2.0 / np.sqrt(fastest)
-        alike = np.flatnonzero(omega > fastest * (1.0 - 1e-12))
-        return [(float(time), name, self._first(alike[2.0 / np.sqrt(omega[alike]) == time]))]
+        equal = np.flatnonzero(omega > fastest * (1.0 - 1e-12))
+        return [(float(time), name, self._first(equal[2.0 / np.sqrt(omega[equal]) == time]))]
 
     def _first(self, chosen: np.ndarray) -> int:
         """Return the particle of smallest permanent number among `chosen`."""

@@ -128,8 +128,8 @@ class TotalLagrangian:
 
     def isolated_density(self, dim: int) -> float:
         """Return W(0) h^dim of an isolated particle, where failed particles convert; else 0."""
-        flies = self.conversion.damage and self.conversion.fallback_damage
-        return float(self.kernel.value(0.0, 1.0, dim)) if flies else 0.0
+        converts = self.conversion.damage and self.conversion.fallback_damage
+        return float(self.kernel.value(0.0, 1.0, dim)) if converts else 0.0
 
     def limits(self) -> None:
         """Return None: no law needs strength limits."""

@@ -85,12 +85,12 @@ def smooth_normals(near, n, rows, i, constants, out):
         b = neighbours(rows, near, k, WIDTH)
         dx, ih = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM), 2.0 / (h + b[H])
         its = multiply(1.0 - 2.0 * is_other_body(rows, i, b, dx), vector(b, N_RAW, DIM))
-        alike = max(dot(rough, its), 0.0)
-        alike = alike * alike / (dot(rough, rough) * dot(its, its) + TINY)
+        alignment = max(dot(rough, its), 0.0)
+        alignment = alignment * alignment / (dot(rough, rough) * dot(its, its) + TINY)
         flat = scale(ih) / ih * max(1.0 - dot(dx, dx) * ih * ih / REACH2, 0.0)
-        mean = add(mean, multiply(b[V] * flat * alike, its))
-    along = add(lane_sums(mean), multiply(rows[i, V] * scale(1.0 / h) * h, rough))
-    put(out, i, N_OTHER, multiply(dot(rough, along) / dot(along, along), along))
+        mean = add(mean, multiply(b[V] * flat * alignment, its))
+    direction = add(lane_sums(mean), multiply(rows[i, V] * scale(1.0 / h) * h, rough))
+    put(out, i, N_OTHER, multiply(dot(rough, direction) / dot(direction, direction), direction))
 
 
 @inline

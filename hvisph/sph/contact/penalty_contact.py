@@ -177,7 +177,7 @@ def against(rows, i, b, dx, reach2):
 def fill(near, n, rows, i, constants, out):
     """Write p, g, phi and its gradient of particle `i` into its row."""
     x, h = own_vector(rows, i, 0, DIM), rows[i, H]
-    filled, steep, fills = broadcast_lanes(0.0), broadcast_lanes(0.0), broadcast(no_vector(DIM))
+    filled, gradient, fills = broadcast_lanes(0.0), broadcast_lanes(0.0), broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = subtract(x, vector(b, 0, DIM))
@@ -187,13 +187,13 @@ def fill(near, n, rows, i, constants, out):
         volume = other * b[V] * scale(ih)
         filled += volume * shape(r * ih) / ih
         g = volume * abs(slope(r * ih))
-        steep += g
+        gradient += g
         if FRICTION:
             fills = add(fills, multiply(-g / r, dx))
     phi = lane_sum(filled)
     pressed = max(phi - rows[i, START], 0.0)
     out[i, START] = phi
-    out[i, P], out[i, G] = pressed, lane_sum(steep) if pressed > 0.0 else 0.0
+    out[i, P], out[i, G] = pressed, lane_sum(gradient) if pressed > 0.0 else 0.0
     if FRICTION:
         put(out, i, N_OTHER, lane_sums(fills))
 
@@ -215,21 +215,21 @@ def accumulate(near, n, rows, i, constants, out):
         r = np.sqrt(dot(dx, dx))
         its_k = constants[0] * b[K]
         volume = other * b[V] * scale(ih)
-        steep = volume * abs(slope(r * ih))
+        gradient = volume * abs(slope(r * ih))
         if AXISYMMETRIC:
             its_k = its_k * (abs(b[RING]) / rows[i, RING])
             widened += its_k * b[P] * volume * shape(r * ih) / ih
         push = own_p + its_k * b[P]
-        force = multiply(push * steep / r, dx)
+        force = multiply(push * gradient / r, dx)
         power += dot(force, du)
-        stiff = its_k * b[G] * steep + push * volume * constants[1] * ih
+        stiff = its_k * b[G] * gradient + push * volume * constants[1] * ih
         omega2 += stiff
         if FRICTION:
             n_ab = subtract(vector(b, N_OTHER, DIM), fills)
             n_ab = multiply(1.0 / (np.sqrt(dot(n_ab, n_ab)) + TINY), n_ab)
             du = subtract(du, multiply(dot(du, n_ab), n_ab))
             slip = np.sqrt(dot(du, du)) + TINY
-            stiff = (own_k * own_g + its_k * b[G]) * steep
+            stiff = (own_k * own_g + its_k * b[G]) * gradient
             sticks = STICKING * np.sqrt(stiff * min(own_m, b[M]) / rows[i, V]) * slip
             held = min(abs(constants[2] * dot(force, n_ab)), sticks)
             force = subtract(force, multiply(held / slip, du))
@@ -259,6 +259,6 @@ def find_overlap(near, n, rows, i, constants, out):
         dx, ih = subtract(x, vector(b, 0, DIM)), 2.0 / (h + b[H])
         other = min(abs(body - b[BODY]), 1.0)
         filled += other * b[V] * scale(ih) / ih * shape(np.sqrt(dot(dx, dx)) * ih)
-        there = min(b[V] * 1e300, 1.0)  # no padding
-        folded = elementwise_max(folded, there * (1.0 - other) * was_outside_reach(dx, d, vector(b, D, DIM), reach2))
+        present = min(b[V] * 1e300, 1.0)  # no padding
+        folded = elementwise_max(folded, present * (1.0 - other) * was_outside_reach(dx, d, vector(b, D, DIM), reach2))
     write_rates(out, i, no_vector(DIM), lane_sum(filled), lane_max(folded), no_gradient(DIM))

@@ -92,7 +92,7 @@ def coulomb_slip(t, us, d, t_a, step, side_a, side_b, friction, t_n, other):
     `friction` is Coulomb's coefficient, `t_n` the normal traction.
     """
     t = clip_norm(max(UNLIMITED * (1.0 - other), -friction * t_n), t)
-    beyond = subtract(t, t_a)
-    own = multiply(shear_compliance(*side_a), beyond)
-    its = subtract(d, multiply(shear_compliance(*side_b), subtract(beyond, step)))
+    change = subtract(t, t_a)
+    own = multiply(shear_compliance(*side_a), change)
+    its = subtract(d, multiply(shear_compliance(*side_b), subtract(change, step)))
     return t, add(us, multiply(other, subtract(own, us))), (0.5 * other) * dot(t, subtract(its, own))

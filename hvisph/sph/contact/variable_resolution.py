@@ -54,10 +54,10 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
     """
     dx, tables = 1.0 / h_over_dx, []
     for dim in (1, 2, 3):
-        lacks = kernel_deficit(kernel, h_over_dx, dim)
+        deficit = kernel_deficit(kernel, h_over_dx, dim)
         at_face = _at_face(kernel, dim)
-        faint = np.sqrt(2.0 * np.maximum(-np.log(lacks / at_face + TINY), 0.0))
-        known = np.minimum(faint, DEPTH_RANGE)
+        abscissa = np.sqrt(2.0 * np.maximum(-np.log(deficit / at_face + TINY), 0.0))
+        known = np.minimum(abscissa, DEPTH_RANGE)
         first = int(np.argmax(known >= DEPTH_RANGE)) + 1  # the first complete one stands for all deeper ones
         at = np.interp(
             np.linspace(0.0, DEPTH_RANGE, DEPTH_POINTS), [0.0, *known[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
@@ -69,8 +69,8 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
 def kernel_deficit(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
     """Return the missing kernel sum |O| h of the layers under a flat face, outermost first."""
     dx = 1.0 / h_over_dx
-    layers, aside = kernel.layers(h_over_dx, dim, dx)
-    of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, aside)) for x in layers[1:]]
+    layers, lateral = kernel.layers(h_over_dx, dim, dx)
+    of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, lateral)) for x in layers[1:]]
     return np.asarray(np.cumsum(of_layer[::-1])[::-1] * dx**dim)
 
 
@@ -87,10 +87,10 @@ def _at_face(kernel: Kernel, dim: int) -> float:
 @inline
 def depth(ends, h, table):
     """Return the depth [m] under the face of a particle with missing kernel sum `ends` [1/m], at most the support."""
-    lacks = np.sqrt(dot(ends, ends)) * h / table[0]
-    faint = np.sqrt(2.0 * max(-np.log(lacks + TINY), 0.0)) * ((DEPTH_POINTS - 1) / DEPTH_RANGE)
-    step = min(int(faint), DEPTH_POINTS - 2)
-    share = min(faint - step, 1.0)
+    deficit = np.sqrt(dot(ends, ends)) * h / table[0]
+    abscissa = np.sqrt(2.0 * max(-np.log(deficit + TINY), 0.0)) * ((DEPTH_POINTS - 1) / DEPTH_RANGE)
+    step = min(int(abscissa), DEPTH_POINTS - 2)
+    share = min(abscissa - step, 1.0)
     return h * max(table[1 + step] + share * (table[2 + step] - table[1 + step]), DEPTH_MIN)
 
 
@@ -111,7 +111,7 @@ def stretched_distance(dx, n, inverse_length, inverse_mean):
 def unequal_normals(near, n, rows, i, constants, out):
     """Write N, the contribution of other bodies, into the row of particle `i` (pass over contact particles)."""
     x, ends = own_exact_vector(rows, i, 0, X_REST, DIM), own_vector(rows, i, N_SURFACE, DIM)
-    h, under = rows[i, H], rows[i, DEPTH]
+    h, own_depth = rows[i, H], rows[i, DEPTH]
     fills = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
@@ -119,7 +119,7 @@ def unequal_normals(near, n, rows, i, constants, out):
         other = is_other_body(rows, i, b, dx)
         towards = subtract(ends, vector(b, N_SURFACE, DIM))
         towards = multiply(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
-        ik, im = normal_inverse_length(under, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
+        ik, im = normal_inverse_length(own_depth, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
         q, s, t = stretched_distance(dx, towards, ik, im)
         factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
         fills = add(fills, add(multiply(factor * s * ik, towards), multiply(factor * im * im / ik, t)))

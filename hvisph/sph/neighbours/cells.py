@@ -49,8 +49,8 @@ class Grid:
     def from_positions(cls, positions: np.ndarray, edge: float, per_particle: int = 4) -> Grid:
         """Return a grid for `positions` (n, dim) [m] with a margin, of `per_particle` cells a particle at most."""
         n, dim = positions.shape
-        wanted = np.ptp(positions, axis=0) / edge * 1.5 + 4
-        shape = [int(2 ** np.ceil(np.log2(w))) for w in wanted] + [1] * (3 - dim)
+        counts = np.ptp(positions, axis=0) / edge * 1.5 + 4
+        shape = [int(2 ** np.ceil(np.log2(w))) for w in counts] + [1] * (3 - dim)
         while shape[0] * shape[1] * shape[2] > max(per_particle * n, 4**dim) and max(shape) > 4:
             shape[int(np.argmax(shape))] //= 2
         return cls((shape[0], shape[1], shape[2]), edge)

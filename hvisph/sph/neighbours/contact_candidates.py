@@ -57,7 +57,7 @@ def _assign_marks(i, cells, lowest, highest, spatial, meets, near, of_meets, of_
 
 
 def _choose_unwrapped(rows, eulerian, bodies, some, inverse_edge, rounds, meets, spatial):
-    """Write the results of `Selection.choose` for `some` particles, with cells that do not wrap round (template).
+    """Write the results of `Selection.choose` for particles `some`, with cells that do not wrap round (template).
 
     `rounds`: 2 where neighbours of those near an Eulerian particle are near, too, else 1
     """
@@ -81,12 +81,12 @@ def _choose_unwrapped(rows, eulerian, bodies, some, inverse_edge, rounds, meets,
         for c in range(cells):
             wider[c] = marks[c]
             for shift in range(3**DIM):
-                there, rest = np.int64(0), shift
+                code, rest = np.int64(0), shift
                 for f in range(DIM):
-                    there |= ((known[c] >> BITS * f) + rest % 3 - 1) % APART << BITS * f
+                    code |= ((known[c] >> BITS * f) + rest % 3 - 1) % APART << BITS * f
                     rest //= 3
-                at = np.searchsorted(known[:cells], there)
-                if at < cells and known[at] == there:
+                at = np.searchsorted(known[:cells], code)
+                if at < cells and known[at] == code:
                     if turn == 0:
                         wider[c, 0] = min(wider[c, 0], marks[at, 0])
                         wider[c, 1] = max(wider[c, 1], marks[at, 1])

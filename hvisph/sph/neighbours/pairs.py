@@ -171,11 +171,11 @@ class Pairs:
             dim, width = self.layout.dim, -(-self.layout.width // 8) * 8 if self.single else self.layout.width
             if self._behind:
                 width = -(-(self.layout.used_width + self._behind) // 4) * 4
-            rows, along = (self._allocated + 1) * width // (2 if self.single else 1), self._allocated + EIGHT
-            self.workspace = aligned_zeros(1, rows + (dim + 1) * along)[0]
+            rows, column_length = (self._allocated + 1) * width // (2 if self.single else 1), self._allocated + EIGHT
+            self.workspace = aligned_zeros(1, rows + (dim + 1) * column_length)[0]
             precision = np.float32 if self.single else np.float64
             self.sorted = self.workspace[:rows].view(precision).reshape(-1, width)
-            self.columns = self.workspace[rows:].reshape(-1, along)
+            self.columns = self.workspace[rows:].reshape(-1, column_length)
             self.rates = np.zeros((self._allocated, particle_layout.width(dim) + self._further))
             self._lists = self.rates.view(np.uint32)
             self.cells = np.zeros(self._allocated, np.uint32)

@@ -87,19 +87,19 @@ def _enter(near, n, rows, i, constants, out):
             listed[k] = members[listed[k]]
 
 
-def _measure(k, first, position, lists, ih, apart):
+def _measure(k, first, position, lists, ih, separations):
     """Find the separations of the entries of particle `first` + k over h, in units of `FINEST`; 0 of the far row."""
     starts, near = lists
     i, far = np.uint64(first + k), np.uint32(position.shape[0])
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         if near[entry] != far:
             d = subtract(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[entry]), 0, DIM))
-            put(apart, np.uint64(entry - starts[np.uint64(first)]), 0, multiply(ih / FINEST, d))
+            put(separations, np.uint64(entry - starts[np.uint64(first)]), 0, multiply(ih / FINEST, d))
 
 
-def _fill(k, apart, volume, ih, kernels):
+def _fill(k, separations, volume, ih, kernels):
     """Compute slope and shape of neighbours from volumes and separations over h; zero at no distance."""
-    d = own_vector(apart, k, 0, DIM)
+    d = own_vector(separations, k, 0, DIM)
     r = np.sqrt(dot(d, d))
     if r > 0.0:
         put(kernels, k, 0, multiply(volume[k] * scale(ih) * slope(r) / r, d))
@@ -215,14 +215,14 @@ class Reference:
             for first in range(0, self.count, PORTION):
                 count = min(PORTION, self.count - first)
                 part = slice(int(self.starts[first]), int(self.starts[first + count]))
-                apart = np.zeros((part.stop - part.start, dim))
-                measure(count, first, self.position, (self.starts, self.near), 1.0 / self.h, apart)
-                yield part, np.rint(apart)
+                separations = np.zeros((part.stop - part.start, dim))
+                measure(count, first, self.position, (self.starts, self.near), 1.0 / self.h, separations)
+                yield part, np.rint(separations)
 
-        for part, apart in portions():
+        for part, separations in portions():
             keys = volumes.number(volume[self.near[part]])
             for axis in range(dim):
-                number = steps.number(np.where(keys < 0, 0.0, apart[:, axis]))
+                number = steps.number(np.where(keys < 0, 0.0, separations[:, axis]))
                 keys = np.where((keys < 0) | (number < 0), -1, keys * MOST_STEPS + number)
             codes = kinds.number(np.where(keys < 0, 0, keys))
             self.codes[part] = np.where((keys < 0) | (codes < 0), OWN_ROW, codes)
@@ -230,16 +230,22 @@ class Reference:
         self.codes[alone] = tabled + np.arange(alone.sum())
         # a row more, for rows are read in pairs of numbers
         self.kernels = np.zeros((tabled + int(alone.sum()) + 1, dim + 1))
-        keys, apart = kinds.known.astype(np.int64), np.empty((tabled, dim))
+        keys, separations = kinds.known.astype(np.int64), np.empty((tabled, dim))
         for axis in reversed(range(dim)):
             keys, number = np.divmod(keys, MOST_STEPS)
-            apart[:, axis] = steps.known[number]
-        fill(tabled, apart * FINEST, volumes.known[keys], 1.0 / self.h, self.kernels)
-        for part, apart in portions() if alone.any() else ():
-            some = alone[part]
-            if some.any():
-                rows = self.kernels[self.codes[part][some][0] :]
-                fill(int(some.sum()), apart[some] * FINEST, volume[self.near[part][some]], 1.0 / self.h, rows)
+            separations[:, axis] = steps.known[number]
+        fill(tabled, separations * FINEST, volumes.known[keys], 1.0 / self.h, self.kernels)
+        for part, separations in portions() if alone.any() else ():
+            selected = alone[part]
+            if selected.any():
+                rows = self.kernels[self.codes[part][selected][0] :]
+                fill(
+                    int(selected.sum()),
+                    separations[selected] * FINEST,
+                    volume[self.near[part][selected]],
+                    1.0 / self.h,
+                    rows,
+                )
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
         self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,

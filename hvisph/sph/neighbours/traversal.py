@@ -77,7 +77,7 @@ def enclose(columns, i, end, inverse_edge, box):
 
 
 def gather(columns, place, grid, box, h, half_reach, capacity, copies):
-    """Copy what may meet a particle in the box into `copies`; return how many, and the size that was lacking or 0.
+    """Copy candidates of the particles in the box into `copies`; return their number, and the capacity needed or 0.
 
     With OWN_REACH also all particles within the longest kernel of the cell, `h`.
     """

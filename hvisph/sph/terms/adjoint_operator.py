@@ -49,16 +49,16 @@ from .limiters import TINY
 
 
 @inline
-def closed_moment(moment, contact_moment, fills, lacking):
+def closed_moment(moment, contact_moment, fills, missing):
     """Return B with the part of bodies in contact along their normal.
 
     `moment`, `contact_moment`: B of the own body and of the others, symmetric
-    `fills`, `lacking`: sums of V |dW/dr| e over the other bodies, and the same of the own body with the opposite sign
+    `fills`, `missing`: sums of V |dW/dr| e over the other bodies, and the same of the own body with the opposite sign
       [1/m]
     """
     size = np.sqrt(dot(fills, fills)) + TINY
     n = multiply(1.0 / size, fills)
-    normal = contact_gap_factor(size, dot(lacking, n)) * dot(n, symmetric_dot(contact_moment, n))
+    normal = contact_gap_factor(size, dot(missing, n)) * dot(n, symmetric_dot(contact_moment, n))
     return add(moment, symmetric_outer(n, multiply(normal, n)))
 
 

@@ -71,17 +71,17 @@ def axisymmetric_pair(force, dissipating, du, own, its, weight, real):
     `own`, `its`: radial velocities
     `weight`, `real`: see `mirror_weight`
     """
-    apart = multiply(weight, axisymmetric_jump(du, own, its, real))
+    jump = multiply(weight, axisymmetric_jump(du, own, its, real))
     mirrored = (1.0 - real) * (1.0 - weight)
     force = scale_radial(force, weight * real, weight)
     force = add_radial(force, (mirrored - (1.0 - real) * weight) * radial_part(dissipating))
-    return force, apart, mirrored * radial_part(du) - (1.0 - real) * radial_part(apart)
+    return force, jump, mirrored * radial_part(du) - (1.0 - real) * radial_part(jump)
 
 
 @inline
-def axis_dashpot(e, apart, zt_a, zt_b, weight, real):
-    """Return the radial traction [Pa] by which shear impedances brake what closes, at `apart` [m/s], over the axis."""
-    return (1.0 - real) * (1.0 - weight) * radial_part(e) * min(apart, 0.0) * (zt_a * zt_b / (zt_a + zt_b + TINY))
+def axis_dashpot(e, jump, zt_a, zt_b, weight, real):
+    """Return the radial traction [Pa] of the dashpot of both shear impedances for a `jump` [m/s] across the axis."""
+    return (1.0 - real) * (1.0 - weight) * radial_part(e) * min(jump, 0.0) * (zt_a * zt_b / (zt_a + zt_b + TINY))
 
 
 @inline

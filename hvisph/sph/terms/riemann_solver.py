@@ -83,11 +83,11 @@ def outgoing_jump(jump, e, outward, ratio):
 
     `outward`: normal of the edge from the own side on. `ratio`: shear impedance over the normal one.
     """
-    along, cosine = dot(jump, outward), dot(e, outward)
-    aside = subtract(jump, multiply(along, outward))
-    skew = dot(aside, e)
-    normal = along * (1.0 - 2.0 * ratio * ratio * (1.0 - cosine * cosine)) + 2.0 * ratio * cosine * skew
-    shear = add(multiply(cosine, aside), multiply(2.0 * ratio * cosine * along + skew, outward))
+    outward_jump, cosine = dot(jump, outward), dot(e, outward)
+    tangential = subtract(jump, multiply(outward_jump, outward))
+    skew = dot(tangential, e)
+    normal = outward_jump * (1.0 - 2.0 * ratio * ratio * (1.0 - cosine * cosine)) + 2.0 * ratio * cosine * skew
+    shear = add(multiply(cosine, tangential), multiply(2.0 * ratio * cosine * outward_jump + skew, outward))
     return add(shear, multiply(normal - dot(shear, e), e))
 
 
