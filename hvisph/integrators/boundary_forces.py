@@ -50,7 +50,7 @@ class Face:
     lag: float = 0.0  # distance over which the velocity of the face is extrapolated from that of the particles [m]
 
     def tractions(self, time: float, u: np.ndarray, indices: np.ndarray, at_start: np.ndarray) -> np.ndarray:
-        """Return the tractions (k, dim) [Pa] on particles `indices` at a time [s], from velocities u and initial ones."""
+        """Return tractions (k, dim) [Pa] on particles `indices` at a time [s] by velocities and initial tractions."""
         pressure = float(np.interp(time, self.times, self.pressures))
         if self.impedances is None or self.velocity is None:
             return np.tile(-pressure * self.normal, (len(u), 1))
