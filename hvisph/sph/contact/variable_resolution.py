@@ -96,8 +96,8 @@ def depth(ends, h, table):
 
 @inline
 def normal_inverse_length(depth_a, h_a, depth_b, h_b):
-    """Return k [1/m], the inverse length along the normal."""
-    return (depth_a / h_a + depth_b / h_b) / (depth_a + depth_b)
+    """Return k [1/m], the inverse length along the normal; 0 without depths, as of a rigid body's inner particles."""
+    return (depth_a / h_a + depth_b / h_b) / (depth_a + depth_b + TINY)
 
 
 @inline
