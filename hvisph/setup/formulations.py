@@ -192,6 +192,6 @@ def expected_pressure(materials: Sequence[Material], velocities: Sequence[np.nda
 def stiff_enough(formulation: Any, given: Any, materials: Sequence[Material], velocities: Sequence[np.ndarray]) -> Any:
     """Return a formulation with a contact stiffness for the impact pressure, unless the case has `given` one."""
     contact: Any = getattr(formulation, "contact", None)
-    if not getattr(contact, "stores", False) or given.stiffness is not None:
+    if not getattr(contact, "stores_energy", False) or given.stiffness is not None:
         return formulation
     return replace(formulation, contact=replace(contact, expected=expected_pressure(materials, velocities)))
