@@ -8,7 +8,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.particles import Particles
 from hvisph.setup.build import build
 from hvisph.sph.neighbours import particle_layout
-from hvisph.sph.neighbours.ghost_rows import Plane, turn_back
+from hvisph.sph.neighbours.ghost_rows import Plane, make_images, mirror, turn_back
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
 DX = 0.5e-3
@@ -114,3 +114,28 @@ def test_each_plane_turns_the_rates_of_those_that_pass_it():
     assert (particles["position"] == 1.0).all()
     # acceleration, power, |mu| and the gradient xx, xy, yx, yy; rows of rates stand in another order
     assert turned.tolist() == [[1.0] * 8, [1, -1, 1, 1, 1, -1, -1, 1], [-1, 1, 1, 1, 1, -1, -1, 1]]
+
+
+@pytest.mark.parametrize(
+    "planes", [(), (Plane(0, 0.1),), (Plane(0, 0.1, -1.0, 3.0), Plane(1, -0.2)), (Plane(1, 0.0), Plane(0, 0.2))]
+)
+def test_images_are_those_of_the_plain_formulas(planes):
+    """Particles beyond a plane by as much as 0.1; a reach of 0.3."""
+    layout, reach = RowLayout(2, (("x", "vector"), ("u", "vector"), ("h", "scalar"))), 0.3
+    generator = np.random.default_rng(5)
+    rows, numbers = generator.uniform(-1.0, 1.0, (60, layout.width)), np.arange(60, dtype=np.uint64) + np.uint64(7)
+    for plane in planes:
+        kept = plane.side * (rows[:, plane.axis] - plane.at) > -0.1
+        rows, numbers = rows[kept], numbers[kept]
+    expected, expected_numbers = rows, numbers
+    made, all_numbers, images = make_images(rows, numbers, planes, layout, reach)
+    for k, plane in enumerate(planes):
+        depth = plane.side * (plane.at - expected[:, plane.axis])
+        source = np.flatnonzero(np.abs(depth) < reach + max(0.0, *depth[depth < reach]))
+        assert images[k].first == len(expected)
+        assert np.array_equal(images[k].source, source)
+        expected = np.concatenate([expected, mirror(expected[source], plane, layout)])
+        own = expected_numbers[source] | np.uint64(1 << (32 + k))
+        expected_numbers = np.concatenate([expected_numbers, own])
+    assert np.array_equal(made, expected[len(rows) :])
+    assert np.array_equal(all_numbers, expected_numbers)

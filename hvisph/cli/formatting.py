@@ -12,7 +12,7 @@ import typer
 
 from hvisph.core.text import Plain, sanitize
 
-_NOBODY = {errno.EPIPE, errno.EIO}  # errors of writing after the reader of a pipe has ended, or the terminal was closed
+_UNREAD = {errno.EPIPE, errno.EIO}  # errors of writing after the reader of a pipe has ended, or the terminal was closed
 
 
 def say(text: object = "", *, err: bool = False, red: bool = False, nl: bool = True) -> None:
@@ -31,7 +31,7 @@ def show(text: str, *, err: bool = False, nl: bool = True) -> None:
 
 def deaf(error: OSError) -> bool:
     """Return whether `error` says that the output has no reader; further output is then discarded."""
-    if error.errno not in _NOBODY:
+    if error.errno not in _UNREAD:
         return False
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (sys.stdout, sys.stderr):

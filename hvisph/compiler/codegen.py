@@ -209,7 +209,7 @@ class _Compiler(CompilerBase):
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         if not self.state.flags.auto_parallel.enabled:
             unused = InlineClosureLikes, NopythonRewrites
-            manager.passes = [one for one in manager.passes if one[0] not in unused]
+            manager.passes = [entry for entry in manager.passes if entry[0] not in unused]
             manager.finalize()
         return [manager]
 

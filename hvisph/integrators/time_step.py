@@ -16,7 +16,7 @@ from hvisph.compiler.parallel_for import chunk_loop
 
 NAMES = ("signal", "acceleration")
 CHUNK = 256
-NOBODY, NOT_FINITE = 0xFFFFFFFF, 2
+NO_PARTICLE, NOT_FINITE = 0xFFFFFFFF, 2
 VISCOUS_SIGNAL = 1.2  # weight of the artificial viscosity in the signal speed [-]
 
 
@@ -58,7 +58,7 @@ def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
 
 def _limiting_particle(lengths, signals, rates, place, viscous, numbers, least):
     """Return the limiting criterion (NOT_FINITE where a rate is so), its value, and the particle of smallest number."""
-    chosen, count, not_finite = np.uint64(NOBODY), np.uint64(len(signals)), np.uint64(NOT_FINITE)
+    chosen, count, not_finite = np.uint64(NO_PARTICLE), np.uint64(len(signals)), np.uint64(NOT_FINITE)
     by_signal = by_acceleration = np.inf
     for chunk in range(np.uint64(len(least))):
         by_signal, by_acceleration = min(by_signal, least[chunk, 0]), min(by_acceleration, least[chunk, 1])
@@ -74,9 +74,9 @@ def _limiting_particle(lengths, signals, rates, place, viscous, numbers, least):
                 limits = (acceleration if criterion else signal) == value
                 if criterion == not_finite:
                     limits = not abs(rate_sum) < np.inf
-                if limits and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
+                if limits and (chosen == np.uint64(NO_PARTICLE) or numbers[s] < numbers[chosen]):
                     chosen = s
-        if chosen != np.uint64(NOBODY):
+        if chosen != np.uint64(NO_PARTICLE):
             return criterion, value, chosen
     return by_time, value, chosen
 

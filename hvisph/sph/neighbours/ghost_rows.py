@@ -80,7 +80,7 @@ def append_images(rows, numbers, count, source, signs, axis, offset, first, velo
     """Write the mirror images of the rows `source` (n,), with `signs` (width,), behind the first `count` of `rows`.
 
     `offset`, `velocity`: twice the coordinate of the plane and twice its velocity, for the slot `first`
-    `bit`: what is added to the `numbers` of images
+    `bit`: bit of the plane in the `numbers` of images
     """
     for k in range(len(source)):
         for f in range(len(signs)):
@@ -130,22 +130,24 @@ def make_images(
     """
     find, append, count, width = *_loops()[:2], len(rows), rows.shape[1]
     near = np.empty(count, np.int64)
-    some = [near[: find(rows, one.axis, one.at, one.side, reach, near)].copy() for one in planes]
-    near = some[0] if len(some) == 1 else np.unique(np.concatenate([near[:0], *some]))
+    by_plane = [near[: find(rows, plane.axis, plane.at, plane.side, reach, near)].copy() for plane in planes]
+    near = by_plane[0] if len(by_plane) == 1 else np.unique(np.concatenate([near[:0], *by_plane]))
     own = end = len(near)
-    made, found = np.empty((own << len(planes), width), rows.dtype), np.empty(own << len(planes), np.uint64)
-    made[:own], found[:own], images = rows[near], numbers[near], []
-    places, first = np.empty(len(made), np.int64), layout.slots().get("U") or width
-    places[:own], places[own:] = near, np.arange(count, count + len(made) - own)
-    for k, one in enumerate(planes):
+    most = own << len(planes)  # each plane at most doubles the rows
+    extended, extended_numbers = np.empty((most, width), rows.dtype), np.empty(most, np.uint64)
+    places = np.empty(most, np.int64)
+    extended[:own], extended_numbers[:own], places[:own] = rows[near], numbers[near], near
+    places[own:] = np.arange(count, count + most - own)
+    images, first = [], layout.slots().get("U") or width
+    for k, plane in enumerate(planes):
         source = np.empty(end, np.int64)
-        source = source[: find(made[:end], one.axis, one.at, one.side, reach, source)]
-        velocity = 2.0 * one.velocity if first < width else 0.0  # else the rows have places alone
-        append(made, found, end, source, layout.mirror_signs(one.axis)[:width], one.axis, 2.0 * one.at,
-               first + one.axis, velocity, np.uint64(1 << (FIRST_PLANE_BIT + k)))  # fmt: skip
-        images.append(Images(one, places[source], count + end - own))
+        source = source[: find(extended[:end], plane.axis, plane.at, plane.side, reach, source)]
+        velocity = 2.0 * plane.velocity if first < width else 0.0  # else the rows have places alone
+        append(extended, extended_numbers, end, source, layout.mirror_signs(plane.axis)[:width], plane.axis,
+               2.0 * plane.at, first + plane.axis, velocity, np.uint64(1 << (FIRST_PLANE_BIT + k)))  # fmt: skip
+        images.append(Images(plane, places[source], count + end - own))
         end += len(source)
-    return made[own:end], np.concatenate([numbers, found[own:end]]), images
+    return extended[own:end], np.concatenate([numbers, extended_numbers[own:end]]), images
 
 
 def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
