@@ -212,10 +212,10 @@ def test_the_loops_over_particles_of_a_body(dim):
     assert np.allclose(terms[: n - 9], expected, rtol=1e-13, atol=1e-15)  # sums of at most three products
 
     moves, turns, found = *(one + one.T for one in rng.random((2, 3, 3))), np.zeros(n)
-    normal, r = space(rows[at, dim : 2 * dim])[9:], space(rows[at, :dim])[9:] - centre
+    normal, r = space(rows[at, dim : 2 * dim])[9:], space(packed[group, :dim])[9:] - centre
     arm, size = np.cross(r, normal), np.sqrt((normal**2).sum(1))
     whole = np.einsum("ni,ij,nj->n", normal, moves, normal) + np.einsum("ni,ij,nj->n", arm, turns, arm)
-    assert compliances(group, place, rows, state, centre, moves, turns, found) == n - 9
+    assert compliances(group, place, rows, state, packed, centre, moves, turns, found) == n - 9
     assert np.allclose(found[: n - 9], 2.0 * (state[group, 0] / state[group, 1])[9:] * whole / size, rtol=1e-12)
 
     before, now, ahead = frames = rng.random((3, 9)) * (np.arange(9) % 3 < dim)

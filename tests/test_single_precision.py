@@ -1,10 +1,11 @@
-"""Pair laws in single precision against those in double, their frames of reference, and what the loader refuses."""
+"""Pair laws and runs in single precision against those in double, and what the loader refuses."""
 
 from dataclasses import replace
 
 import numba
 import numpy as np
 import pytest
+from small_runs import METAL, TWO, assert_same_results, final, row_of
 from sph_twins import compiled_rates, packed, random_cloud, twin_rates
 
 from hvisph.casefile.loader import load_case
@@ -13,6 +14,7 @@ from hvisph.schemes.protocol import Smoothing
 from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import MonaghanViscosity
 from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.simulation.run import resume, run
 
 STANDARD = Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), single=True)
 KINDS = pytest.mark.parametrize(
@@ -69,6 +71,36 @@ def test_bits_depend_neither_on_order_nor_on_threads(formulation, dim):
     pairs.evaluate(cloud.h.max())
     numba.set_num_threads(1)
     assert np.array_equal(pairs.rates[pairs.place[: len(order)]], rates[order])
+
+
+def tumbling():
+    """A rigid box that strikes one of metal beside its centre."""
+    case = row_of([METAL, METAL], speed=800.0, time={"end": 1e-6}, output={"every": 5e-7}).model_dump(mode="json")
+    case["bodies"]["body_0"] |= {"rigid": True, "position": [-1.5e-3, 1.3e-3]}
+    case["bodies"]["body_1"]["position"] = [1.5e-3, 0.0]
+    return load_case(case)
+
+
+@pytest.mark.parametrize("made", [tumbling])
+def test_runs_are_those_of_double_precision_and_go_on_after_a_resume(made, tmp_path, monkeypatch):
+    ends = []
+    for precision in ("double", "single"):
+        case = made()
+        formulation = case.formulation.model_copy(update={"precision": precision})
+        case = case.model_copy(update={"formulation": formulation})
+        outcome = run(case, tmp_path / precision, threads=1)
+        ends.append(final(tmp_path / precision).fields)
+    for name in ("velocity", "density", "internal_energy", "plastic_strain", "peak_pressure"):
+        wanted, found = (end[name].reshape(len(end["density"]), -1) for end in ends)
+        assert np.sqrt(np.mean((found - wanted) ** 2)) < 2e-6 * np.sqrt(np.mean(wanted**2)), name
+    kept = outcome.summary["conservation"]
+    assert abs(kept["energy_drift"]) < 1e-7
+    assert abs(kept.get("momentum_drift") or 0.0) < 1e-7
+    monkeypatch.setattr("hvisph.simulation.run.set_threads", lambda *_: numba.set_num_threads(TWO))
+    run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 11})}), tmp_path / "part")
+    resume(tmp_path / "part", max_steps=10**6)
+    numba.set_num_threads(1)
+    assert_same_results(tmp_path / "single", tmp_path / "part")
 
 
 @pytest.mark.parametrize(

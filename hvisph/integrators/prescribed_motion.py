@@ -30,8 +30,9 @@ GROUP_SHIFT = 2
 RIGID_GROUP = 1000
 # Group of the particles of an ambient layer beyond an open edge.
 LAYER_GROUP = 2000
-# Impedance of a rigid particle over that of its material: a contact differs from a rigid wall by round-off only.
-IMPEDANCE_FACTOR = 1e18
+# Impedance of rigid particles [kg/(m^2 s)] with pairs in double and in single precision: a contact differs from a rigid
+# wall by round-off only. Products with powers of two are exact, and their squares are within range.
+RIGID_IMPEDANCES = 2.0**83, 2.0**56
 # Shear strength [Pa].
 UNLIMITED = 1e30
 # Speed of its signals [m/s]: it limits no step.
@@ -150,13 +151,11 @@ class PrescribedMotion:
 
     def _show_rigid(self, stepper: Any, rows: np.ndarray) -> None:
         """Write impedance, strength and body of rigid particles into their packed rows, which have no stress."""
-        at, packed = stepper.row_slots, stepper.rows
+        at, packed, impedance = stepper.row_slots, stepper.rows, RIGID_IMPEDANCES[stepper.pairs.single]
         if "ZN" in at:
-            packed[rows, at["ZN"]] *= IMPEDANCE_FACTOR
-            packed[rows, at["ZT"]] = packed[rows, at["ZN"]]
+            packed[rows, at["ZN"]] = packed[rows, at["ZT"]] = impedance
         if "Z_SQUARED" in at:
-            count = {1: 1, 2: 3, 3: 6}[stepper.particles.dim]
-            packed[rows, at["Z_SQUARED"] : at["Z_SQUARED"] + count] *= IMPEDANCE_FACTOR**2
+            packed[rows, at["Z_SQUARED"] : at["Z_SQUARED"] + stepper.particles.dim] = impedance**2
         if "SHEAR_LIMIT" in at:  # that of the other side counts
             packed[rows, at["SHEAR_LIMIT"]] = UNLIMITED
         if "BODY" in at:

@@ -55,7 +55,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.stack([x, y, z], axis=1)
 
 
-def find_compliances(group, place, rows, state, centre, moves, turns, terms):
+def find_compliances(group, place, rows, state, packed, centre, moves, turns, terms):
     """Write A (1/M + r_n^2/J) of the particles of a `group` (n,) beside others into `terms` (n,); return how many.
 
     Bound names: DIM, NORMAL (slot of the sorted `rows`), S_MASS, S_DENSITY.
@@ -65,7 +65,7 @@ def find_compliances(group, place, rows, state, centre, moves, turns, terms):
     count, n, r, arm = 0, np.zeros(3), np.zeros(3), np.zeros(3)
     for i in group:
         for f in range(DIM):
-            n[f], r[f] = rows[place[i], NORMAL + f], rows[place[i], f] - centre[f]
+            n[f], r[f] = rows[place[i], NORMAL + f], packed[i, f] - centre[f]
         size = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
         if size > 0.0:
             for f in range(3):
@@ -327,9 +327,9 @@ class RigidMotion:
             turns = (axes / self.inertia) @ axes.T
         terms, moves = np.empty(len(rows)), self.moves / self.mass.mass
         count = self._loops(stepper)[0](
-            rows, stepper.place, pairs.sorted, stepper.particles.data, centre, moves, turns, terms
+            rows, stepper.place, pairs.sorted, stepper.particles.data, stepper.rows, centre, moves, turns, terms
         )
-        self._compliances = terms[:count]
+        self._compliances = terms[:count] / pairs.unit
 
     def find_relaxation(self, stepper: Any) -> None:
         """Find the rate [1/s] at which contact changes the velocity, Z times the sum of what was noted."""

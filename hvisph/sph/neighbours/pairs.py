@@ -84,6 +84,7 @@ class Pairs:
     `rows`, `numbers`: packed rows (n, packed) of the stage, and their permanent numbers (n,), each once. Where passes
     compute enough slots of a row, and none is read after an evaluation, packed rows are stored in those slots of the
     sorted rows, in the order of the particles; an evaluation preserves only their position and velocity.
+    `unit`: unit of length of the sorted rows [m].
     `halo`, `images`: copies that are appended to them: rows of other processes, images at the planes.
     `workspace`: storage that is free between evaluations: sorted rows and their columns (k,), or, where packed rows are
     stored in these, their first slots (n, packed).
@@ -92,12 +93,12 @@ class Pairs:
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
                  positions: np.ndarray, h: float, planes: tuple[Plane, ...] = (), single: bool = False):  # fmt: skip
         dim = layout.dim
-        self._units, self._constants = cells.NO_UNITS, coefficients
+        self.unit, self._units, self._constants = 1.0, cells.NO_UNITS, coefficients
         self._further = max(pass_.count_further_rates(dim) for pass_ in passes)
         if single:
-            length = 2.0 ** np.floor(np.log2(h))
-            self._units = layout.single_units(length)
-            of_rates = particle_layout.single_units(layout, particle_layout.width(dim) + self._further, length)
+            self.unit = 2.0 ** np.floor(np.log2(h))
+            self._units = layout.single_units(self.unit)
+            of_rates = particle_layout.single_units(layout, particle_layout.width(dim) + self._further, self.unit)
             self._constants = np.append(coefficients, of_rates)
             layout = layout.single()
             passes = [replace(pass_, reads=pass_.reads.single()) for pass_ in passes]
