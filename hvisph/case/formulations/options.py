@@ -86,7 +86,6 @@ class PairOptions(KernelOptions):
         excluded = (
             (getattr(self, "variant", "") == "elastic", "variant 'elastic'"),
             (bool(case.edges), "open edges"),
-            (any(one.strength.type in ("orthotropic", "fabric") for one in materials), "anisotropic materials"),
             (any(getattr(one.damage, "breaks", False) for one in materials), "a fracture energy"),
             (getattr(contact, "self_contact", None) == "all", "contact.self_contact 'all', whose memory is double"),
             (getattr(contact, "type", None) == "penalty", "contact 'penalty', whose forces are double"),

@@ -39,6 +39,9 @@ from hvisph.sph.terms.tension_stabilization import tension_relief
 # Options, off unless bound.
 TENSION_STABILIZED = GRAD_H = AXISYMMETRIC = DENSITY_CORRECTION = VARIABLE_RESOLUTION = ANISOTROPIC = FRACTURES = 0
 TURNS = EDGES = 0
+# Slot of what rounding takes of the position, in single precision; least shear impedance over the normal one at which
+# the jump of the tangential traction counts then.
+X_REST, SHEARING = 0, 1e-4
 
 
 def rigid_motion(rows, i, b, dx, own_rigid, g, jump):
@@ -97,12 +100,14 @@ def riemann_states(za, zb, zt_a, zt_b, velocity, own, stress, moved, half):
     sum of the normal impedances. `velocity`, `own`, `stress`: jump of velocity, own traction, jump of traction.
     """
     inverse_n, inverse_t = reciprocals(za + zb, zt_a + zt_b + TINY)
+    jump = stress[1]
+    if X_REST and DIM > 1:  # without shear strength it is zero, and rounding over the impedance would be some 10 m/s
+        shears = min((zt_a + zt_b) * inverse_n * (1.0 / SHEARING), 1.0)
+        jump = multiply(shears * shears, jump)
     us_n, t_n = riemann_normal(inverse_n, za, zb, velocity[0], own[0], stress[0], moved[0][0], moved[0][1], half)
     if DIM == 1:
         return (us_n, 0.0), (t_n, 0.0), inverse_n
-    us_t, t_t = riemann_tangential(
-        inverse_t, zt_a, zt_b, velocity[1], own[1], stress[1], moved[1][0], moved[1][1], half
-    )
+    us_t, t_t = riemann_tangential(inverse_t, zt_a, zt_b, velocity[1], own[1], jump, moved[1][0], moved[1][1], half)
     return (us_n, us_t), (t_n, t_t), inverse_n
 
 
