@@ -5,7 +5,7 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
-from small_runs import METAL, TWO, assert_same_results, final, row_of, struck_laminate
+from small_runs import METAL, TWO, assert_same_results, cracked_bar, final, row_of, struck_laminate
 from sph_twins import compiled_rates, packed, random_cloud, twin_rates
 
 from hvisph.casefile.loader import load_case
@@ -81,7 +81,7 @@ def tumbling():
     return load_case(case)
 
 
-@pytest.mark.parametrize("made", [tumbling, struck_laminate])
+@pytest.mark.parametrize("made", [tumbling, struck_laminate, cracked_bar])
 def test_runs_are_those_of_double_precision_and_go_on_after_a_resume(made, tmp_path, monkeypatch):
     ends = []
     for precision in ("double", "single"):

@@ -82,11 +82,9 @@ class PairOptions(KernelOptions):
     def problems(self, case: AnyCase) -> Iterator[Problem]:
         yield from super().problems(case)
         contact, correction = getattr(self, "contact", None), getattr(self, "correction", None)
-        materials = [body.material for body in case.bodies.values()]
         excluded = (
             (getattr(self, "variant", "") == "elastic", "variant 'elastic'"),
             (bool(case.edges), "open edges"),
-            (any(getattr(one.damage, "breaks", False) for one in materials), "a fracture energy"),
             (getattr(contact, "self_contact", None) == "all", "contact.self_contact 'all', whose memory is double"),
             (getattr(contact, "type", None) == "penalty", "contact 'penalty', whose forces are double"),
             (getattr(correction, "type", "none") != "none", "a correction, whose tests need the range of double"),
