@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_runs import METAL, TWO, assert_same_results, cracked_bar, final, row_of, struck_laminate
 from sph_twins import compiled_rates, packed, random_cloud, twin_rates
+from test_open_edges import block
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
@@ -81,7 +82,7 @@ def tumbling():
     return load_case(case)
 
 
-@pytest.mark.parametrize("made", [tumbling, struck_laminate, cracked_bar])
+@pytest.mark.parametrize("made", [tumbling, struck_laminate, cracked_bar, block])
 def test_runs_are_those_of_double_precision_and_go_on_after_a_resume(made, tmp_path, monkeypatch):
     ends = []
     for precision in ("double", "single"):

@@ -84,7 +84,6 @@ class PairOptions(KernelOptions):
         contact, correction = getattr(self, "contact", None), getattr(self, "correction", None)
         excluded = (
             (getattr(self, "variant", "") == "elastic", "variant 'elastic'"),
-            (bool(case.edges), "open edges"),
             (getattr(contact, "self_contact", None) == "all", "contact.self_contact 'all', whose memory is double"),
             (getattr(contact, "type", None) == "penalty", "contact 'penalty', whose forces are double"),
             (getattr(correction, "type", "none") != "none", "a correction, whose tests need the range of double"),
