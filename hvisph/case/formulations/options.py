@@ -83,8 +83,6 @@ class PairOptions(KernelOptions):
         yield from super().problems(case)
         contact, correction = getattr(self, "contact", None), getattr(self, "correction", None)
         excluded = (
-            (getattr(self, "variant", "") == "elastic", "variant 'elastic'"),
-            (getattr(contact, "self_contact", None) == "all", "contact.self_contact 'all', whose memory is double"),
             (getattr(contact, "type", None) == "penalty", "contact 'penalty', whose forces are double"),
             (getattr(correction, "type", "none") != "none", "a correction, whose tests need the range of double"),
         )

@@ -190,9 +190,8 @@ class Riemann:
         if self.self_contact:
             at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
             missing = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
-            size = (
-                lengths / variable_resolution.kernel_deficit(self.kernel, self.h_over_dx, dim)[0]
-            )  # 1 in the layer under a flat face
+            deficit = variable_resolution.kernel_deficit(self.kernel, self.h_over_dx, dim)[0]
+            size = lengths / (deficit * pairs.unit)  # 1 in the layer under a flat face
             pairs.rows[:, at["N_PREVIOUS"] : at["N_PREVIOUS"] + dim] = missing * size[:, None]
 
     def layout(self, dim: int) -> RowLayout:
