@@ -67,8 +67,8 @@ def times(values: Sequence[float], unit: str = "s") -> list[str]:
     """Return a series of times [SI] with one prefix for all of them, which suits the least that is not 0."""
     if not unit:
         return [quantity(value) for value in values]
-    least = min((abs(value) for value in values if value), default=1.0)
-    prefix, factor = _prefix_of(least)
+    smallest = min((abs(value) for value in values if value), default=1.0)
+    prefix, factor = _prefix_of(smallest)
     return [f"{value / factor:.4g} {prefix}{unit}" for value in values]
 
 
@@ -76,11 +76,11 @@ def duration(seconds: float) -> str:
     """Return a wall-clock time in the two units that suit it: ``2 min 5 s``."""
     if seconds < 9.95:
         return f"{seconds:.1f} s"
-    whole = round(seconds)
+    whole_seconds = round(seconds)
     for size, unit, next_size, next_unit in ((86400, "d", 3600, "h"), (3600, "h", 60, "min"), (60, "min", 1, "s")):
-        if whole >= size:
-            return f"{whole // size} {unit} {whole % size // next_size} {next_unit}"
-    return f"{whole} s"
+        if whole_seconds >= size:
+            return f"{whole_seconds // size} {unit} {whole_seconds % size // next_size} {next_unit}"
+    return f"{whole_seconds} s"
 
 
 def size(count: float) -> str:
@@ -106,34 +106,34 @@ def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
     return _align(rows, indent)
 
 
-def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str:
-    """Return `rows` as tables below each other, no wider than a screen, which all begin with `kept` columns.
+def tables(rows: Sequence[Sequence[str]], heads: int = 1, indent: int = 2) -> str:
+    """Return `rows` as tables below each other, no wider than a screen, which all begin with `heads` columns.
 
     A row with fewer cells than others ends early.
     """
     widths = _widths(rows)
-    least = indent + sum(width + GAP for width in widths[:kept])
-    available = SCREEN - least
-    blocks = _blocks(widths, kept, available)
-    widest = max(widths[kept:], default=0)
-    while available > widest and len(narrower := _blocks(widths, kept, available - 1)) == len(blocks):
+    head_width = indent + sum(width + GAP for width in widths[:heads])
+    available = SCREEN - head_width
+    blocks = _blocks(widths, heads, available)
+    widest = max(widths[heads:], default=0)
+    while available > widest and len(narrower := _blocks(widths, heads, available - 1)) == len(blocks):
         blocks, available = narrower, available - 1  # about as wide as each other
-    chosen = [[*range(kept), *block] for block in blocks]
-    if len(chosen) == 1:  # or the one column is wider than a screen by itself
+    groups = [[*range(heads), *block] for block in blocks]
+    if len(groups) == 1:  # or the one column is wider than a screen by itself
         return _align(rows, indent)
-    return "\n\n".join(table([[row[k] for k in columns if k < len(row)] for row in rows], indent) for columns in chosen)
+    return "\n\n".join(table([[row[k] for k in columns if k < len(row)] for row in rows], indent) for columns in groups)
 
 
-def _blocks(widths: Sequence[int], kept: int, available: int) -> list[list[int]]:
-    """Return the columns from `kept` on in blocks that are no wider than `available`, single ones but for that."""
+def _blocks(widths: Sequence[int], heads: int, available: int) -> list[list[int]]:
+    """Return the columns from `heads` on in blocks that are no wider than `available`, single ones but for that."""
     blocks: list[list[int]] = [[]]
-    used = 0
-    for column in range(kept, len(widths)):
-        if blocks[-1] and used + widths[column] > available:
+    occupied = 0
+    for column in range(heads, len(widths)):
+        if blocks[-1] and occupied + widths[column] > available:
             blocks.append([])
-            used = 0
+            occupied = 0
         blocks[-1].append(column)
-        used += widths[column] + GAP
+        occupied += widths[column] + GAP
     return blocks
 
 
@@ -145,9 +145,9 @@ def _align(rows: Sequence[Sequence[str]], indent: int) -> str:
 
 def paragraph(text: str, indent: int = 0, hanging: int | None = None) -> str:
     """Return `text` in lines that fit a screen, those after the first indented by `hanging`."""
-    first, rest = " " * indent, " " * (indent if hanging is None else hanging)
-    whole: Plain = {"break_long_words": False, "break_on_hyphens": False}
-    return textwrap.fill(sanitize(text), SCREEN, initial_indent=first, subsequent_indent=rest, **whole)
+    first, hanging_indent = " " * indent, " " * (indent if hanging is None else hanging)
+    words_only: Plain = {"break_long_words": False, "break_on_hyphens": False}
+    return textwrap.fill(sanitize(text), SCREEN, initial_indent=first, subsequent_indent=hanging_indent, **words_only)
 
 
 def _widths(rows: Sequence[Sequence[str]]) -> list[int]:

@@ -58,9 +58,9 @@ def guard_errors(command: Callable[..., None]) -> Callable[..., None]:
             if getattr(error, "shared", False) and not is_first():  # of several processes one speaks
                 raise typer.Exit(FAILED) from None
             first = (str(error).strip().splitlines() or [""])[0]
-            what = f"{type(error).__name__}: {first[:300]}".rstrip(": ")
+            description = f"{type(error).__name__}: {first[:300]}".rstrip(": ")
             _end(
-                f"error: unexpected {what}\nThis is a bug in hvisph. Please report it with the command "
+                f"error: unexpected {description}\nThis is a bug in hvisph. Please report it with the command "
                 f"and the case; {DEBUG}=1 shows where it happened.",
                 FAILED,
             )
@@ -82,17 +82,17 @@ ENDING = (signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []
 def noted_interrupts() -> Iterator[None]:
     """Record every interrupt in this block, in addition to raising `KeyboardInterrupt`."""
     _noted.clear()
-    ours = (
+    takes_signal = (
         threading.current_thread() is threading.main_thread()
         # a parent that had it ignored, as `nohup` does, meant it
         and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     )
-    if ours:
+    if takes_signal:
         signal.signal(signal.SIGINT, _note)
     try:
         yield
     finally:
-        if ours:
+        if takes_signal:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -106,15 +106,15 @@ def raise_noted() -> None:
 @contextmanager
 def ends_like_ctrl_c() -> Iterator[None]:
     """Treat SIGTERM, and SIGHUP of a closed terminal, as Ctrl-C, unless the parent ignores them."""
-    ours = threading.current_thread() is threading.main_thread()
-    before = {number: signal.getsignal(number) for number in ENDING} if ours else {}
-    for number, handler in before.items():
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    handlers = {number: signal.getsignal(number) for number in ENDING} if in_main_thread else {}
+    for number, handler in handlers.items():
         if handler is signal.SIG_DFL:
             signal.signal(number, signal.default_int_handler)
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in handlers.items():
             if handler is signal.SIG_DFL:
                 signal.signal(number, handler)
 

@@ -69,9 +69,9 @@ class Group(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return a command by its name; None where there is none."""
         if cmd_name not in self.commands and (function := function_of(cmd_name)) is not None:
-            alone = typer.Typer(**PLAIN)
-            alone.command(cmd_name)(function)
-            self.commands[cmd_name] = typer.main.get_command(alone)
+            program = typer.Typer(**PLAIN)
+            program.command(cmd_name)(function)
+            self.commands[cmd_name] = typer.main.get_command(program)
         return self.commands.get(cmd_name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -92,9 +92,9 @@ class Group(TyperGroup):
             say(json.loads(Path(__file__).with_name("help.json").read_text(encoding="utf-8"))[name])
             raise typer.Exit
         command = super().resolve_command(ctx, args)
-        known = {option for parameter in getattr(command[1], "params", ()) for option in parameter.opts}
+        allowed = {option for parameter in getattr(command[1], "params", ()) for option in parameter.opts}
         for option in (argument.partition("=")[0] for argument in args[1:]):
-            if option.startswith("-") and option not in known and spellings("options").get(option) in known:
+            if option.startswith("-") and option not in allowed and spellings("options").get(option) in allowed:
                 _refuse(f"`{option}` is now `{spellings('options')[option]}`")
         return command
 
@@ -122,8 +122,8 @@ app = typer.Typer(
 )
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(requested: bool) -> None:
+    if requested:
         say(f"hvisph {hvisph.__version__}")
         raise typer.Exit
 

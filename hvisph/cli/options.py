@@ -19,19 +19,19 @@ from hvisph.casefile.paths import bundled_cases, run_name
 from hvisph.core.errors import CaseError, suggest_nearest
 
 
-def option(usage: str, help: str, default: Any = ..., **more: Any) -> Any:
-    """Return an option by its usage, such as ``--out, -o FILE``, its help and its default; `more` is for typer.
+def option(usage: str, help: str, default: Any = ..., **settings: Any) -> Any:
+    """Return an option by its usage, such as ``--out, -o FILE``, its help and its default; `settings` are for typer.
 
     Without a default it is required, or has that of its parameter where it stands in an annotation.
     """
     *names, last = usage.split(", ")
     name, _, metavar = last.partition(" ")
-    return typer.Option(default, *names, name, metavar=metavar or None, help=help, **more)
+    return typer.Option(default, *names, name, metavar=metavar or None, help=help, **settings)
 
 
-def argument(metavar: str, help: str, default: Any = ..., **more: Any) -> Any:
+def argument(metavar: str, help: str, default: Any = ..., **settings: Any) -> Any:
     """Return an argument by its name in the usage, its help and its default; see `option`."""
-    return typer.Argument(default, metavar=metavar, help=help, **more)
+    return typer.Argument(default, metavar=metavar, help=help, **settings)
 
 
 CaseArgument = Annotated[str, argument("CASE", "Case file, or name of a bundled case (see `hvisph cases`).")]
@@ -57,18 +57,18 @@ def shared(command: Callable[..., None]) -> Callable[..., None]:
     hints = get_type_hints(command, include_extras=True)
     kind_of_how = hints["how"]
     options = get_type_hints(kind_of_how, include_extras=True)
-    own = [one.replace(annotation=hints[one.name]) for one in inspect.signature(command).parameters.values()][1:]
-    names = {one.name: one.default for one in fields(kind_of_how)}
+    arguments = [p.replace(annotation=hints[p.name]) for p in inspect.signature(command).parameters.values()][1:]
+    names = {field.name: field.default for field in fields(kind_of_how)}
 
     @wraps(command)
-    def call(**given: object) -> None:
-        command(kind_of_how(**{name: given.pop(name) for name in names}), **given)
+    def call(**values: object) -> None:
+        command(kind_of_how(**{name: values.pop(name) for name in names}), **values)
 
-    kind = inspect.Parameter.KEYWORD_ONLY
-    added = [inspect.Parameter(name, kind, default=first, annotation=options[name]) for name, first in names.items()]
-    parameters = [*(one.replace(kind=kind) for one in own), *added]
+    mode = inspect.Parameter.KEYWORD_ONLY
+    added = [inspect.Parameter(name, mode, default=first, annotation=options[name]) for name, first in names.items()]
+    parameters = [*(p.replace(kind=mode) for p in arguments), *added]
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    call.__annotations__ = {one.name: one.annotation for one in parameters}
+    call.__annotations__ = {p.name: p.annotation for p in parameters}
     return call
 
 

@@ -29,48 +29,46 @@ def results_table(
     measures: Mapping[str, PlainMapping],
     expected: Sequence[PlainMapping] = (),
     unitless: bool = False,
-    further: Mapping[str, float | None] | None = None,
+    figures: Mapping[str, float | None] | None = None,
     variants: bool = False,
 ) -> str:
-    """Return measures and expectations of a summary as aligned text, with `further` figures such as drifts."""
-    results = {name: Result.from_dict(plain) for name, plain in measures.items()}
-    shown = rows({**results, **(further or {})}, expected, unitless, variants)
+    """Return measures and expectations of a summary as aligned text, with `figures` such as drifts."""
+    results = {name: Result.from_dict(result) for name, result in measures.items()}
+    entries = rows({**results, **(figures or {})}, expected, unitless, variants)
     # undefined measures without an expected value are left out; the summary has their reason
-    shown = [row for row in shown if row.value != "-" or row.passed is not None]
+    entries = [row for row in entries if row.value != "-" or row.passed is not None]
     lines: list[tuple[str, ...]]
     if expected:
         lines = [("measure", ONE_RESOLUTION, "expected", "", "")]
         verdicts = {None: "", True: "ok", False: "MISSED"}
-        lines += [(row.label, row.value, row.expected, verdicts[row.passed], row.note) for row in shown]
+        lines += [(row.label, row.value, row.expected, verdicts[row.passed], row.note) for row in entries]
     else:
-        lines = [("measure", ONE_RESOLUTION), *((row.label, row.value, row.note) for row in shown)]
+        lines = [("measure", ONE_RESOLUTION), *((row.label, row.value, row.note) for row in entries)]
     return _colour(table(lines))
 
 
-def sections_table(plain: PlainMapping, unitless: bool = False, variants: bool = False) -> str:
+def sections_table(summary: PlainMapping, unitless: bool = False, variants: bool = False) -> str:
     """Return the measures of layers, projectile and cloud of a summary as aligned text, a column for each layer."""
     blocks = []
-    for name, parts in (("layer", plain.get("layers", [])), *((k, plain.get(k)) for k in ("projectile", "cloud"))):
+    for name, parts in (("layer", summary.get("layers", [])), *((k, summary.get(k)) for k in ("projectile", "cloud"))):
         columns = parts if name == "layer" else [parts] if parts else []
-        found = [{one: Result.from_dict(values) for one, values in column["measures"].items()} for column in columns]
-        cells = [{row.name: row for row in rows(one, unitless=unitless, variants=variants)} for one in found]
-        known = dict.fromkeys(one for column in sorted(cells, key=len, reverse=True) for one in column)
+        results = [{key: Result.from_dict(values) for key, values in column["measures"].items()} for column in columns]
+        cells = [{row.name: row for row in rows(part, unitless=unitless, variants=variants)} for part in results]
+        measures = dict.fromkeys(measure for column in sorted(cells, key=len, reverse=True) for measure in column)
         names = [
-            one
-            for one in known
-            if one != "perforated" and any(one in column and column[one].value != "-" for column in cells)
+            m for m in measures if m != "perforated" and any(m in column and column[m].value != "-" for column in cells)
         ]
         if names:
             heads = [column["body"] if name == "layer" else "" for column in columns]
             lines = [(name, *heads)]
-            lines += [(format_of(one).label, *(_note(column.get(one)) for column in cells)) for one in names]
+            lines += [(format_of(m).label, *(_note(column.get(m)) for column in cells)) for m in names]
             blocks.append(table(lines))
     return "\n\n".join(blocks)
 
 
-def bodies_table(plain: PlainMapping, unitless: bool = False) -> str:
+def bodies_table(summary: PlainMapping, unitless: bool = False) -> str:
     """Return mass, velocity and kinetic energy of every body of a summary as aligned text; empty without any."""
-    rows = body_rows(plain, unitless)
+    rows = body_rows(summary, unitless)
     return table([("body", "mass", "velocity", "kinetic energy"), *rows]) if rows else ""
 
 
@@ -99,18 +97,18 @@ def fragments_text(moment: Measures, fewest: int) -> str:
 
 def fragments_series(series: Sequence[Measures], fewest: int) -> str:
     """Return for every body one line a moment."""
-    plain = series[-1].unitless
-    speed = "" if plain else "m/s"
+    unitless = series[-1].unitless
+    speed = "" if unitless else "m/s"
     head = [
         ["t", "fragments", f"of {fewest}+", "largest", "its v_x", "its speed", f"below {fewest}", "single"],
         ["", "", "particles", "% of mass", speed, speed, "% of mass", "% of mass"],
     ]
-    moments = times([moment.time for moment in series], "" if plain else "s")
+    moments = times([moment.time for moment in series], "" if unitless else "s")
     blocks = []
     for name in dict.fromkeys(part.body for moment in series for part in moment.fragments):
         lines = []
         for time, moment in zip(moments, series, strict=True):
-            for part in [one for one in moment.fragments if one.body == name]:
+            for part in [group for group in moment.fragments if group.body == name]:
                 largest, shares = part.fragments[0], (part.share(part.counts < fewest), part.share(part.counts == 1))
                 figures = [_percent(part.share([0])), _figure(largest.velocity[0]), _figure(largest.speed)]
                 lines.append([time, str(len(part)), str(part.number(fewest)), *figures, *map(_percent, shares)])
@@ -119,12 +117,12 @@ def fragments_series(series: Sequence[Measures], fewest: int) -> str:
 
 
 def _body(part: BodyFragments, moment: Measures, fewest: int) -> str:
-    plain, axes = moment.unitless, "xyz"[: moment.dimensions]
-    unit, factor = ("", 1.0) if plain else MASSES[moment.mass_unit]
-    listed = [fragment for fragment in part.fragments if fragment.count >= fewest]
-    sizes = [float(value) for piece in listed for value in (*piece.centre, *piece.extent)]
-    measure, length = ("", 1.0) if plain else axis_unit("mm", sizes)
-    speeds = ["" if plain else "m/s"] * (len(axes) + 1)
+    unitless, axes = moment.unitless, "xyz"[: moment.dimensions]
+    unit, factor = ("", 1.0) if unitless else MASSES[moment.mass_unit]
+    large = [fragment for fragment in part.fragments if fragment.count >= fewest]
+    sizes = [float(value) for piece in large for value in (*piece.centre, *piece.extent)]
+    measure, length = ("", 1.0) if unitless else axis_unit("mm", sizes)
+    speeds = ["" if unitless else "m/s"] * (len(axes) + 1)
     lengths = [measure] * (2 * len(axes))
     lines = [
         ["", "particles", "mass", "share", *(f"v_{axis}" for axis in axes), "speed", *axes]
@@ -132,39 +130,39 @@ def _body(part: BodyFragments, moment: Measures, fewest: int) -> str:
         ["", "", unit, "%", *speeds, *lengths],
     ]
     columns = [
-        *_columns([[*piece.velocity, piece.speed] for piece in listed]),
-        *_columns([[length * value for value in piece.centre] for piece in listed]),
-        *_columns([[length * value for value in piece.extent] for piece in listed]),
+        *_columns([[*piece.velocity, piece.speed] for piece in large]),
+        *_columns([[length * value for value in piece.centre] for piece in large]),
+        *_columns([[length * value for value in piece.extent] for piece in large]),
     ]
-    for row, piece in enumerate(listed):
+    for row, piece in enumerate(large):
         mass, share = _figure(factor * piece.mass), _percent(part.share([row]))
         figures = [column[row] for column in columns]
         lines.append([str(row + 1), str(piece.count), mass, share, *figures, part.roles[row]])
-    shown = [paragraph(_summary(part, unit, factor), hanging=2), *([table(lines)] if listed else [])]
+    parts = [paragraph(_summary(part, unit, factor), hanging=2), *([table(lines)] if large else [])]
     small = part.counts < fewest
     if small.any():
-        rest = f"{small.sum()} of fewer than {fewest} particles: {part.counts[small].sum()} particles"
-        shown.append(f"  {rest}{_mass_and_share(part, small, unit, factor)}")
-    return "\n".join(shown)
+        counts = f"{small.sum()} of fewer than {fewest} particles: {part.counts[small].sum()} particles"
+        parts.append(f"  {counts}{_mass_and_share(part, small, unit, factor)}")
+    return "\n".join(parts)
 
 
 def _summary(part: BodyFragments, unit: str, factor: float) -> str:
-    many, single = len(part), part.counts == 1
-    text = f"{part.body}: {many} fragment{'s' if many > 1 else ''} of {part.counts.sum()} particles"
+    count, single = len(part), part.counts == 1
+    text = f"{part.body}: {count} fragment{'s' if count > 1 else ''} of {part.counts.sum()} particles"
     if math.isfinite(part.mass):
         text += f", {_figure(factor * part.mass)} {unit}".rstrip()
         text += f"; the largest, {part.counts[0]} particles, holds {_percent(part.share([0]))} %"
     if single.any():
-        several = "s" if single.sum() > 1 else ""
-        text += f"; {single.sum()} single particle{several}{_mass_and_share(part, single, unit, factor)}"
+        plural = "s" if single.sum() > 1 else ""
+        text += f"; {single.sum()} single particle{plural}{_mass_and_share(part, single, unit, factor)}"
     return text
 
 
-def _mass_and_share(part: BodyFragments, chosen: Any, unit: str, factor: float) -> str:
-    mass = part.masses[chosen].sum()
+def _mass_and_share(part: BodyFragments, group: Any, unit: str, factor: float) -> str:
+    mass = part.masses[group].sum()
     if not math.isfinite(mass):
         return ""
-    return f", {_figure(factor * mass)} {unit}".rstrip() + f", {_percent(part.share(chosen))} % of the mass"
+    return f", {_figure(factor * mass)} {unit}".rstrip() + f", {_percent(part.share(group))} % of the mass"
 
 
 def _percent(share: float) -> str:
@@ -192,9 +190,9 @@ SHORT = {"angular_momentum_drift": "angular_drift", "kinetic_energy_ratio": "kin
 MISSED = " *"  # behind a value that is further from the published one than its tolerance
 
 
-def comparison_tables(rows: Sequence[ComparedRow], unitless: bool = False, every: bool = False) -> str:
-    """Return the tables of measures, the main ones or `every` one, and of costs, with notes on brackets and marks."""
-    parts = [_measures_table(rows, unitless, every)]
+def comparison_tables(rows: Sequence[ComparedRow], unitless: bool = False, full: bool = False) -> str:
+    """Return the tables of measures (all where `full`, else the main ones) and of costs, with notes on the marks."""
+    parts = [_measures_table(rows, unitless, full)]
     if any(row.conservation or row.cost for row in rows):
         parts += ["", _cost_table(rows)]
     if any(row.published for row in rows):
@@ -206,10 +204,10 @@ def comparison_tables(rows: Sequence[ComparedRow], unitless: bool = False, every
     return re.sub(missed, lambda cell: red(cell[0]), text) if sys.stdout.isatty() else text
 
 
-def _measures_table(rows: Sequence[ComparedRow], unitless: bool, every: bool) -> str:
+def _measures_table(rows: Sequence[ComparedRow], unitless: bool, full: bool) -> str:
     names = shown_measures(rows)
-    most = names if every or any(row.published for row in rows) else main_measures(names)
-    left, names = len(names) - len(most), most
+    main = names if full or any(row.published for row in rows) else main_measures(names)
+    omitted, names = len(names) - len(main), main
     displays = {}
     for name in names:
         unit = next((row.measures[name]["unit"] for row in rows if name in row.measures), "")
@@ -217,18 +215,18 @@ def _measures_table(rows: Sequence[ComparedRow], unitless: bool, every: bool) ->
         displays[name] = format_of(name, unit, unitless).scale_to(largest)
     lines = [["", *(getattr(display, part) for display in displays.values())] for part in ("short", "unit")]
     lines += [[row.name, *(_compared_value(row, name, display) for name, display in displays.items())] for row in rows]
-    more = f"\n  {left} more with --all" if left else ""
-    return tables(lines) + more
+    hint = f"\n  {omitted} more with --all" if omitted else ""
+    return tables(lines) + hint
 
 
 def _compared_value(row: ComparedRow, name: str, display: NumberFormat) -> str:
     value = row.value(name)
     if value is None:
         return "-" + (MISSED if name in row.missed else "")
-    off = row.differences.get(name)
+    error = row.differences.get(name)
     # a published void fraction of none needs no difference
-    shown = f" ({_format_scaled(off, display, '+')})" if off is not None and row.published[name]["value"] else ""
-    return _format_scaled(value, display) + shown + (MISSED if name in row.missed else "")
+    bracket = f" ({_format_scaled(error, display, '+')})" if error is not None and row.published[name]["value"] else ""
+    return _format_scaled(value, display) + bracket + (MISSED if name in row.missed else "")
 
 
 def _format_scaled(value: float, display: NumberFormat, sign: str = "") -> str:
@@ -242,15 +240,15 @@ def _cost_table(rows: Sequence[ComparedRow]) -> str:
     words = [SHORT.get(name, name).replace("_", " ").rpartition(" ") for name in drifts]
     lines = [
         ["", "", *(of for of, _, _ in words), "particles", "steps", "us a particle-", "wall"],
-        ["", "", *(what for _, _, what in words), "", "", "step", ""],
+        ["", "", *(noun for _, _, noun in words), "", "", "step", ""],
     ]
     for row in rows:
         pace = row.cost.get("microseconds_per_particle_step")
         wall = row.cost.get("wall_seconds")
-        done = [_drift(row.conservation.get(name)) for name in drifts]
+        drift_cells = [_drift(row.conservation.get(name)) for name in drifts]
         counts = [str(row.cost.get(name, "-")) for name in ("particles", "steps")]
         costs = ["-" if pace is None else f"{pace:.3f}", "-" if wall is None else duration(wall)]
-        lines.append([row.name, row.status, *done, *counts, *costs])
+        lines.append([row.name, row.status, *drift_cells, *counts, *costs])
     return table(lines)
 
 
@@ -263,13 +261,13 @@ def gauge_table(overlay: Overlay) -> str:
     lines = [["gauge", "field", *overlay.differences]] if overlay.differences else []
     for column in dict.fromkeys(c for columns in overlay.differences.values() for c in columns):
         _, gauge, name = column.split(".", 2)
-        shown, scale = label_and_scale(name, overlay.unitless)
+        label, scale = label_and_scale(name, overlay.unitless)
         cells = []
         for columns in overlay.differences.values():
-            one = columns.get(column)
-            share = f" ({one.mean / one.exact_range:.1%})" if one and one.exact_range > 0.0 else ""
-            cells.append(f"{one.mean * scale:.3g}{share}" if one else "-")
-        lines.append([gauge, shown, *cells])
+            error = columns.get(column)
+            share = f" ({error.mean / error.exact_range:.1%})" if error and error.exact_range > 0.0 else ""
+            cells.append(f"{error.mean * scale:.3g}{share}" if error else "-")
+        lines.append([gauge, label, *cells])
     head = "Mean difference from the exact solution over the run (and of the exact range):"
     parts = ["", head, table(lines)] if lines else []
     return "\n".join([*parts, *(f"{name}: no exact solution: {why}" for name, why in overlay.without.items())])

@@ -74,11 +74,11 @@ class LineListener(SilentListener):
 
     def progress(self, progress: Progress) -> None:
         raise_noted()
-        share, now = progress.time / progress.end, wall.monotonic()
-        if share < self._share and now - self._said < EVERY_SECONDS:
+        share, clock = progress.time / progress.end, wall.monotonic()
+        if share < self._share and clock - self._said < EVERY_SECONDS:
             return
         self._share = max(self._share, (share // EVERY_SHARE + 1) * EVERY_SHARE)
-        self._said = now
+        self._said = clock
         say(f"{share:4.0%}  {status_text(progress, self._unit)}")
 
     def message(self, text: str) -> None:
@@ -88,12 +88,12 @@ class LineListener(SilentListener):
 def status_text(progress: Progress, unit: str) -> str:
     """Return one line with the progress of a run and the limit of its step."""
     drift = "" if progress.energy_drift is None else f", energy drift {1e2 * progress.energy_drift:+.1e} %"
-    left = time_left(progress)
-    remaining = f", {duration(left)} left" if left is not None else ""
+    seconds_left = time_left(progress)
+    note = f", {duration(seconds_left)} left" if seconds_left is not None else ""
     return (
         f"t = {quantity(progress.time, unit)}, step {progress.step}, "
         f"dt = {quantity(progress.dt, unit, 3)}, limited by {progress.criterion} in {progress.body}, "
-        f"{progress.steps_per_second:.0f} steps/s{drift}, {duration(progress.wall_seconds)} elapsed{remaining}"
+        f"{progress.steps_per_second:.0f} steps/s{drift}, {duration(progress.wall_seconds)} elapsed{note}"
     )
 
 
@@ -146,14 +146,14 @@ class BarListener(LineListener):
 
     def drawing(self, progress: Progress) -> Group:
         """Return the bar and its line."""
-        unit, left = self._unit, time_left(progress)
+        unit, seconds_left = self._unit, time_left(progress)
         bar = Table.grid(padding=(0, 1))
         bar.add_row(
             ProgressBar(total=progress.end, completed=progress.time, width=32),
             f"{progress.time / progress.end:4.0%}",
             f"t = {quantity(progress.time, unit)} of {quantity(progress.end, unit)}",
             Text(f"{duration(progress.wall_seconds)}", style="cyan"),
-            Text(f"{duration(left)} left" if left is not None else "", style="dim"),
+            Text(f"{duration(seconds_left)} left" if seconds_left is not None else "", style="dim"),
         )
         line = f"dt {quantity(progress.dt, unit, 3)} ({progress.criterion}, {progress.body})"
         line += f"   {progress.steps_per_second:.0f} steps/s"
@@ -171,8 +171,8 @@ class BarListener(LineListener):
 @contextmanager
 def shown_progress(case: Case, silent: bool) -> Iterator[Listener]:
     """Give the listener of a run, a progress bar on a terminal, lines elsewhere; interrupts are noted meanwhile."""
-    kind = BarListener if sys.stdout.isatty() else LineListener
-    listener = SilentListener() if silent or not is_first() else kind(case)
+    listener_type = BarListener if sys.stdout.isatty() else LineListener
+    listener = SilentListener() if silent or not is_first() else listener_type(case)
     listener.opening()
     try:
         with noted_interrupts():
@@ -208,8 +208,8 @@ def interrupt_notice(folder: Path | str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        begun = any(Path(folder).glob("checkpoint/*.h5")) and not (Path(folder) / "summary.json").exists()
-        if begun and is_first():
+        resumable = any(Path(folder).glob("checkpoint/*.h5")) and not (Path(folder) / "summary.json").exists()
+        if resumable and is_first():
             say(f"stopped before its summary; continue with: hvisph resume {folder}", err=True)
         raise
 
@@ -248,8 +248,8 @@ def _conservation(summary: Plain) -> str:
 def _unsettled(summary: Plain) -> str:
     """Return how many measures are not settled at the end; empty if all are."""
     sections = [summary, *(summary.get("layers") or []), summary.get("projectile") or {}, summary.get("cloud") or {}]
-    values = [one for part in sections for one in (part.get("measures") or {}).values() if one["value"] is not None]
-    changing = sum(one.get("settled") is False for one in values)
+    values = [m for part in sections for m in (part.get("measures") or {}).values() if m["value"] is not None]
+    changing = sum(m.get("settled") is False for m in values)
     return f"{changing} of {len(values)} measures are not settled: run longer" if changing else ""
 
 

@@ -45,20 +45,20 @@ def draw_setup(case: Case, path: str) -> Path:
     placed = placed_bodies(case)
     bodies = []
     for body in placed:
-        model, held = body.model, held_particles(case.clamped, body.name, body.positions)
+        model, clamped = body.model, held_particles(case.clamped, body.name, body.positions)
         shape = "of the run" if body.carried else model.shape.type
         label = f"{body.name}: {model.material.name or 'own material'}, {shape}"
         label += f", rigid, {model.rigid.words}" if model.rigid is not None else ""
-        bodies.append(DrawnBody(body.name, label, body.positions, body.breadth, body.mean_velocity, held))
+        bodies.append(DrawnBody(body.name, label, body.positions, body.breadth, body.mean_velocity, clamped))
     notes = []
     if case.start is not None:
         notes.append(f"start {case.start.words(number)}")
     contact = first_contact(placed)
     if contact is not None:
-        time, one, other = contact
-        shown = format_time(time) if case.units == "si" else f"{time:.4g}"
-        notes.append(f"first contact: {one} and {other} at {shown}")
-    notes += [f"{kind} {text}" for kind, text in condition_words(case) if kind.startswith(("moving", "load"))]
+        time, body_hit, partner = contact
+        instant = format_time(time) if case.units == "si" else f"{time:.4g}"
+        notes.append(f"first contact: {body_hit} and {partner} at {instant}")
+    notes += [f"{word} {text}" for word, text in condition_words(case) if word.startswith(("moving", "load"))]
     if case.gravity is not None and case.gravity.type == "sphere":
         notes.append(f"gravity {case.gravity.words(number)}")
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
@@ -94,18 +94,18 @@ def check(
     with computable():
         warnings = [*warnings_of(loaded), *contact_warnings(loaded), *advice(loaded)]
     with options.locate_errors(case), computable():
-        taken = estimate(loaded, threads)
+        estimates = estimate(loaded, threads)
         if picture is not None:
-            drawn = draw_setup(loaded, picture)
-            say(f"set-up drawn into {drawn}", err=True)
-    warnings += sparse({body.name: body.across for body in taken.bodies}, loaded.resolution)
+            file = draw_setup(loaded, picture)
+            say(f"set-up drawn into {file}", err=True)
+    warnings += sparse({body.name: body.across for body in estimates.bodies}, loaded.resolution)
     for warning in warnings:
         say(f"warning: {_tested(warning, case, settings or [], resolution)}", err=True)
     shock, reason = plane_shock(loaded)
     if as_json:
-        echo_json(_plain(loaded, taken, shock, reason))
+        echo_json(_plain(loaded, estimates, shock, reason))
     else:
-        say(_words(loaded, taken, shock, reason))
+        say(_words(loaded, estimates, shock, reason))
 
 
 def _tested(warning: str, case: str, settings: list[str], resolution: str | None) -> str:
@@ -114,82 +114,82 @@ def _tested(warning: str, case: str, settings: list[str], resolution: str | None
     if not line:
         return warning
     try:
-        chosen = shlex.split(line[0])[1::2]
-        spacing = None if any(one.startswith("resolution=") for one in chosen) else resolution
-        options.load(case, [*settings, *chosen], spacing)
+        advised = shlex.split(line[0])[1::2]
+        spacing = None if any(setting.startswith("resolution=") for setting in advised) else resolution
+        options.load(case, [*settings, *advised], spacing)
     except CaseError as error:
         return f"{text}; this case would refuse {line[0].strip()}: {error}"
     return warning
 
 
-def _plain(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> Plain:
+def _plain(case: Case, estimates: Estimate, shock: Impact | None, reason: str) -> Plain:
     facts = {name: getattr(case, name) for name in ("title", "kinematics", "resolution", "smoothing_length")}
-    facts |= {"formulation": case.formulation.type, "particles": taken.particles} | asdict(taken)
+    facts |= {"formulation": case.formulation.type, "particles": estimates.particles} | asdict(estimates)
     facts["regime"] = asdict(regime(case)) | {"words": regime(case).words}
     facts["plane_shock"] = {"reason": reason} if shock is None else asdict(shock)
     return facts
 
 
-def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> str:
+def _words(case: Case, estimates: Estimate, shock: Impact | None, reason: str) -> str:
     si = case.units == "si"
 
     def number(value: float, unit: str, digits: int = 4) -> str:
         return quantity(value, unit if si else "", digits)
 
-    about = "" if taken.counted else "about "
+    about = "" if estimates.counted else "about "
     rows = [("body", "material", "shape", "velocity", "particles")]
-    for body in taken.bodies:
+    for body in estimates.bodies:
         model = case.bodies[body.name]
         velocity = ", ".join(f"{v:g}" for v in model.velocity) + (" m/s" if si else "")
         velocity += "".join(f" + {field.type}" for field in model.initial_velocity)
         velocity = "of the run" if body.carried else velocity
-        across = f"{about}{body.particles}, {body.across} {'along' if case.dim == 1 else 'across'}"
-        rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, across))
+        filling = f"{about}{body.particles}, {body.across} {'along' if case.dim == 1 else 'across'}"
+        rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, filling))
     lines = [
         case.title or "untitled case",
         f"{KINEMATICS[case.kinematics].words}, {case.formulation.type} formulation, "
         f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
         "",
         table(rows),
-        *(paragraph(f"{body.name}: {_filling(body, case, number)}", indent=2, hanging=4) for body in taken.bodies),
+        *(paragraph(f"{body.name}: {_filling(body, case, number)}", indent=2, hanging=4) for body in estimates.bodies),
         "",
     ]
-    facts = [("particles", f"{about}{taken.particles}")]
+    facts = [("particles", f"{about}{estimates.particles}")]
     if case.start is not None:
         facts.append(("start", case.start.words(number)))
     if case.gravity is not None:
         weight = ", bodies under their weight" if case.overburden else ""
         weight += f", settled for {number(case.settle, 's')} before the start" if case.settle else ""
         facts.append(("gravity", case.gravity.words(number) + weight))
-    facts += _rigid(case, taken)
+    facts += _rigid(case, estimates)
     facts += condition_words(case)
     if case.start is None:
-        kind = regime(case)
-        facts.append(("regime", kind.words))
+        impact = regime(case)
+        facts.append(("regime", impact.words))
         if text := tears(case):
             facts.append(("", text))
-        if known := experience(case, kind):
-            facts.append(("validation", known))
+        if validated := experience(case, impact):
+            facts.append(("validation", validated))
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:
         pair = impact_pair(case)
         assert pair is not None
         interface = number(shock.interface_velocity, "m/s")
-        speeds = [number(one.shock_speed, "m/s") for one in (shock.projectile, shock.target)]
+        speeds = [number(side.shock_speed, "m/s") for side in (shock.projectile, shock.target)]
         text = f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {pair.first} on {pair.second} "
         text += f"at {number(pair.velocity, 'm/s')}; interface at {interface} relative to {pair.second}"
         into = f"into {pair.first}, {speeds[1]} into {pair.second}, relative to the material ahead of each"
         facts += [("plane shock", text), ("", f"shock speeds {speeds[0]} {into}")]
-    threads = of_cores(taken.threads, available_threads())
+    threads = of_cores(estimates.threads, available_threads())
     loops, seconds = compilation()
-    before = f"after compiling {loops} loops, about {duration(seconds)}" if loops else "all loops are in the cache"
+    compiling = f"after compiling {loops} loops, about {duration(seconds)}" if loops else "all loops are in the cache"
     fewer = ", fewer once late stages begin" if any(stage.at == "auto" for stage in case.late) else ""
     facts += [
-        ("steps", f"about {float(f'{taken.steps:.2g}'):.0f} to t = {number(case.time.end, 's')}{fewer}"),
-        ("time", f"about {duration(taken.seconds)} on {threads}; {before}"),
-        ("memory", f"about {size(taken.memory)}"),
-        ("disk", f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})"),
+        ("steps", f"about {float(f'{estimates.steps:.2g}'):.0f} to t = {number(case.time.end, 's')}{fewer}"),
+        ("time", f"about {duration(estimates.seconds)} on {threads}; {compiling}"),
+        ("memory", f"about {size(estimates.memory)}"),
+        ("disk", f"about {size(estimates.disk)} in {estimates.snapshots} snapshots ({', '.join(case.output.formats)})"),
     ]
     if is_single(case):
         gain = f"a step takes about {SINGLE_PRECISION[case.formulation.type]:g} of the time"
@@ -201,10 +201,10 @@ def _words(case: Case, taken: Estimate, shock: Impact | None, reason: str) -> st
     return "\n".join([*lines, table(facts)])
 
 
-def _rigid(case: Case, taken: Estimate) -> list[tuple[str, str]]:
+def _rigid(case: Case, estimates: Estimate) -> list[tuple[str, str]]:
     """Return motion, mass and moments of inertia of rigid bodies, of large cases the motion alone."""
     rigid = {name: body.rigid for name, body in case.bodies.items() if body.rigid is not None}
-    if not (rigid and taken.counted):
+    if not (rigid and estimates.counted):
         return [("rigid body", f"{name}, {body.words}") for name, body in rigid.items()]
     return [
         ("rigid body", f"{body.name}, {describe_rigid(case, body, material_of(body.model.material, 0.0))}")
@@ -221,9 +221,9 @@ def _fit_residuals(case: Case, number: Format, unit: str) -> list[tuple[str, str
         if eos.type == "mie_gruneisen" and eos.us_up:
             c0, s1, s2, s3 = eos.hugoniot
             curve = f" {s2:+.4g} up^2/Us {s3:+.4g} up^3/Us^2" if eos.us_up_order > 1 else ""
-            left = ", ".join(f"{one:+.3g}" for one in eos.residuals)
+            residuals = ", ".join(f"{residual:+.3g}" for residual in eos.residuals)
             line = f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up{curve}, {len(eos.us_up)} points"
-            facts += [("Hugoniot", line), ("", f"measured less fitted: {left}{unit}")]
+            facts += [("Hugoniot", line), ("", f"measured less fitted: {residuals}{unit}")]
     return facts
 
 
@@ -254,5 +254,5 @@ def _shape(body: Body, number: Format) -> str:
     sizes = " x ".join(number(side, "m") for side in dict.fromkeys(body.shape.extent()))
     if body.shape.type == "box":
         sizes = " x ".join(number(side, "m") for side in body.shape.size)
-    own = f", dx = {number(body.resolution, 'm')}" if body.resolution else ""
-    return f"{body.shape.type} {sizes}, {body.arrangement}{own}".replace(" ,", ",")
+    spacing = f", dx = {number(body.resolution, 'm')}" if body.resolution else ""
+    return f"{body.shape.type} {sizes}, {body.arrangement}{spacing}".replace(" ,", ",")

@@ -36,7 +36,7 @@ def compare(
     gauges: Path | None = option(
         "--gauges FILE", "Draw all gauges, in 1D with the exact solution and a table of differences.", None
     ),
-    every: bool = option("--all", "Show all measures, not only the main ones.", False),
+    all_measures: bool = option("--all", "Show all measures, not only the main ones.", False),
     force: bool = option("--force", "Run all cases again.", False),
     quiet: options.QuietOption = False,
     as_json: options.JsonOption = False,
@@ -47,35 +47,35 @@ def compare(
     """
     if field is not None and picture is None:
         raise CaseError("needs --picture FILE, which it colours", where="--field")
-    chosen = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
-    if picture is not None and any(entry.case is not None for entry in chosen):
+    run_entries = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
+    if picture is not None and any(entry.case is not None for entry in run_entries):
         _refuse_picture(picture, field)
     if gauges is not None:
         options.refuse_format(gauges, "--gauges")
-    _complete(chosen, threads, force, quiet or as_json)
-    rows = [row(entry.name, entry.folder) for entry in chosen]
-    folders = {entry.name: entry.folder for entry in chosen}
+    _complete(run_entries, threads, force, quiet or as_json)
+    rows = [row(entry.name, entry.folder) for entry in run_entries]
+    folders = {entry.name: entry.folder for entry in run_entries}
     if picture is not None:
         draw_last_states(folders, picture, field or "pressure")
     overlaid = None if gauges is None else overlay(folders)
     if overlaid is not None and gauges is not None:
         curves_picture(overlaid.panels, gauges, title="Gauges", unitless=overlaid.unitless)
     if as_json:
-        plain: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
+        content: Plain = {"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)}
         if overlaid is not None:
-            plain["gauges"] = {
-                name: {column: asdict(one) for column, one in columns.items()}
+            content["gauges"] = {
+                name: {column: asdict(difference) for column, difference in columns.items()}
                 for name, columns in overlaid.differences.items()
             }
-        echo_json(plain)
+        echo_json(content)
     elif not quiet:
-        unitless = any(_unitless(entry) for entry in chosen)
-        show(comparison_tables(rows, unitless, every))
+        unitless = any(_unitless(entry) for entry in run_entries)
+        show(comparison_tables(rows, unitless, all_measures))
         if overlaid is not None:
             say(gauge_table(overlaid))
-        for drawn in (picture, gauges):
-            if drawn is not None:
-                say(f"\n{drawn}")
+        for file in (picture, gauges):
+            if file is not None:
+                say(f"\n{file}")
     failed = [r.name for r in rows if r.status == "failed"]
     if failed:
         say(f"error: failed: {', '.join(failed)}", err=True, red=True)
@@ -91,9 +91,9 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
         )
 
 
-def _complete(chosen: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:
+def _complete(run_entries: Sequence[Entry], threads: int | None, force: bool, silent: bool) -> None:
     """Run the cases without results; an interrupt ends the command."""
-    todo = [entry for entry in chosen if entry.case is not None and (force or not is_run(entry))]
+    todo = [entry for entry in run_entries if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
     for number, entry in enumerate(todo, 1):

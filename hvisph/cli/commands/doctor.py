@@ -122,7 +122,7 @@ def _words(facts: Plain) -> str:
     if facts["cache_folder"] and not facts["cache_writable"]:
         cache += " (read-only)"
     result = "passed" if test["passed"] else f"FAILED: {test['reason']}"
-    made = "from the cache" if test["cached"] else "compiled"
+    origin = "from the cache" if test["cached"] else "compiled"
     rows = [
         ("hvisph", facts["hvisph"]),
         ("python", f"{facts['python']} ({facts['executable']})"),
@@ -131,6 +131,6 @@ def _words(facts: Plain) -> str:
         ("cores", f"{facts['cores']}, {facts['threads']} threads usable"),
         ("memory", f"{size(facts['memory_bytes'])}, {size(facts['free_memory_bytes'])} free"),
         ("cache", cache),
-        ("self test", f"{result} ({made} in {duration(test['seconds'])}, {test['threads']} threads)"),
+        ("self test", f"{result} ({origin} in {duration(test['seconds'])}, {test['threads']} threads)"),
     ]
     return table(rows, indent=0)

@@ -51,9 +51,9 @@ def _list(files: dict[str, Path], as_json: bool) -> None:
 
 def _copy(files: dict[str, Path], folder: Path) -> None:
     targets = {path: folder / f"{name}.yaml" for name, path in files.items()}
-    there = [target for target in targets.values() if target.exists()]
-    if there:
-        raise CaseError(f"{there[0]} exists; nothing was copied", where="--copy")
+    existing = [target for target in targets.values() if target.exists()]
+    if existing:
+        raise CaseError(f"{existing[0]} exists; nothing was copied", where="--copy")
     for path, target in targets.items():
         with write_errors(target):
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -71,10 +71,10 @@ def schema(
     """Print a JSON schema, or write them into a folder."""
     if name is not None and name not in NAMES:
         raise CaseError(f"unknown schema '{name[:64]}'{suggest_nearest(name[:64], NAMES)}")
-    chosen = [f"{each}.schema.json" for each in (NAMES if name is None and write else (name or "case",))]
-    texts = {file: (data_folder("schemas") / file).read_text(encoding="utf-8") for file in chosen}
+    files = [f"{schema_name}.schema.json" for schema_name in (NAMES if name is None and write else (name or "case",))]
+    texts = {file: (data_folder("schemas") / file).read_text(encoding="utf-8") for file in files}
     if write is None:
-        say(texts[chosen[0]], nl=False)
+        say(texts[files[0]], nl=False)
         return
     for file, text in texts.items():
         with write_errors(write / file):
@@ -100,7 +100,7 @@ def help(
     try:
         lines = explain("" if word == "case" else word).splitlines()
     except CaseError as error:
-        unknown = error
+        failure = error
     else:
         texts = [
             "\n".join(paragraph(line.strip(), len(line) - len(line.lstrip()), 6) for line in lines if line.strip())
@@ -108,17 +108,17 @@ def help(
     if not texts or "." not in word:
         texts += filter(None, [_places(word, commands)])
     if not texts and "." in word:
-        raise unknown
+        raise failure
     if not texts:
         close = nearest_names(word, commands)
-        near = f"; similar: {', '.join(close)}" if close else ""
-        raise CaseError(f"nothing is called '{word[:64]}'{near}")
+        similar = f"; similar: {', '.join(close)}" if close else ""
+        raise CaseError(f"nothing is called '{word[:64]}'{similar}")
     say("\n\n".join(texts))
 
 
 def _places(word: str, commands: Sequence[tuple[str, str]]) -> str:
     """Return the places of a word as a table; empty without any."""
     places = search(word, commands)
-    keys = [one.name.replace(".type: ", ".") for one in places if one.kind in ("key", "value")]
-    text = table([[one.kind, one.name, shorten(" ".join(one.text.split()), 160)] for one in places], indent=0)
+    keys = [place.name.replace(".type: ", ".") for place in places if place.kind in ("key", "value")]
+    text = table([[place.kind, place.name, shorten(" ".join(place.text.split()), 160)] for place in places], indent=0)
     return text + (f"\n\nmore: hvisph help {keys[0]}" if keys else "")

@@ -41,9 +41,9 @@ def measure(
     """Measure a run: crater, penetration, pressures, plug, fragments; at one time or over time."""
     _refuse(at, fragments, smallest, plot)
     moment = at if at in (None, "all") else parse_option(at, "TIME", "--at", ", or all")
-    along = None if plane is None else parse_option(plane, "LENGTH", "--plane")
-    chosen = "all" if plot is not None else moment
-    measured = measure_source(source, chosen, names=_names(field or []), units=_units(units), witness=along)
+    plane_position = None if plane is None else parse_option(plane, "LENGTH", "--plane")
+    moments = "all" if plot is not None else moment
+    measured = measure_source(source, moments, names=_names(field or []), units=_units(units), witness=plane_position)
     if isinstance(moment, float) and abs(measured.time - moment) > FAR * max(abs(moment), measured.time):
         say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
     if csv is not None:
@@ -77,13 +77,13 @@ def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | 
 
 def _names(fields: list[str]) -> dict[str, str]:
     """Return the file's name of each quantity, from `--field`."""
-    chosen = {}
+    names = {}
     for text in fields:
         quantity, equals, name = text.partition("=")
         if not (quantity.strip() and equals and name.strip()):
             raise CaseError(f"'{text}' is no QUANTITY=NAME, such as density=rho", where="--field")
-        chosen[quantity.strip().replace(" ", "_").replace("-", "_")] = name.strip()
-    return chosen
+        names[quantity.strip().replace(" ", "_").replace("-", "_")] = name.strip()
+    return names
 
 
 def _units(text: str) -> tuple[float, float, float] | None:
@@ -95,7 +95,7 @@ def _units(text: str) -> tuple[float, float, float] | None:
         raise CaseError(f"'{text}' is no length, mass and time, such as mm,g,us", where="--units")
     remedy, kinds = "; give length, mass and time, such as mm,g,us", ("LENGTH", "MASS", "TIME")
     length, mass, time = (
-        parse_option(f"1 {part}", kind, "--units", remedy) for part, kind in zip(parts, kinds, strict=True)
+        parse_option(f"1 {part}", dimension, "--units", remedy) for part, dimension in zip(parts, kinds, strict=True)
     )
     return length, mass, time
 
@@ -114,51 +114,51 @@ def _measures(source: str, measured: Measures, at: str | None) -> str:
     case = case_of_run(Path(source))
     expected = _compare_expected(case, measured) if at is None else []
     time = quantity(measured.time, "" if measured.unitless else "s")
-    plain, unitless = measured.as_dict(), measured.unitless
+    content, unitless = measured.as_dict(), measured.unitless
     parts = (
-        results_table(plain["measures"], expected, unitless, variants=True),
-        sections_table(plain, unitless, variants=True),
-        bodies_table(plain, unitless),
+        results_table(content["measures"], expected, unitless, variants=True),
+        sections_table(content, unitless, variants=True),
+        bodies_table(content, unitless),
     )
-    shown = "\n\n".join(part for part in parts if part)
+    text = "\n\n".join(part for part in parts if part)
     head = f"{measured.answer}\n\n" if measured.answer else ""
-    return f"t = {time}, step {measured.step}\n\n{head}{shown}"
+    return f"t = {time}, step {measured.step}\n\n{head}{text}"
 
 
 def _compare_expected(case: Case | None, measured: Measures) -> list[Plain]:
     """Return the comparison with the expected values of the case at its end; none before."""
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []
-    known = {name: entry for name, entry in case.expected.items() if name in measured.results}
-    return compare_expected(measured.results, known.items())
+    comparable = {name: entry for name, entry in case.expected.items() if name in measured.results}
+    return compare_expected(measured.results, comparable.items())
 
 
 def _series(series: Sequence[Measures], unitless: bool) -> str:
     """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
-    shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
-    names = [name for name in shown[0] if any(cells[name].value != "-" for cells in shown)]
+    moments = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
+    names = [name for name in moments[0] if any(cells[name].value != "-" for cells in moments)]
     first = ["t", *times([moment.time for moment in series], "" if unitless else "s")]
     blocks: list[list[list[str]]] = []
     width = SCREEN
     for name in names:
-        values = [cells[name].value for cells in shown]
-        heading = textwrap.wrap(shown[0][name].label, HEADING)
+        values = [cells[name].value for cells in moments]
+        heading = textwrap.wrap(moments[0][name].label, HEADING)
         column = [*heading, *([] if unitless else [_unit(values)]), *(value.split(" ")[0] for value in values)]
-        own = max(map(len, column)) + 2
-        if width + own > SCREEN:
+        column_width = max(map(len, column)) + 2
+        if width + column_width > SCREEN:
             blocks.append([first])
             width = max(map(len, first)) + 4  # with the indent
         blocks[-1].append(column)
-        width += own
+        width += column_width
     return "\n\n".join(table(_lines(block)) for block in blocks)
 
 
 def _lines(columns: list[list[str]]) -> list[list[str]]:
     """Return the rows of columns that are aligned at their ends; the first column has its head in the first row."""
-    first, *others = columns
-    height = max(map(len, others))
+    first, *columns_right = columns
+    height = max(map(len, columns_right))
     padded = [[first[0], *[""] * (height - len(first)), *first[1:]]]
-    padded += [[*[""] * (height - len(column)), *column] for column in others]
+    padded += [[*[""] * (height - len(column)), *column] for column in columns_right]
     return [list(line) for line in zip(*padded, strict=True)]
 
 

@@ -44,12 +44,12 @@ class Drawing:
 
     def look(self, moments: list[Moment]) -> Look:
         """Return colours and view of `moments`; raises `CaseError` for options without a meaning."""
-        turned: Any = self.view or usual_view(moments[0])
+        view: Any = self.view or usual_view(moments[0])
         if self.view and self.view not in VIEWS:
-            numbers = _numbers(turned, "--view") if turned[:1] in "-+.0123456789" else ()
+            numbers = _numbers(view, "--view") if view[:1] in "-+.0123456789" else ()
             if len(numbers) != 2:
-                raise CaseError(f"'{turned}' is no view{suggest_nearest(turned, list(VIEWS))}", where="--view")
-            turned = numbers
+                raise CaseError(f"'{view}' is no view{suggest_nearest(view, list(VIEWS))}", where="--view")
+            view = numbers
         limits = _numbers(self.ends, "--range") if self.ends else None
         if limits is not None and (len(limits) != 2 or not limits[0] < limits[1]):
             raise CaseError("needs a lower and a higher value, such as 0,3000", where="--range")
@@ -58,28 +58,28 @@ class Drawing:
             if len(enlarged) not in (1, 4) or (len(enlarged) == 1 and enlarged[0] <= 0.0):
                 raise CaseError("needs one factor above 0, or left,right,bottom,top", where="--zoom")
             enlarged = enlarged[0] if len(enlarged) == 1 else enlarged
-        return Look(self.field, limits, self.log, turned, self.mirror, enlarged)
+        return Look(self.field, limits, self.log, view, self.mirror, enlarged)
 
 
 @shared
 def plot(
-    how: Drawing,
+    drawing: Drawing,
     runs: list[str] = argument("RUN...", "Folders of runs, or snapshots."),
     at: str | None = option("--at TIMES", "Times, such as 2us,4us; the last unless given.", None),
     out: Path | None = option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.", None),
 ) -> None:
     """Draw all particles at one or several times, of one or several runs, in one picture."""
-    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, how.names)]
+    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, drawing.names)]
     first = Path(runs[0])
     target = out or (first if first.is_dir() else first.parent) / "plot.png"
-    path = view_picture(moments, target, how.look(moments))
-    if not how.quiet:
+    path = view_picture(moments, target, drawing.look(moments))
+    if not drawing.quiet:
         typer.echo(str(path))
 
 
 @shared
 def animate(
-    how: Drawing,
+    drawing: Drawing,
     run: str = argument("RUN", "Folder of a run."),
     out: Path = option("--out, -o FILE", "gif, mp4, or html for a player."),
     seconds: float = option("--seconds", "Duration of the animation [s].", 6.0, min=0.1),
@@ -88,9 +88,9 @@ def animate(
     if out.suffix.lower() in (".html", ".htm"):
         path = build([run], out)
     else:
-        moments = shown_moments(Path(run), "all", False, how.names)
-        path = draw(moments, out, how.look(moments), seconds)
-    if not how.quiet:
+        moments = shown_moments(Path(run), "all", False, drawing.names)
+        path = draw(moments, out, drawing.look(moments), seconds)
+    if not drawing.quiet:
         typer.echo(str(path))
 
 
@@ -115,11 +115,11 @@ def gauges(
 ) -> None:
     """Draw the gauges of a run: one panel per field, one line per gauge."""
     folder = Path(run)
-    made = overlay({folder.name: folder}, exact)
-    for reason in made.without.values():
+    overlaid = overlay({folder.name: folder}, exact)
+    for reason in overlaid.without.values():
         raise CaseError(f"there is no exact solution to draw: {reason}", where="--exact")
     title = load_case(folder / "case.yaml").title
-    say(str(curves_picture(made.panels, out or folder / "gauges.png", title=title, unitless=made.unitless)))
+    say(str(curves_picture(overlaid.panels, out or folder / "gauges.png", title=title, unitless=overlaid.unitless)))
 
 
 def report(
@@ -137,8 +137,8 @@ def report(
         path = build(runs, out)
     else:
         stands = driver(folder)
-        results, shown, record = stands.conclude(), rows(folder, stands.members), stands.sweep.record
-        table = table_rows(shown, record)
-        path = sweep_report(folder.path, stands.title, results, shown, table, out, record=record, each=each)
+        results, members, record = stands.conclude(), rows(folder, stands.members), stands.sweep.record
+        table = table_rows(members, record)
+        path = sweep_report(folder.path, stands.title, results, members, table, out, record=record, each=each)
     if not quiet:
         say(str(path))

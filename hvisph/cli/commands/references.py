@@ -32,25 +32,25 @@ def correlations(
 ) -> None:
     """Evaluate the empirical correlations whose range covers a case: crater, hole, shields, soil, rock, explosives."""
     loaded = options.load(case, settings, resolution)
-    known, reason = correlations_of(loaded)
+    valid, reason = correlations_of(loaded)
     if as_json:
-        echo_json({"correlations": [asdict(one) for one in known], "reason": reason})
+        echo_json({"correlations": [asdict(correlation) for correlation in valid], "reason": reason})
         return
     typer.echo(loaded.title or case)
-    typer.echo(correlations_text([asdict(one) for one in known], reason))
+    typer.echo(correlations_text([asdict(correlation) for correlation in valid], reason))
 
 
-def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
+def correlations_text(valid: list[dict[str, object]], reason: str = "") -> str:
     """Return correlations in their plain form as text."""
-    if not known:
+    if not valid:
         return f"no correlation holds here{f': {reason}' if reason else ': all are out of their range'}"
     lines = [("correlation", "", "", "")]
-    for one in known:
-        value = one["value"]
+    for correlation in valid:
+        value = correlation["value"]
         assert isinstance(value, float)
-        unit, factor = (str(one["unit"]), 1.0) if one["unit"] != "m" else axis_unit("mm", [value])
-        what = f"{one['name']}: {one['quantity']}"
-        lines.append((what, f"{factor * value:.2f} {unit}", str(one["text"]), str(one["source"])))
+        unit, factor = (str(correlation["unit"]), 1.0) if correlation["unit"] != "m" else axis_unit("mm", [value])
+        heading = f"{correlation['name']}: {correlation['quantity']}"
+        lines.append((heading, f"{factor * value:.2f} {unit}", str(correlation["text"]), str(correlation["source"])))
     return table(lines)
 
 
@@ -74,9 +74,9 @@ def exact(
         echo_json({"folder": str(folder), "files": [path.name for path in files], "gauges": gauges})
         return
     say(loaded.title or case)
-    kind = "barotropic layers" if solution.barotropic else "elastic-plastic plates"
-    kind += f", waves down to {solution.tracked.weakest:.1g} of the strongest"
-    say(f"exact: {kind}; {len(solution.tracked.fronts)} pieces of fronts")
+    problem = "barotropic layers" if solution.barotropic else "elastic-plastic plates"
+    problem += f", waves down to {solution.tracked.weakest:.1g} of the strongest"
+    say(f"exact: {problem}; {len(solution.tracked.fronts)} pieces of fronts")
     left_out = [name for name, gauge in loaded.gauges.items() if gauge.type == "fixed"]
     if left_out:
         say(f"left out, being fixed in space: {', '.join(left_out)}")
@@ -139,15 +139,15 @@ def materials(
     name: str | None = argument("NAME", "Material to print; all materials are listed unless given.", None),
     plot: Path | None = option("--plot FILE", "Draw Hugoniot, release and strength of NAME into FILE.", None),
     compare: list[str] | None = option("--compare OTHER", "Compare with another material. Repeatable.", None),
-    own: list[Path] | None = option("--file FILE", "File or folder of your own materials.", None),
+    files: list[Path] | None = option("--file FILE", "File or folder of your own materials.", None),
     as_json: options.JsonOption = False,
 ) -> None:
     """List the material library, or print one material with its numbers, sources and derived values."""
-    known = library_of(tuple(own or ()))
+    library = library_of(tuple(files or ()))
     if name is None:
         if plot or compare:
             raise CaseError("--plot and --compare need the name of a material")
-        loaded = {key: known.load(key) for key in known.names()}
+        loaded = {key: library.load(key) for key in library.names()}
         if as_json:
             echo_json([material.model_dump(mode="json") for material in loaded.values()])
             return
@@ -156,24 +156,24 @@ def materials(
             rows.append((key, f"{material.density:g}", material.eos.type, material.strength.type, material.damage.type))
         say(table(rows, indent=0))
         return
-    names = [known.name_of(each) for each in (name, *(compare or ()))]
-    models = [known.load(each) for each in names]
+    names = [library.name_of(part) for part in (name, *(compare or ()))]
+    models = [library.load(part) for part in names]
     if as_json:
-        shown = [model.model_dump(mode="json") for model in models]
-        echo_json(shown[0] if len(shown) == 1 else shown)
+        content = [model.model_dump(mode="json") for model in models]
+        echo_json(content[0] if len(content) == 1 else content)
     elif compare:
         say(_comparison(models))
     else:
-        say(_sheet(known, names[0], models[0]))
+        say(_sheet(library, names[0], models[0]))
     if plot is not None:
-        say(f"wrote {material_sheet.picture(models, plot, known.notes(names[0]))}", err=True)
+        say(f"wrote {material_sheet.picture(models, plot, library.notes(names[0]))}", err=True)
 
 
-def _sheet(known: Library, name: str, model: Material) -> str:
+def _sheet(library: Library, name: str, model: Material) -> str:
     """Return numbers, sources and derived properties as text."""
-    notes = known.notes(name)
-    left = {"name", "source"} if notes.sources else {"name"}  # sources of the numbers are listed below
-    lines = ["# SI units", dump(model.model_dump(mode="json", exclude=left), width=80).rstrip()]
+    notes = library.notes(name)
+    omitted = {"name", "source"} if notes.sources else {"name"}  # sources of the numbers are listed below
+    lines = ["# SI units", dump(model.model_dump(mode="json", exclude=omitted), width=80).rstrip()]
     if notes.aliases:
         lines.append(f"# also called {', '.join(notes.aliases)}")
     if notes.note:
@@ -190,49 +190,49 @@ def _sheet(known: Library, name: str, model: Material) -> str:
     rows = material_sheet.hugoniot(model)
     if rows:
         lines += ["", "states behind shocks, without strength"]
-        shown = [("up", "Us", "pressure", "density", "temperature")]
+        states = [("up", "Us", "pressure", "density", "temperature")]
         for u, speed, pressure, density, heat in rows:
             kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
-            shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
-        lines.append(table(shown))
-    for points, whose in notes.hugoniot_points:
-        beside = material_sheet.compare_hugoniot(model, points)
-        if beside:
+            states.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
+        lines.append(table(states))
+    for points, author in notes.hugoniot_points:
+        pairs = material_sheet.compare_hugoniot(model, points)
+        if pairs:
             words = (
-                f"compared with {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s: the computed shock speed "
-                f"(that of the last wave) is {_format_deviation(beside)}"
+                f"compared with {author} from {pairs[0][0]:g} to {pairs[-1][0]:g} m/s: the computed shock speed "
+                f"(that of the last wave) is {_format_deviation(pairs)}"
             )
             if model.strength.type != "none":
                 fluid = material_sheet.compare_hugoniot(model, points, strength=False)
                 words += f"; without strength {_format_deviation(fluid)}"
-            bins = material_sheet.worst_bin(beside) if points == notes.hugoniot else None
+            bins = material_sheet.worst_bin(pairs) if points == notes.hugoniot else None
             if bins is not None:
-                off, where, scatter = bins
+                error, place, scatter = bins
                 words += (
-                    f". Averaged over bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
+                    f". Averaged over bins of five points it is {error:+.1f} % off at most, at {place:.0f} m/s; single "
                     f"points scatter by {scatter:.1f} % about the mean of their bin"
                 )
             lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks
-        other = f"; outside use {notes.beyond}" if notes.beyond else ""
+        alternative = f"; outside use {notes.beyond}" if notes.beyond else ""
         lines += [
             "",
-            paragraph(f"within 2 % of measured shocks from {low:g} to {high:g} m/s of particle velocity{other}"),
+            paragraph(f"within 2 % of measured shocks from {low:g} to {high:g} m/s of particle velocity{alternative}"),
         ]
     elif notes.beyond:
         lines += ["", paragraph(f"within 2 % of measured shocks nowhere; for shocks use {notes.beyond}")]
     return "\n".join(lines)
 
 
-def _format_deviation(beside: Sequence[tuple[float, float, float]]) -> str:
+def _format_deviation(comparison: Sequence[tuple[float, float, float]]) -> str:
     """Return how far shock speeds are off measured ones, in words."""
-    apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
-    if not apart:
+    errors = [100.0 * (computed / measured - 1.0) for _, measured, computed in comparison]
+    if not errors:
         return "unknown"
-    spread = (sum(value**2 for value in apart) / len(apart)) ** 0.5
-    mean = sum(apart) / len(apart)
-    return f"{mean:+.1f} % off in the mean, {spread:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"
+    spread = (sum(value**2 for value in errors) / len(errors)) ** 0.5
+    mean = sum(errors) / len(errors)
+    return f"{mean:+.1f} % off in the mean, {spread:.1f} % in root mean square, {max(errors, key=abs):+.1f} % at most"
 
 
 def _comparison(models: list[Material]) -> str:
@@ -241,6 +241,6 @@ def _comparison(models: list[Material]) -> str:
     rows = [("", *(model.name for model in models))]
     rows.append(("density", *(f"{model.density:g} kg/m^3" for model in models)))
     rows += [(part, *(getattr(model, part).type for model in models)) for part in ("eos", "strength", "damage")]
-    keys = dict.fromkeys(key for each in columns for key in each)
-    rows += [(key, *(quantity(*each[key]) if key in each else "" for each in columns)) for key in keys]
+    keys = dict.fromkeys(key for column in columns for key in column)
+    rows += [(key, *(quantity(*column[key]) if key in column else "" for column in columns)) for key in keys]
     return table(rows, indent=0)

@@ -67,7 +67,7 @@ WIDTH = 55
 
 def watch(
     folder: Path = argument("RUN", "Folder of a run, under way or ended."),
-    every: float = option("--every S", "Seconds between updates.", 2.0, min=0.2),
+    interval: float = option("--every S", "Seconds between updates.", 2.0, min=0.2),
     once: bool = option("--once", "Print the present state and exit.", False),
     picture: Path | None = option("--picture FILE", "Draw the newest state at every update.", None),
 ) -> None:
@@ -76,21 +76,21 @@ def watch(
         raise CaseError(f"there is no run at {folder}")
     if picture is not None:
         options.refuse_format(picture, "--picture")
-    drawn, said = -1, ""
+    pictured, text_before = -1, ""
     while True:
         text, ended, snapshots = _look(folder)
-        if text != said:
+        if text != text_before:
             if not once and sys.stdout.isatty():
                 typer.echo("\x1b[2J\x1b[H", nl=False)
             typer.echo(text)
-            said = text
-        if picture is not None and snapshots > drawn:
+            text_before = text
+        if picture is not None and snapshots > pictured:
             moments = shown_moments(folder, None, False)
             view_picture(moments, picture, Look(view=usual_view(moments[0])))
-            drawn = snapshots
+            pictured = snapshots
         if once or ended:
             return
-        time.sleep(every)
+        time.sleep(interval)
 
 
 def _look(folder: Path) -> tuple[str, bool, int]:

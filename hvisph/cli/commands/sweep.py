@@ -55,10 +55,10 @@ class WorkerOptions:
         if self.dask is not None:
             client = clusters.connect(self.dask)
             return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options, tell)
-        kind, workers = str(self.cluster), self.workers or 1
+        scheduler, workers = str(self.cluster), self.workers or 1
 
         def launch(folder: Any, threads: int, options: Any) -> Any:
-            return clusters.DaskCrew(folder, clusters.launch(kind, workers, threads), threads, options, tell)
+            return clusters.DaskCrew(folder, clusters.launch(scheduler, workers, threads), threads, options, tell)
 
         return launch
 
@@ -87,17 +87,17 @@ def sweep(
     dry: bool = option("--dry-run", "List the cases and run nothing.", False),
     table: bool = option("--table", "Show the state of the sweep and run nothing.", False),
     work: bool = option("--worker", "Work on the sweep as one more worker, as in a job array.", False),
-    wanted: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
+    presence: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
 ) -> None:
     """Run a parameter study and tabulate its measures; the command continues an interrupted study.
 
     Exit codes: 0 all done and as expected, 1 missed an expectation or a limit, 2 invalid input, 3 a case failed,
     130 interrupted.
     """
-    chosen = Selection.parse(only)
+    selection = Selection.parse(only)
     how.refuse()
     if work:
-        _work(source, how.threads, chosen, wanted)
+        _work(source, how.threads, selection, presence)
     elif dry:
         _list(source, how.as_json)
     elif table:
@@ -168,13 +168,13 @@ def ballistic_limit(
         "event": {"measure": measure, "threshold": threshold},
     }
     varied |= {"longest": longest} if longest else {}
-    varied |= {"resolutions": [one.strip() for one in resolutions.split(",")]} if resolutions else {}
+    varied |= {"resolutions": [spacing.strip() for spacing in resolutions.split(",")]} if resolutions else {}
     varied |= {"fit": fit} if fit else {}
     fixed = [*(settings or ()), *([f"resolution={resolution}"] if resolution else ())]
     _study(how, "ballistic-limit", case, fixed, varied)
 
 
-def _study(how: SweepOptions, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
+def _study(how: SweepOptions, command: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
     """Run a sweep that a command describes, and print its results."""
     how.refuse()
     fixed = {}
@@ -183,7 +183,7 @@ def _study(how: SweepOptions, kind: str, case: str, settings: list[str] | None, 
         if not equals:
             raise CaseError("a setting looks like time.end=2us", where="--set")
         fixed[path.strip()] = plain(value)
-    folder = begin({"case": case, "set": fixed, "vary": vary}, how.out or SWEEPS / f"{kind}-{Path(case).stem}")
+    folder = begin({"case": case, "set": fixed, "vary": vary}, how.out or SWEEPS / f"{command}-{Path(case).stem}")
     go(folder, how)
     _show(folder, how)
 
@@ -193,19 +193,19 @@ def _bounds(text: str) -> tuple[str, str]:
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != 2:
         raise CaseError(f"'{text}': two values with a comma between, such as 200,900m/s", where="--bracket")
-    (low, unit), (high, other) = (split("--bracket", part) for part in parts)
-    return f"{low:g} {unit or other}".strip(), f"{high:g} {other}".strip()
+    (low, unit), (high, common_unit) = (split("--bracket", part) for part in parts)
+    return f"{low:g} {unit or common_unit}".strip(), f"{high:g} {common_unit}".strip()
 
 
 def _sixteenth(low: str, high: str) -> str:
-    (a, unit), (b, other) = split("--bracket", low), split("--bracket", high)
-    if unit != other:
+    (a, unit), (b, unit_high) = split("--bracket", low), split("--bracket", high)
+    if unit != unit_high:
         raise CaseError("give --tolerance, or both values in the same unit", where="--bracket")
     return f"{abs(b - a) / 16:.12g} {unit}".strip()
 
 
-def _work(source: str, threads: int | None, chosen: Selection, wanted: Path | None) -> None:
-    code = Worker(existing(source), threads, chosen, wanted).work()
+def _work(source: str, threads: int | None, selection: Selection, presence: Path | None) -> None:
+    code = Worker(existing(source), threads, selection, presence).work()
     if code:
         raise typer.Exit(code)
 
@@ -217,7 +217,7 @@ def _list(source: str, as_json: bool) -> None:
         return
     paths = list(dict.fromkeys(path for member in members for path in member.values))
     values = [format_differences([member.values.get(path) for member in members]) for path in paths]
-    rows = [["", *paths], *([str(m.number), *own] for m, *own in zip(members, *values, strict=True))]
+    rows = [["", *paths], *([str(m.number), *cells] for m, *cells in zip(members, *values, strict=True))]
     say(table(rows))
     say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
 
@@ -239,19 +239,19 @@ def _show(folder: SweepFolder, how: SweepOptions) -> None:
     """Print state and results of a sweep, and exit with its code."""
     stands = driver(folder)
     results = stands.conclude()
-    shown = rows(folder, stands.members)
+    table_rows = rows(folder, stands.members)
     if how.as_json:
-        echo_json({"rows": shown, "results": results, "folder": str(folder.path)})
+        echo_json({"rows": table_rows, "results": results, "folder": str(folder.path)})
     elif not how.quiet:
-        say(summary(stands.sweep, shown, results, folder.path))
+        say(summary(stands.sweep, table_rows, results, folder.path))
     if how.plot is not None:
-        sweep_picture(results, shown, how.plot, stands.title, stands.sweep.record)
+        sweep_picture(results, table_rows, how.plot, stands.title, stands.sweep.record)
         if not how.silent:
             say(str(how.plot))
-    statuses = {row["status"] for row in shown}
+    statuses = {row["status"] for row in table_rows}
     if statuses & {"failed", "error", "killed"}:
         raise typer.Exit(FAILED)
-    found = results.get("fit") or {"parameters": {}, "converged": True}
-    doubtful = not found["converged"] or not all(one["determined"] for one in found["parameters"].values())
-    if doubtful or any(row["missed"] for row in shown) or any(one["open"] for one in results.get("limits", [])):
+    fitted = results.get("fit") or {"parameters": {}, "converged": True}
+    doubtful = not fitted["converged"] or not all(entry["determined"] for entry in fitted["parameters"].values())
+    if doubtful or any(row["missed"] for row in table_rows) or any(s["open"] for s in results.get("limits", [])):
         raise typer.Exit(1)

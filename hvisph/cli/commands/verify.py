@@ -28,7 +28,7 @@ READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read bet
 
 def verify(
     names: list[str] | None = argument("[NAME]...", "Problems to run; they are listed unless given.", None),
-    every: bool = option("--all", "Run all problems.", False),
+    all_problems: bool = option("--all", "Run all problems.", False),
     formulations: list[str] | None = option(
         "--formulation TYPE", "Only this formulation, or `default`. Repeatable.", None
     ),
@@ -49,52 +49,52 @@ def verify(
 
     Exit codes: 0 all passed, 1 some failed or nothing could run, 2 invalid input.
     """
-    if not names and not every:
+    if not names and not all_problems:
         _list(PROBLEMS, as_json)
         return
-    chosen = list(PROBLEMS) if every else list(names or ())
-    wanted = _formulations(formulations)
-    for name in chosen:
+    selection = list(PROBLEMS) if all_problems else list(names or ())
+    types = _formulations(formulations)
+    for name in selection:
         _require_known(name, list(PROBLEMS), "problem", "NAME")
     spacing = None if resolution is None else parse_option(resolution, "LENGTH", "--resolution")
     options = Options(quick, spacing, seeds)
     if only:
-        trials = [trial.name for name in chosen for trial in PROBLEMS[name].trials(options)]
+        trials = [trial.name for name in selection for trial in PROBLEMS[name].trials(options)]
         if not any(only.lower() in trial.lower() for trial in trials):
             raise CaseError(f"no trial's name holds '{only[:200]}'; there are: {', '.join(trials)}", where="--only")
     results: list[Verdict] = []
-    for name in chosen:
+    for name in selection:
         problem, heading = PROBLEMS[name], f"\n{name}: {PROBLEMS[name].title}"
         if not as_json and not quiet:
             say(heading)
-            for one in [one for one in wanted if formulations and one not in problem.formulations]:
-                say(f"  {one}: not run, {problem.why_not}")
-        for verdict in verdicts(problem, wanted, options, settings or (), only=only, keep=keep, threads=threads):
+            for kind in [kind for kind in types if formulations and kind not in problem.formulations]:
+                say(f"  {kind}: not run, {problem.why_not}")
+        for verdict in verdicts(problem, types, options, settings or (), only=only, keep=keep, threads=threads):
             results.append(verdict)
             if not as_json and not quiet:
                 say(_text(verdict))
     if pictures is not None:
         draw(results, pictures)
-    judged = [one for one in results if one.passed is not None]
-    good = sum(bool(one.passed) for one in judged)
+    judged = [judgement for judgement in results if judgement.passed is not None]
+    passed = sum(bool(judgement.passed) for judgement in judged)
     if as_json:
-        echo_json([one.as_dict() for one in results])
+        echo_json([judgement.as_dict() for judgement in results])
     elif not quiet:
-        refused = f"; {len(results) - len(judged)} could not run" if len(results) > len(judged) else ""
-        say(f"\n{good} of {len(judged)} passed{refused}" if judged else "\nno trial could run")
-    raise typer.Exit(0 if judged and good == len(judged) else 1)
+        note = f"; {len(results) - len(judged)} could not run" if len(results) > len(judged) else ""
+        say(f"\n{passed} of {len(judged)} passed{note}" if judged else "\nno trial could run")
+    raise typer.Exit(0 if judged and passed == len(judged) else 1)
 
 
-def _require_known(name: str, known: list[str], what: str, where: str) -> None:
-    if name not in known:
-        more = "" if what != "problem" or FOLDER.is_dir() else "; a source checkout has more problems"
-        raise CaseError(f"there is no {what} '{name[:200]}'{suggest_nearest(name[:200], known)}{more}", where=where)
+def _require_known(name: str, allowed: list[str], noun: str, where: str) -> None:
+    if name not in allowed:
+        hint = "" if noun != "problem" or FOLDER.is_dir() else "; a source checkout has more problems"
+        raise CaseError(f"there is no {noun} '{name[:200]}'{suggest_nearest(name[:200], allowed)}{hint}", where=where)
 
 
-def _formulations(asked: list[str] | None) -> list[str]:
-    for name in asked or ():
+def _formulations(types: list[str] | None) -> list[str]:
+    for name in types or ():
         _require_known(name, [*ALL, "default"], "formulation", "--formulation")
-    return [default_formulation() if name == "default" else name for name in asked or ALL]
+    return [default_formulation() if name == "default" else name for name in types or ALL]
 
 
 def _list(problems: Mapping[str, Problem], as_json: bool) -> None:
@@ -117,7 +117,7 @@ def _text(verdict: Verdict) -> str:
         return f"{head}\n    {'cannot run' if verdict.status == 'refused' else 'FAILED'}: {verdict.message}"
     rows = [("", "computed", "exact", "off", "asked", "")]
     for f in verdict.figures:
-        off, asked = (
+        error, limit = (
             (f"{100 * f.off:+.3g} %", f"{100 * f.tolerance:.3g} %")
             if f.relative
             else (f"{f.off:+.3g}", f"{f.tolerance:.3g}")
@@ -125,7 +125,7 @@ def _text(verdict: Verdict) -> str:
         factor, unit = READABLE.get(f.unit, (1.0, f.unit))
         name = f"{f.name} [{unit}]" if unit else f.name
         rows.append(
-            (name, f"{factor * f.found:.5g}", f"{factor * f.exact:.5g}", off, asked, "pass" if f.passed else "FAIL")
+            (name, f"{factor * f.found:.5g}", f"{factor * f.exact:.5g}", error, limit, "pass" if f.passed else "FAIL")
         )
     return f"{head}\n{table(rows, indent=4)}"
 
@@ -134,10 +134,10 @@ def _text(verdict: Verdict) -> str:
 def validate(
     how: WorkerOptions,
     names: list[str] | None = argument("[NAME]...", "Sets to compute; they are listed unless given.", None),
-    every: bool = option("--all", "Compute all sets.", False),
+    all_sets: bool = option("--all", "Compute all sets.", False),
     second: bool = option("--second-resolution", "Second, coarser resolution, for the discretization error.", False),
     coarse: bool = option("--coarse", "Coarse form, seconds per shot, as a test.", False),
-    across: float | None = option(
+    particles_across: float | None = option(
         "--particles-across N", "Number of particles across; the set's unless given.", None, min=2
     ),
     only: str | None = option("--only WHAT", "failed, interrupted, or numbers of shots: 3..7.", None),
@@ -156,8 +156,8 @@ def validate(
         raise CaseError("give either --second-resolution or --coarse", where="--coarse")
     from hvisph_validation.experiments import Experiments, experiment_names
 
-    chosen = list(dict.fromkeys(names or ())) or (experiment_names() if every else [])
-    sets = [Experiments(name) for name in chosen]
+    selection = list(dict.fromkeys(names or ())) or (experiment_names() if all_sets else [])
+    sets = [Experiments(name) for name in selection]
     if not sets and (only is not None or table):
         raise CaseError("name a set, or give --all", where="--table" if table else "--only")
     if not sets and page is None:
@@ -165,14 +165,14 @@ def validate(
         return
     form: Form = "coarse" if coarse else "second" if second else "full"
     sets_done = []
-    if table and every:
-        sets = list(_sets_with_results(sets, form, across, out))
-    for one in sets:
-        sets_done.append(_compute_set(one, form, across, only, table, out, how))
+    if table and all_sets:
+        sets = list(_sets_with_results(sets, form, particles_across, out))
+    for experiments in sets:
+        sets_done.append(_compute_set(experiments, form, particles_across, only, table, out, how))
         if not how.silent:
             from hvisph_validation.terminal import result_text
 
-            say(result_text(one, sets_done[-1]))
+            say(result_text(experiments, sets_done[-1]))
     if page is not None:
         from hvisph_validation.report import write_page
 
@@ -181,23 +181,23 @@ def validate(
 
 
 def _sets_with_results(
-    sets: list[Experiments], form: Form, across: float | None, out: Path | None
+    sets: list[Experiments], form: Form, particles_across: float | None, out: Path | None
 ) -> Iterator[Experiments]:
     from hvisph_validation.evaluation import folders
 
-    for one in sets:
+    for experiments in sets:
         try:
-            folders(one, form, across, out, there=True)
+            folders(experiments, form, particles_across, out, there=True)
         except CaseError as error:
             say(str(error), err=True)
         else:
-            yield one
+            yield experiments
 
 
 def _compute_set(
     experiments: Experiments,
     form: Form,
-    across: float | None,
+    particles_across: float | None,
     only: str | None,
     table: bool,
     out: Path | None,
@@ -205,29 +205,29 @@ def _compute_set(
 ) -> SetResult:
     from hvisph_validation.evaluation import folders, result
 
-    sweeps = folders(experiments, form, across, out, table)
+    sweeps = folders(experiments, form, particles_across, out, table)
     if not table:
         for folder in sweeps.values():
             go(folder, how, only)
-    return result(experiments, experiments.particles(form, across), sweeps)
+    return result(experiments, experiments.particles(form, particles_across), sweeps)
 
 
 def _end(sets: list[Experiments], results: list[SetResult], as_json: bool) -> None:
     from hvisph_validation.comparison import verdicts
 
-    said = {one.name: verdicts(result.rows, one.model.required) for one, result in zip(sets, results, strict=True)}
+    judged = {s.name: verdicts(result.rows, s.model.required) for s, result in zip(sets, results, strict=True)}
     if as_json:
-        echo_json([result.as_dict() | {"verdicts": [asdict(one) for one in said[result.name]]} for result in results])
-    if any(one["status"] in ("failed", "error", "killed") for result in results for one in result.shots.values()):
+        echo_json([result.as_dict() | {"verdicts": [asdict(v) for v in judged[result.name]]} for result in results])
+    if any(shot["status"] in ("failed", "error", "killed") for result in results for shot in result.shots.values()):
         raise typer.Exit(FAILED)
-    if any(one.passed is False for verdict in said.values() for one in verdict):
+    if any(item.passed is False for verdict in judged.values() for item in verdict):
         raise typer.Exit(1)
 
 
 def _list_sets(sets: list[Experiments], as_json: bool) -> None:
     if as_json:
-        echo_json([{"name": one.name, "shots": len(one.shots), **one.model.model_dump(mode="json")} for one in sets])
+        echo_json([{"name": s.name, "shots": len(s.shots), **s.model.model_dump(mode="json")} for s in sets])
         return
-    shots = [f"{len(one.shots)} shot{'s' * (len(one.shots) > 1)}" for one in sets]
-    say(table([(one.name, count, one.model.title) for one, count in zip(sets, shots, strict=True)], indent=0))
+    shots = [f"{len(s.shots)} shot{'s' * (len(s.shots) > 1)}" for s in sets]
+    say(table([(s.name, count, s.model.title) for s, count in zip(sets, shots, strict=True)], indent=0))
     say("\nRun with: hvisph validate NAME... [--coarse | --second-resolution], or --all")
