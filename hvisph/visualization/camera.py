@@ -41,15 +41,15 @@ def facing_the_struck_side(
     position: np.ndarray, velocity: np.ndarray, mass: np.ndarray, planes: Sequence[int]
 ) -> tuple[float, float] | None:
     """Return yaw and pitch [degrees] that show an oblique plate's struck face; None for others. Arrays (n, 3), (n,)."""
-    kept = [axis for axis in range(3) if axis not in planes]
+    free_axes = [axis for axis in range(3) if axis not in planes]
     shot = np.zeros(3)
-    shot[kept] = (mass[:, None] * velocity).sum(axis=0)[kept]
+    shot[free_axes] = (mass[:, None] * velocity).sum(axis=0)[free_axes]
     speed = np.sqrt((velocity**2).sum(axis=1))
     standing = position[speed <= STANDS * speed.max()]
     if not shot.any() or len(standing) < 4:
         return None
-    away = standing - standing.mean(axis=0) * np.isin(range(3), kept)
-    widths, axes = np.linalg.eigh(away.T @ away)
+    offset = standing - standing.mean(axis=0) * np.isin(range(3), free_axes)
+    widths, axes = np.linalg.eigh(offset.T @ offset)
     normal = axes[:, 0] * -np.sign(axes[:, 0] @ shot)
     if widths[0] > FLAT**2 * widths[1] or -(normal @ shot) > OBLIQUE * np.linalg.norm(shot):
         return None
@@ -98,7 +98,7 @@ def visible_discs(place: np.ndarray, radius: float, extent: tuple[float, float, 
     column = np.rint((place[:, 0] - left) * scale - 0.5).astype(np.int64)
     row = np.rint((place[:, 1] - bottom) * scale - 0.5).astype(np.int64)
     order = np.argsort(place[:, 2], kind="stable")  # of those on one pixel the last written, the nearest, stays
-    column, row, deep = column[order], row[order], place[order, 2] * scale
+    column, row, heights = column[order], row[order], place[order, 2] * scale
     index = np.full((height, width), -1, np.int64)
     shade, depth = np.zeros((height, width)), np.full((height, width), -np.inf)
     reach = max(radius * scale, 0.5)
@@ -109,10 +109,10 @@ def visible_discs(place: np.ndarray, radius: float, extent: tuple[float, float, 
         rise = float(np.sqrt(reach * reach - dx * dx - dy * dy))
         r, c = row + dy, column + dx
         inside = np.flatnonzero((r >= 0) & (r < height) & (c >= 0) & (c < width))
-        r, c, near = r[inside], c[inside], deep[inside] + rise
-        front = near >= depth[r, c]
-        r, c, near, inside = r[front], c[front], near[front], inside[front]
-        depth[r, c], index[r, c] = near, order[inside]
+        r, c, height_of_disc = r[inside], c[inside], heights[inside] + rise
+        front = height_of_disc >= depth[r, c]
+        r, c, height_of_disc, inside = r[front], c[front], height_of_disc[front], inside[front]
+        depth[r, c], index[r, c] = height_of_disc, order[inside]
         light = (0.7 * rise + 0.4 * dy - 0.4 * dx) / (0.9 * reach) if reach >= 1.5 else 1.0
         shade[r, c] = min(max(light, 0.0), 1.0)
     return Picture(index, shade, extent)

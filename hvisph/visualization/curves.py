@@ -63,16 +63,16 @@ def curves_picture(
 
     if not panels:
         raise CaseError("there is nothing to draw")
-    beside = legends == "beside"
-    figure = new_figure((9.5 if beside else 7.5, 1.2 + 2.4 * len(panels)))
+    legend_each = legends == "beside"
+    figure = new_figure((9.5 if legend_each else 7.5, 1.2 + 2.4 * len(panels)))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    x_label, x_scale = label_and_scale(across, unitless, shown=[one.x for curves in panels.values() for one in curves])
+    x_label, x_scale = label_and_scale(across, unitless, shown=[c.x for curves in panels.values() for c in curves])
     numbers: dict[str, int] = {}  # of the colours; below one another, panels show a label in the same one
-    shown: Plain = {}
+    lines: Plain = {}
     for axis, (column, curves) in zip(axes, panels.items(), strict=True):
-        given = (units or {}).get(column)
-        y_label, y_scale = label_and_scale(column, unitless, given, [curve.y for curve in curves])
-        if beside:
+        unit = (units or {}).get(column)
+        y_label, y_scale = label_and_scale(column, unitless, unit, [curve.y for curve in curves])
+        if legend_each:
             numbers = {}
         for curve in curves:
             style: Plain = {"color": EXACT, "lw": 0.8, "ls": "--", "zorder": 3}
@@ -84,18 +84,18 @@ def curves_picture(
                     style |= {"lw": max(1.0, 2.6 - 0.4 * colour), "marker": "o", "ms": max(2.5, 5.0 - 0.6 * colour)}
             (line,) = axis.plot(x_scale * curve.x, y_scale * curve.y, label=curve.label or "_", **style)
             if curve.label:
-                shown.setdefault(curve.label, line)
+                lines.setdefault(curve.label, line)
         axis.set_ylabel(y_label)
         axis.grid(alpha=0.25, lw=0.5)
         if column == "number":
             axis.yaxis.set_major_locator(MaxNLocator(integer=True))
-        if beside:
+        if legend_each:
             axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
     axes[-1].set_xlabel(x_label)
-    if not beside:
+    if not legend_each:
         # as many beside one another as the picture's 110 characters hold
-        columns = max(1, min(len(shown), 7, 110 // (8 + max(map(len, shown), default=0))))
-        figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=columns, fontsize=8)
+        columns = max(1, min(len(lines), 7, 110 // (8 + max(map(len, lines), default=0))))
+        figure.legend(list(lines.values()), list(lines), loc="outside lower center", ncols=columns, fontsize=8)
     figure.suptitle(title, fontsize=9)
     return store(figure, path)
 
@@ -113,8 +113,8 @@ def gauge_panels(
         if not name.startswith("gauge."):
             continue
         _, gauge, column = name.split(".", 2)
-        seen = np.isfinite(values)
-        panels.setdefault(column, []).append(Curve(prefix + gauge, history["time"][seen], values[seen]))
+        valid = np.isfinite(values)
+        panels.setdefault(column, []).append(Curve(prefix + gauge, history["time"][valid], values[valid]))
         if exact and name in exact:
             first = not any(curve.exact for curve in panels[column])
             panels[column].append(Curve("exact" if first else "", *exact[name], exact=True))
@@ -145,10 +145,10 @@ def label_and_scale(
     name = column.replace("_", " ")
     if unitless:
         return name, 1.0
-    kind = unit
-    unit, scale = READABLE.get(kind, (kind or "-", 1.0))
+    si_unit = unit
+    unit, scale = READABLE.get(si_unit, (si_unit or "-", 1.0))
     ends = [float(abs(values[np.isfinite(values)]).max(initial=0.0)) for values in shown]
-    if kind in SIZED and any(ends):
+    if si_unit in SIZED and any(ends):
         unit, scale = axis_unit(unit, ends)
     return f"{name} [{unit}]", scale
 
@@ -166,11 +166,11 @@ class Panel:
 
 def panels_picture(panels: Sequence[Panel], path: str | os.PathLike[str], title: str = "") -> Path:
     """Draw panels beside and below one another and store them. Raises `CaseError` where there is nothing to draw."""
-    shown = [panel for panel in panels if panel.curves]
-    if not shown:
+    drawable = [panel for panel in panels if panel.curves]
+    if not drawable:
         raise CaseError("there is nothing to draw")
-    figure, axes = new_panels(len(shown), 2, (5.0, 3.4))
-    for axis, panel in zip(axes, shown, strict=True):
+    figure, axes = new_panels(len(drawable), 2, (5.0, 3.4))
+    for axis, panel in zip(axes, drawable, strict=True):
         for number, (label, x, y) in enumerate(panel.curves):
             style = STYLES[number // len(COLOURS) % len(STYLES)]
             axis.plot(x, y, color=COLOURS[number % len(COLOURS)], ls=style, lw=1.4, label=label)
@@ -210,19 +210,19 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
     Of the fragments it shows how many there are, the largest one's share of the mass, and its axial velocity. Raises
     `CaseError` where there is one moment only.
     """
-    shown = moments(measured)
-    if len(shown) < 2:
+    series = moments(measured)
+    if len(series) < 2:
         raise CaseError("one moment makes no history; give the folder of a run with two snapshots or more")
-    time = np.array([moment.time for moment in shown])
-    panels: dict[str, list[Curve]] = {kind: [] for kind in KINDS}
+    time = np.array([moment.time for moment in series])
+    panels: dict[str, list[Curve]] = {quantity: [] for quantity in KINDS}
     units = dict(KINDS)
     for name, column in columns(measured).items():
-        own = name.rpartition(".")[2] if name.startswith("fragments.") else ""  # variants are in the CSV file
-        if np.isfinite(column.values).any() and (own in FRAGMENT_COLUMNS or "." not in name):
-            kind = _panel_kind(name, column.unit)
-            units[kind] = column.unit
-            panels[kind].append(Curve(_column_label(name), time, column.values, marked=True))
-    panels = {kind: curves for kind, curves in panels.items() if curves}
+        column_name = name.rpartition(".")[2] if name.startswith("fragments.") else ""  # variants are in the CSV file
+        if np.isfinite(column.values).any() and (column_name in FRAGMENT_COLUMNS or "." not in name):
+            quantity = _panel_kind(name, column.unit)
+            units[quantity] = column.unit
+            panels[quantity].append(Curve(_column_label(name), time, column.values, marked=True))
+    panels = {quantity: curves for quantity, curves in panels.items() if curves}
     return curves_picture(panels, path, title=measured.title, unitless=measured.unitless, units=units, legends="beside")
 
 
@@ -231,14 +231,14 @@ def _panel_kind(name: str, unit: str) -> str:
         return "number"
     if unit == "m" and name in PLUG_AND_LIP:
         return "length, plug and lip"
-    return next(one for one, own in KINDS.items() if own in (unit, unit.removesuffix("/m"), unit.removesuffix("/m^2")))
+    return next(kind for kind, si in KINDS.items() if si in (unit, unit.removesuffix("/m"), unit.removesuffix("/m^2")))
 
 
 def _column_label(name: str) -> str:
     if not name.startswith("fragments."):
         return format_of(name).label
-    body, _, what = name.removeprefix("fragments.").rpartition(".")
-    return f"{body}: {FRAGMENT_COLUMNS[what]}"
+    body, _, column = name.removeprefix("fragments.").rpartition(".")
+    return f"{body}: {FRAGMENT_COLUMNS[column]}"
 
 
 CELLS = 60  # of the map, each way
@@ -247,32 +247,32 @@ WIDE = 0.99  # share of the mass that the map shows
 
 def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "") -> Path:
     """Draw the loads on a cloud's witness plane; raises `CaseError` without a plane, or an arrival."""
-    came = cloud.arrivals
-    if came is None or len(came.when) == 0:
+    arrivals = cloud.arrivals
+    if arrivals is None or len(arrivals.when) == 0:
         reason = next((result.reason for result in cloud.results.values() if result.reason), "no particle flies there")
         raise CaseError(f"no witness plane receives anything: {reason}")
-    flat = came.where.shape[1] == 1
+    flat = arrivals.where.shape[1] == 1
     figure = new_figure((5.2 if flat else 10.0, 4.2))
     axes = figure.subplots(1, 1 if flat else 2, squeeze=False)[0]
     if not flat:
-        reach = float(np.sort(came.radius)[int(WIDE * (len(came.radius) - 1))])
+        reach = float(np.sort(arrivals.radius)[int(WIDE * (len(arrivals.radius) - 1))])
         edges = np.linspace(-reach, reach, CELLS + 1)
-        sums = np.histogram2d(came.where[:, 0], came.where[:, 1], edges, weights=came.momentum)[0]
+        sums = np.histogram2d(arrivals.where[:, 0], arrivals.where[:, 1], edges, weights=arrivals.momentum)[0]
         area = float(edges[1] - edges[0]) ** 2
-        shown = np.ma.masked_less_equal(sums.T / area, 0.0)
-        drawn = axes[0].pcolormesh(edges * 1e3, edges * 1e3, shown, cmap="viridis")
-        figure.colorbar(drawn, ax=axes[0], label="areal momentum [Pa s]")
+        loads_map = np.ma.masked_less_equal(sums.T / area, 0.0)
+        mesh = axes[0].pcolormesh(edges * 1e3, edges * 1e3, loads_map, cmap="viridis")
+        figure.colorbar(mesh, ax=axes[0], label="areal momentum [Pa s]")
         axes[0].set(aspect="equal", xlabel="y from the shot line [mm]", ylabel="z from the shot line [mm]")
     loads = cloud.witness
     radius = np.array([0.0, *loads["radius"]]) * 1e3
-    over = axes[-1]
-    over.stairs(loads["areal_momentum"], radius, color=COLOURS[0], lw=1.4, label="areal momentum")
-    over.set_xlabel("radius [mm]" if not flat else "distance from the shot line [mm]")
-    over.set_ylabel("areal momentum [Pa s]", color=COLOURS[0])
-    other = over.twinx()
-    other.stairs(np.array(loads["pressure"]) * 1e-6, radius, color=COLOURS[1], lw=1.2, label="mean pressure")
-    other.set_ylabel("mean pressure while it arrives [MPa]", color=COLOURS[1])
-    over.grid(alpha=0.25, lw=0.5)
-    arrives = f"x = {came.x * 1e3:g} mm, {loads['first'] * 1e6:.3g} to {loads['last'] * 1e6:.3g} us"
+    left_axes = axes[-1]
+    left_axes.stairs(loads["areal_momentum"], radius, color=COLOURS[0], lw=1.4, label="areal momentum")
+    left_axes.set_xlabel("radius [mm]" if not flat else "distance from the shot line [mm]")
+    left_axes.set_ylabel("areal momentum [Pa s]", color=COLOURS[0])
+    right_axes = left_axes.twinx()
+    right_axes.stairs(np.array(loads["pressure"]) * 1e-6, radius, color=COLOURS[1], lw=1.2, label="mean pressure")
+    right_axes.set_ylabel("mean pressure while it arrives [MPa]", color=COLOURS[1])
+    left_axes.grid(alpha=0.25, lw=0.5)
+    arrives = f"x = {arrivals.x * 1e3:g} mm, {loads['first'] * 1e6:.3g} to {loads['last'] * 1e6:.3g} us"
     figure.suptitle(f"{title}: {arrives}" if title else arrives, fontsize=9)
     return store(figure, path)

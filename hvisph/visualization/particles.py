@@ -92,25 +92,25 @@ def draw(moments: Sequence[Moment], look: Look, ends: Ends | None = None, extent
     extent = extent or extent_of(projected, moments, look)
     curves = dimensions == {1} and look.field not in SHARES
     width, height = (3.0, 1.0) if curves else (extent[1] - extent[0], extent[3] - extent[2])
-    across = max(1, min(count, round(math.sqrt(count * 1.4 * height / width)) or 1))
-    down = -(-count // across)
-    panel = min(WIDTH / across, TALLEST * width / height)
-    figure = new_figure((panel * across + 1.3, panel * height / width * down + 0.55 * down + 0.5), 130)
-    axes = np.atleast_1d(figure.subplots(down, across)).ravel()
-    for one in axes[count:]:
-        one.remove()
-    for one, moment, (place, owner) in zip(axes, moments, projected, strict=False):
+    columns = max(1, min(count, round(math.sqrt(count * 1.4 * height / width)) or 1))
+    rows = -(-count // columns)
+    panel = min(WIDTH / columns, TALLEST * width / height)
+    figure = new_figure((panel * columns + 1.3, panel * height / width * rows + 0.55 * rows + 0.5), 130)
+    axes = np.atleast_1d(figure.subplots(rows, columns)).ravel()
+    for panel_axes in axes[count:]:
+        panel_axes.remove()
+    for axis, moment, (place, owner) in zip(axes, moments, projected, strict=False):
         if curves:
-            _profile(one, moment, look, ends, extent)
+            _profile(axis, moment, look, ends, extent)
         else:
             image = _image(moment.snapshot, (place, owner), look, ends, extent, PIXELS)
             unit, factor = lengths(moment.snapshot, extent)
             left, right, bottom, top = (end * factor for end in extent)
-            one.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
+            axis.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
             side = "r" if moment.snapshot.is_axisymmetric else "y"
             names = ("x", side) if look.view == "side" else ("across", "up")
-            one.set(xlabel=f"{names[0]}{unit}", ylabel=f"{names[1]}{unit}")
-            one.set_title(moment.name, fontsize=9)
+            axis.set(xlabel=f"{names[0]}{unit}", ylabel=f"{names[1]}{unit}")
+            axis.set_title(moment.name, fontsize=9)
     if not curves:
         _legend(figure, axes[:count], moments, look, ends)
     titles = dict.fromkeys(str(moment.snapshot.metadata.get("title", "")) for moment in moments)
@@ -179,9 +179,9 @@ def _profile(axes: Axes, moment: Moment, look: Look, ends: tuple[float, float], 
     label, factor, *_ = appearance(snapshot, look.field)
     x, values = snapshot.fields["position"].ravel() * metres, field_of(snapshot, look.field) * factor
     for number, name in enumerate(snapshot.bodies):
-        own = np.flatnonzero(snapshot.body == number)
-        own = own[np.argsort(x[own])]
-        axes.plot(x[own], values[own], ".-", ms=2, lw=0.9, color=body_colour(number), label=name)
+        members = np.flatnonzero(snapshot.body == number)
+        members = members[np.argsort(x[members])]
+        axes.plot(x[members], values[members], ".-", ms=2, lw=0.9, color=body_colour(number), label=name)
     margin = 0.05 * (ends[1] - ends[0])
     axes.set(xlim=(extent[0] * metres, extent[1] * metres), xlabel=f"x{unit}", ylabel=label)
     axes.set_ylim(ends[0] if look.log else ends[0] - margin, ends[1] + margin)
@@ -197,9 +197,9 @@ def _image(state: Snapshot, discs: Projected, look: Look, ends: Ends, extent: Ex
     sight = visible_discs(place, RADIUS * spacing_of(state), extent, width)
     colours = _colours(state, look, ends)[owner]
     image = np.ones((*sight.index.shape, 3))
-    there = sight.index >= 0
+    covered = sight.index >= 0
     bright = SHADES[0] + (SHADES[1] - SHADES[0]) * sight.shade if place[:, 2].any() else np.ones_like(sight.shade)
-    image[there] = colours[sight.index[there]] * bright[there, None]
+    image[covered] = colours[sight.index[covered]] * bright[covered, None]
     return image
 
 
@@ -226,7 +226,7 @@ def _legend(figure: Figure, axes: np.ndarray, moments: Sequence[Moment], look: L
     first = moments[0].snapshot
     if look.field in SHARES:
         names = first.bodies if look.field == "body" else first.materials
-        marks = [Line2D([], [], ls="", marker="o", color=body_colour(k), label=one) for k, one in enumerate(names)]
+        marks = [Line2D([], [], ls="", marker="o", color=body_colour(k), label=name) for k, name in enumerate(names)]
         axes[0].legend(handles=marks, fontsize=8, loc="upper left")
         return
     label, _, colours, _ = appearance(first, look.field)
@@ -287,9 +287,9 @@ def _film(pictures: Sequence[Image], target: Path, pace: float) -> Path:
     command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
                "-r", rate, "-i", "-", "-pix_fmt", "yuv420p", str(partial)]  # fmt: skip
     frames = b"".join(np.asarray(picture.crop((0, 0, width, height))).tobytes() for picture in pictures)
-    done = subprocess.run(command, input=frames, capture_output=True, check=False)  # noqa: S603 a fixed command
-    if done.returncode:
+    process = subprocess.run(command, input=frames, capture_output=True, check=False)  # noqa: S603 a fixed command
+    if process.returncode:
         partial.unlink(missing_ok=True)
-        raise CaseError(f"ffmpeg could not write {target}: {done.stderr.decode(errors='replace')[:300]}", where="-o")
+        raise CaseError(f"ffmpeg could not write {target}: {process.stderr.decode(errors='replace')[:300]}", where="-o")
     os.replace(partial, target)
     return target

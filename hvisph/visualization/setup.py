@@ -112,17 +112,17 @@ def _section(axes: Axes, setup: Setup) -> None:
         if setup.axisymmetric:
             places = np.concatenate([places, places * (1.0, -1.0)])
             spacing, clamped = np.tile(spacing, 2), np.tile(clamped, 2)
-        shown = np.ones(len(places), bool)
+        in_section = np.ones(len(places), bool)
         if setup.dim == 3:
             # the layer of particles nearest to the shot line
-            away = np.abs(body.positions[:, 2] - middle[2])
-            shown = away < max(body.spacing.max(), away.min() + 0.51 * body.spacing.max())
-        x = places[shown, :2] * unit
+            distance = np.abs(body.positions[:, 2] - middle[2])
+            in_section = distance < max(body.spacing.max(), distance.min() + 0.51 * body.spacing.max())
+        x = places[in_section, :2] * unit
         if setup.dim == 1:
             x = np.column_stack([x, np.zeros(len(x))])
-        size = DISC * spacing[shown] * unit
+        size = DISC * spacing[in_section] * unit
         colour = body_colour(number)
-        _discs(axes, x, size, ["#111111" if held else colour for held in clamped[shown]], lw=0.0)
+        _discs(axes, x, size, ["#111111" if fixed else colour for fixed in clamped[in_section]], lw=0.0)
         if len(x):
             corners += [x.min(axis=0), x.max(axis=0)]
         axes.plot([], [], "o", color=colour, label=body.label)
@@ -139,8 +139,8 @@ def _section(axes: Axes, setup: Setup) -> None:
             if axis < 2:
                 (axes.axvline if axis == 0 else axes.axhline)(at * unit, color=colour, ls=dashes, lw=1.2)
         if planes:
-            listed = ", ".join(f"{'xyz'[axis]} = {at * unit:g}" for axis, at in planes)
-            axes.plot([], [], dashes, color=colour, label=f"{name}: {listed}")
+            positions = ", ".join(f"{'xyz'[axis]} = {at * unit:g}" for axis, at in planes)
+            axes.plot([], [], dashes, color=colour, label=f"{name}: {positions}")
     _forces(axes, setup, low, high)
     if setup.axisymmetric:
         axes.axhline(0.0, color="#666666", ls=(0, (12, 3, 2, 3)), lw=0.8, label="axis")
@@ -150,10 +150,10 @@ def _section(axes: Axes, setup: Setup) -> None:
         axes.annotate(name, (mark[0], mark[1]), xytext=(4, 4), textcoords="offset points", fontsize=8)
     margin = 0.08 * span
     ends = {f"{x}lim": (low[k] - margin, high[k] + margin) for k, x in enumerate("xy")}
-    up = "" if setup.dim == 1 else f"{'r' if setup.axisymmetric else 'y'}{setup.unit[0]}"
-    axes.set(**ends, aspect="equal", xlabel=f"x{setup.unit[0]}", ylabel=up)
-    counted = f"{len(everything)} {'axisymmetric particles' if setup.axisymmetric else 'particles'}"
-    axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
+    y_label = "" if setup.dim == 1 else f"{'r' if setup.axisymmetric else 'y'}{setup.unit[0]}"
+    axes.set(**ends, aspect="equal", xlabel=f"x{setup.unit[0]}", ylabel=y_label)
+    count_words = f"{len(everything)} {'axisymmetric particles' if setup.axisymmetric else 'particles'}"
+    axes.set_title(f"section, {count_words} in all" if setup.solid else count_words, fontsize=9)
     below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat
     axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2, frameon=False)
 
@@ -192,12 +192,12 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
         end = start + np.append(body.velocity, 0.0)[:2] / max(speeds) * span / 6
         tail, head = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
         axes.annotate("", head, tail, arrowprops={"arrowstyle": "->", "lw": 2.0, "color": "#111111"})
-        behind = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 1}
+        box = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 1}
         text = (f"{speed:.4g} m/s" if speed < 1e4 else f"{speed * 1e-3:.4g} km/s") if setup.si else f"{speed:.4g}"
-        if any(text == other and np.linalg.norm(end - place) < span / 12 for other, place in labels):
+        if any(text == label and np.linalg.norm(end - place) < span / 12 for label, place in labels):
             continue  # a core and its jacket
         labels.append((text, end))
-        axes.annotate(text, head, xytext=(3, 3), textcoords="offset points", fontsize=8, bbox=behind)
+        axes.annotate(text, head, xytext=(3, 3), textcoords="offset points", fontsize=8, bbox=box)
 
 
 def _view(axes: Axes, setup: Setup) -> None:
@@ -206,24 +206,24 @@ def _view(axes: Axes, setup: Setup) -> None:
 
     bodies = [(body.positions, body.spacing) for body in setup.bodies]
     if setup.axisymmetric:
-        turned = [(revolve(x, float(spacing.mean()), 270.0), spacing) for x, spacing in bodies]
+        revolved = [(revolve(x, float(spacing.mean()), 270.0), spacing) for x, spacing in bodies]
         # the open quarter towards the eye, which is where z is small
-        bodies = [(places * (1.0, 1.0, -1.0), spacing[ring]) for (places, ring), spacing in turned]
+        bodies = [(places * (1.0, 1.0, -1.0), spacing[ring]) for (places, ring), spacing in revolved]
     positions = np.concatenate([places for places, _ in bodies]) * setup.factor
     owner = np.repeat(np.arange(len(bodies)), [len(places) for places, _ in bodies])
-    spacing = np.concatenate([own for _, own in bodies]) * setup.factor
+    spacing = np.concatenate([s for _, s in bodies]) * setup.factor
     # of too many any, larger by as much: every second or third around the axis would be a stripe
-    chosen = np.sort(np.random.default_rng(0).permutation(len(positions))[:MOST_SHOWN])
-    spacing = spacing * np.sqrt(len(positions) / len(chosen))
-    ahead, up, far = rotate_view(positions[chosen], *SEEN_FROM).T
-    order = np.argsort(-far)
-    colours = np.array([to_rgb(body_colour(k)) for k in owner[chosen]])
-    share = ((far - far.min()) / max(float(np.ptp(far)), 1e-30))[:, None]
+    sample = np.sort(np.random.default_rng(0).permutation(len(positions))[:MOST_SHOWN])
+    spacing = spacing * np.sqrt(len(positions) / len(sample))
+    right, up, depth = rotate_view(positions[sample], *SEEN_FROM).T
+    order = np.argsort(-depth)
+    colours = np.array([to_rgb(body_colour(k)) for k in owner[sample]])
+    share = ((depth - depth.min()) / max(float(np.ptp(depth)), 1e-30))[:, None]
     colours = colours + (1 - colours) * 0.55 * share
-    places, size = np.column_stack([ahead, up])[order], DISC * spacing[chosen][order]
+    places, size = np.column_stack([right, up])[order], DISC * spacing[sample][order]
     _discs(axes, places, size, colours[order], lw=0.15, edgecolors="#00000055")
-    margin = 0.04 * max(float(np.ptp(ahead)), float(np.ptp(up)))
-    ends = {f"{x}lim": (one.min() - margin, one.max() + margin) for x, one in (("x", ahead), ("y", up))}
+    margin = 0.04 * max(float(np.ptp(right)), float(np.ptp(up)))
+    ends = {f"{x}lim": (values.min() - margin, values.max() + margin) for x, values in (("x", right), ("y", up))}
     axes.set(**ends, aspect="equal")
     axes.set_axis_off()
     axes.set_title("view", fontsize=9)

@@ -49,14 +49,14 @@ def new_figure(size: tuple[float, float], dpi: int = 110) -> Figure:
     return Figure(figsize=size, dpi=dpi, layout="constrained")
 
 
-def new_panels(count: int, across: int, size: tuple[float, float], dpi: int = 110) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `count` panels, up to `across` beside one another, each of a size [in]."""
-    across = min(across, count)
-    down = -(-count // across)
-    figure = new_figure((size[0] * across, size[1] * down + 0.5), dpi)
-    axes = figure.subplots(down, across, squeeze=False).ravel()
-    for one in axes[count:]:
-        one.remove()
+def new_panels(count: int, columns: int, size: tuple[float, float], dpi: int = 110) -> tuple[Figure, list[Axes]]:
+    """Return a figure with `count` panels, up to `columns` beside one another, each of a size [in]."""
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    figure = new_figure((size[0] * columns, size[1] * rows + 0.5), dpi)
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel in axes[count:]:
+        panel.remove()
     return figure, list(axes[:count])
 
 
@@ -83,9 +83,9 @@ def lengths(snapshot: Snapshot, places: Any) -> tuple[str, float]:
 def appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
     """Return label, factor from the own unit, colour map, and whether zero is its middle, of a field or component."""
     name = "velocity" if field == "speed" else field
-    whole = next((one for one in snapshot.fields if name in _components(snapshot, one)), name)
-    label, factor, colours, symmetric = LOOK.get(whole, (whole.replace("_", " "), 1.0, "viridis", False))
-    if whole != name:
+    vector = next((f for f in snapshot.fields if name in _components(snapshot, f)), name)
+    label, factor, colours, symmetric = LOOK.get(vector, (vector.replace("_", " "), 1.0, "viridis", False))
+    if vector != name:
         label = f"{field} {label[label.find('[') :]}" if "[" in label else field
         colours, symmetric = "RdBu_r", True
     if _unitless(snapshot):
@@ -99,9 +99,9 @@ def field_of(snapshot: Snapshot, field: str) -> np.ndarray:
     if name in snapshot.fields:
         values = snapshot.fields[name].reshape(snapshot.count, -1)
         return values[:, 0] if values.shape[1] == 1 else np.sqrt((values**2).sum(axis=1))
-    for whole in snapshot.fields:
-        if name in (columns := _components(snapshot, whole)):
-            return snapshot.fields[whole].reshape(snapshot.count, -1)[:, columns.index(name)]
+    for vector in snapshot.fields:
+        if name in (columns := _components(snapshot, vector)):
+            return snapshot.fields[vector].reshape(snapshot.count, -1)[:, columns.index(name)]
     allowed = ["speed", *SHARES, *snapshot.fields]
     raise CaseError(f"the snapshot has no field '{field}'{suggest_nearest(field, allowed)}", where="--field")
 

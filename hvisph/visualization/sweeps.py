@@ -67,8 +67,8 @@ def _panels(verdicts: PlainMapping, draw: Any) -> Figure:
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
     figure, axes = new_panels(len(names), *PANELS)
-    for name, one in zip(names, axes, strict=True):
-        draw(one, verdicts[name], format_of(name))
+    for name, panel in zip(names, axes, strict=True):
+        draw(panel, verdicts[name], format_of(name))
     return figure
 
 
@@ -76,39 +76,39 @@ def _label(display: NumberFormat) -> str:
     return f"{display.label} [{display.unit}]" if display.unit else display.label
 
 
-def _convergence(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
+def _convergence(axes: Axes, study: PlainMapping, display: NumberFormat) -> None:
     """Results over spacing, with their uncertainties, and the curve to infinite resolution."""
-    h, f = np.array(one["spacings"]), np.array(one["values"]) * display.factor
-    spread = [0.0 if u is None else u * display.factor for u in one["uncertainties"]]
+    h, f = np.array(study["spacings"]), np.array(study["values"]) * display.factor
+    spread = [0.0 if u is None else u * display.factor for u in study["uncertainties"]]
     axes.errorbar(h, f, spread, fmt="o", color=INK, capsize=3)
-    note = one["verdict"]
-    if one["order"] is not None:
-        limit, fine = one["extrapolated"] * display.factor, int(np.argmin(h))
+    note = study["verdict"]
+    if study["order"] is not None:
+        limit, fine = study["extrapolated"] * display.factor, int(np.argmin(h))
         x = np.linspace(0.0, h.max(), 60)
-        axes.plot(x, limit + (f[fine] - limit) * (x / h[fine]) ** one["order"], color=FAINT)
+        axes.plot(x, limit + (f[fine] - limit) * (x / h[fine]) ** study["order"], color=FAINT)
         axes.plot([0.0], [limit], "D", color=ACCENT)
-        note = f"order {one['order']:.2f}, index {100 * one['index']:.2g} %"
-    across = f"spacing [{one['spacing_unit']}]" if one.get("spacing_unit") else "spacing"
-    axes.set(xlim=(0.0, None), xlabel=across, ylabel=_label(display))
+        note = f"order {study['order']:.2f}, index {100 * study['index']:.2g} %"
+    x_label = f"spacing [{study['spacing_unit']}]" if study.get("spacing_unit") else "spacing"
+    axes.set(xlim=(0.0, None), xlabel=x_label, ylabel=_label(display))
     axes.set_title(note, fontsize=9)
 
 
-def _against(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
+def _against(axes: Axes, comparison: PlainMapping, display: NumberFormat) -> None:
     """Draw computed over measured values, with the line of equality."""
-    measured, computed = (np.array(one[key]) * display.factor for key in ("measured", "computed"))
+    measured, computed = (np.array(comparison[key]) * display.factor for key in ("measured", "computed"))
     low, high = min(0.0, *measured, *computed), max(*measured, *computed)
     axes.plot([low, high], [low, high], color=FAINT)
     axes.plot(measured, computed, "o", color=INK)
     unit = f" [{display.unit}]" if display.unit else ""
     axes.set(xlabel=f"measured{unit}", ylabel=f"computed{unit}")
-    off = "" if one["mean"] is None else f": {100.0 * one['mean']:+.2g} % in the mean"
-    axes.set_title(f"{display.label}{off}", fontsize=9)
+    mean_error = "" if comparison["mean"] is None else f": {100.0 * comparison['mean']:+.2g} % in the mean"
+    axes.set_title(f"{display.label}{mean_error}", fontsize=9)
 
 
-def _tornado(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
+def _tornado(axes: Axes, sample: PlainMapping, display: NumberFormat) -> None:
     """Change of the measure over 5 to 95 % of each input, the largest on top."""
-    found = one.get("sensitivity") or {"inputs": {}, "swing": []}
-    swings = sorted(zip(found["inputs"], found["swing"], strict=True), key=lambda pair: abs(pair[1]))
+    sensitivity = sample.get("sensitivity") or {"inputs": {}, "swing": []}
+    swings = sorted(zip(sensitivity["inputs"], sensitivity["swing"], strict=True), key=lambda pair: abs(pair[1]))
     axes.barh(
         [".".join(path.split(".")[-3:]) for path, _ in swings],
         [swing * display.factor for _, swing in swings],
@@ -116,15 +116,15 @@ def _tornado(axes: Axes, one: PlainMapping, display: NumberFormat) -> None:
     )
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.set_xlabel(f"change over 5 to 95 % of the input [{display.unit or '-'}]")
-    spread = f"{one['mean'] * display.factor:.4g} ± {one['sd'] * display.factor:.2g} {display.unit}"
+    spread = f"{sample['mean'] * display.factor:.4g} ± {sample['sd'] * display.factor:.2g} {display.unit}"
     axes.set_title(f"{display.label}: {spread}", fontsize=9)
 
 
 def _fit_figure(data: Sequence[PlainMapping]) -> Figure:
     """Measured beside computed: by shot where there is one number each, over time or distance for curves."""
     groups: dict[tuple[str, str], list[PlainMapping]] = {}
-    for one in data:
-        groups.setdefault((one["quantity"], "" if one["at"] is None else one["shot"]), []).append(one)
+    for datum in data:
+        groups.setdefault((datum["quantity"], "" if datum["at"] is None else datum["shot"]), []).append(datum)
     figure, panels = new_panels(min(len(groups), MOST_PANELS), *PANELS)
     for axes, ((quantity, shot), rows) in zip(panels, groups.items(), strict=False):
         x = range(len(rows)) if not shot else [row["at"] for row in rows]
@@ -144,28 +144,28 @@ def _fit_figure(data: Sequence[PlainMapping]) -> Figure:
 def _limits(verdicts: Sequence[PlainMapping]) -> Figure:
     """Shots, bracket and the fitted curve of residual velocities."""
     figure, panels = new_panels(len(verdicts), *PANELS)
-    for axes, one in zip(panels, verdicts, strict=True):
-        shots = one["shots"]
-        held = [shot["value"] for shot in shots if not shot["happened"]]
+    for axes, case in zip(panels, verdicts, strict=True):
+        shots = case["shots"]
+        stopped = [shot["value"] for shot in shots if not shot["happened"]]
         through = [shot for shot in shots if shot["happened"] and shot["residual"] is not None]
         untold = [shot["value"] for shot in shots if shot["happened"] and shot["residual"] is None]
-        axes.plot(held, np.zeros(len(held)), "o", color=INK, label="no")
+        axes.plot(stopped, np.zeros(len(stopped)), "o", color=INK, label="no")
         axes.plot([s["value"] for s in through], [abs(s["residual"]) for s in through], "o", color=ACCENT, label="yes")
         if untold:
             axes.plot(untold, np.zeros(len(untold)), "|", markersize=14, color=ACCENT, label="yes, not through yet")
-        if one["below"] is not None and one["above"] is not None:
-            axes.axvspan(*sorted((one["below"], one["above"])), color=FAINT, alpha=0.3)
-        curve = one["lambert_jonas"]
+        if case["below"] is not None and case["above"] is not None:
+            axes.axvspan(*sorted((case["below"], case["above"])), color=FAINT, alpha=0.3)
+        curve = case["lambert_jonas"]
         if curve:
-            x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(one["unit"]), 200)
-            axes.plot(x / _to_si(one["unit"]), LambertJonas(**curve).residual(x), color=FAINT)
-        if "recht_ipson" in one:
-            axes.plot([s["value"] for s in shots], one["recht_ipson"]["residuals"], "--", c=FAINT, label="Recht-Ipson")
-        for correlation in one.get("correlations", []):
-            axes.axvline(correlation["value"] / _to_si(one["unit"]), color=FAINT, ls=":", label=correlation["name"])
-        axes.set(xlabel=f"{one['path']} [{one['unit'] or 'SI'}]", ylabel="residual velocity [m/s]")
+            x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(case["unit"]), 200)
+            axes.plot(x / _to_si(case["unit"]), LambertJonas(**curve).residual(x), color=FAINT)
+        if "recht_ipson" in case:
+            axes.plot([s["value"] for s in shots], case["recht_ipson"]["residuals"], "--", c=FAINT, label="Recht-Ipson")
+        for correlation in case.get("correlations", []):
+            axes.axvline(correlation["value"] / _to_si(case["unit"]), color=FAINT, ls=":", label=correlation["name"])
+        axes.set(xlabel=f"{case['path']} [{case['unit'] or 'SI'}]", ylabel="residual velocity [m/s]")
         axes.legend(title="went through", fontsize=8)
-        axes.set_title(", ".join(f"{path} = {value}" for path, value in one["parameters"].items()), fontsize=9)
+        axes.set_title(", ".join(f"{path} = {value}" for path, value in case["parameters"].items()), fontsize=9)
     return figure
 
 
@@ -177,31 +177,31 @@ def _measures(rows: Sequence[PlainMapping], record: Sequence[str] | None) -> Fig
     """Measures over the first value that varies, in as many colours as the others have values."""
     from matplotlib import colormaps
 
-    done = [row for row in rows if row["status"] == "done"]
-    found = dict.fromkeys(
-        k for row in done for k, one in row["measures"].items() if isinstance(one["value"], int | float)
+    ended = [row for row in rows if row["status"] == "done"]
+    defined = dict.fromkeys(
+        k for row in ended for k, result in row["measures"].items() if isinstance(result["value"], int | float)
     )
-    names = _choose_names(found, record)[:MOST_PANELS]
+    names = _choose_names(defined, record)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
-    paths = list(done[0]["values"])
-    texts = list(zip(*(format_differences([row["values"].get(path) for row in done]) for path in paths), strict=True))
+    paths = list(ended[0]["values"])
+    texts = list(zip(*(format_differences([row["values"].get(path) for row in ended]) for path in paths), strict=True))
     varied = [k for k, cells in enumerate(zip(*texts, strict=True)) if len(set(cells)) > 1] or [0]
-    first, *others = varied
+    first, *further_columns = varied
     groups: dict[str, list[int]] = {}
     for k, cells in enumerate(texts):
-        groups.setdefault(", ".join(f"{last_name(paths[j])} {cells[j]}" for j in others), []).append(k)
+        groups.setdefault(", ".join(f"{last_name(paths[j])} {cells[j]}" for j in further_columns), []).append(k)
     x, ticks, label = _places([cells[first] for cells in texts], paths[first])
     figure, panels = new_panels(len(names), *PANELS)
     for name, axes in zip(names, panels, strict=True):
         display = format_of(name)
         for number, (group, members) in enumerate(groups.items()):
             colour = INK if len(groups) == 1 else colormaps["viridis"](0.85 * number / (len(groups) - 1))
-            values = {k: done[k]["measures"].get(name, {}).get("value") for k in members}
-            shown = sorted((k for k in members if isinstance(values[k], int | float)), key=x.__getitem__)
+            values = {k: ended[k]["measures"].get(name, {}).get("value") for k in members}
+            valued = sorted((k for k in members if isinstance(values[k], int | float)), key=x.__getitem__)
             axes.plot(
-                [x[k] for k in shown],
-                [values[k] * display.factor for k in shown],
+                [x[k] for k in valued],
+                [values[k] * display.factor for k in valued],
                 "o-" if len(groups) > 1 else "o",
                 color=colour,
                 label=group,
@@ -241,53 +241,53 @@ def result_lines(results: PlainMapping, record: Sequence[str] | None = None) -> 
         "sample": (["", "unit", "mean", "sd", "5 %", "50 %", "95 %"], _sample_cells),
         "experiment": (["against the experiment", "shots", "mean", "worst"], _difference_cells),
     }
-    for kind, (heads, cells) in kinds.items():
-        if kind in results:
-            names = [name for name in results[kind] if record is None or name in record or kind == "experiment"]
-            return [heads, *([format_of(name).label, *cells(name, results[kind][name])] for name in names)]
+    for section, (heads, cells) in kinds.items():
+        if section in results:
+            names = [name for name in results[section] if record is None or name in record or section == "experiment"]
+            return [heads, *([format_of(name).label, *cells(name, results[section][name])] for name in names)]
     return []
 
 
-def _convergence_cells(name: str, one: PlainMapping) -> list[str]:
+def _convergence_cells(name: str, study: PlainMapping) -> list[str]:
     display = format_of(name)
-    finest = one["values"][one["spacings"].index(min(one["spacings"]))]
+    finest = study["values"][study["spacings"].index(min(study["spacings"]))]
     if name == "perforated":
-        return ["", format_value_of(name, finest, display), "-", "-", "-", one["verdict"]]
-    order = "-" if one["order"] is None else f"{one['order']:.2f}"
-    limit = "-" if one["extrapolated"] is None else f"{one['extrapolated'] * display.factor:.4g}"
-    index = "-" if one["index"] is None else f"{100 * one['index']:.2g} %"
-    return [display.unit, f"{finest * display.factor:.4g}", order, limit, index, one["verdict"]]
+        return ["", format_value_of(name, finest, display), "-", "-", "-", study["verdict"]]
+    order = "-" if study["order"] is None else f"{study['order']:.2f}"
+    limit = "-" if study["extrapolated"] is None else f"{study['extrapolated'] * display.factor:.4g}"
+    index = "-" if study["index"] is None else f"{100 * study['index']:.2g} %"
+    return [display.unit, f"{finest * display.factor:.4g}", order, limit, index, study["verdict"]]
 
 
-def _sample_cells(name: str, one: PlainMapping) -> list[str]:
+def _sample_cells(name: str, sample: PlainMapping) -> list[str]:
     display = format_of(name)
-    return [display.unit, *(f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95"))]
+    return [display.unit, *(f"{sample[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95"))]
 
 
-def _difference_cells(name: str, one: PlainMapping) -> list[str]:
-    differences = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
-    return [str(len(one["cases"])), *differences]
+def _difference_cells(name: str, comparison: PlainMapping) -> list[str]:
+    differences = ["-" if comparison[key] is None else f"{100.0 * comparison[key]:+.2g} %" for key in ("mean", "worst")]
+    return [str(len(comparison["cases"])), *differences]
 
 
 def _fit_lines(fit: PlainMapping) -> list[list[str]]:
     """Return the parameters of a fit with their intervals and correlations."""
     lines = [["", "", "95 %", "", *shortest_paths([*fit["parameters"]])]]
-    for (path, one), row in zip(fit["parameters"].items(), fit["correlation"], strict=True):
-        doubt = "" if one["determined"] else "not determined by the data"
-        value, *interval = (f"{number:.4g}" for number in (one["value"], *one["interval"]))
-        lines.append([path, f"{value} {one['unit']}", " to ".join(interval), doubt, *(f"{r:+.2f}" for r in row)])
+    for (path, parameter), row in zip(fit["parameters"].items(), fit["correlation"], strict=True):
+        doubt = "" if parameter["determined"] else "not determined by the data"
+        value, *interval = (f"{number:.4g}" for number in (parameter["value"], *parameter["interval"]))
+        lines.append([path, f"{value} {parameter['unit']}", " to ".join(interval), doubt, *(f"{r:+.2f}" for r in row)])
     return lines
 
 
 def shortest_paths(paths: Sequence[str]) -> list[str]:
     """Return paths by as many of their last parts as distinguish them, a number with its key."""
-    shown = []
+    labels = []
     for path in paths:
         parts = path.split(".")
         ends = [".".join(parts[-k:]) for k in range(1, len(parts) + 1) if not parts[-k].isdigit() or k == len(parts)]
-        unlike = (end for end in ends if not any(f".{other}".endswith(f".{end}") for other in paths if other != path))
-        shown.append(next(unlike, path))
-    return shown
+        unique = (end for end in ends if not any(f".{path_}".endswith(f".{end}") for path_ in paths if path_ != path))
+        labels.append(next(unique, path))
+    return labels
 
 
 def format_value_of(name: str, value: float | bool | None, display: NumberFormat) -> str:

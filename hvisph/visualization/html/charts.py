@@ -118,9 +118,9 @@ def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[C
     giga = 1.0 if unitless else 1e-9
     measured = []
     pressures = {"centre_pressure": "at the projectile's centre", "axis_pressure_min": "lowest on the shot line"}
-    there = {label: history[name] * giga for name, label in pressures.items() if name in history}
-    if there:
-        measured.append(chart(time, there, "pressure" if unitless else "pressure [GPa]", "Pressures", unitless))
+    curves = {label: history[name] * giga for name, label in pressures.items() if name in history}
+    if curves:
+        measured.append(chart(time, curves, "pressure" if unitless else "pressure [GPa]", "Pressures", unitless))
     conserved = []
     energies = [name for name in history if name.endswith(("_energy", "_work", "_heat")) or name == "energy"]
     if energies:
@@ -146,24 +146,24 @@ def _scaled_chart(
 ) -> dict[str, str]:
     """Return a chart of lines [SI] in `unit`, or in the unit that suits their size."""
     word, factor = ("", 1.0) if unitless else axis_unit(unit, np.concatenate(list(lines.values())))
-    shown, spread = ({label: values * factor for label, values in part.items()} for part in (lines, bands or {}))
-    return chart(time, shown, f"{name} [{word}]" if word else name, caption, unitless, spread)
+    scaled, spread = ({label: values * factor for label, values in part.items()} for part in (lines, bands or {}))
+    return chart(time, scaled, f"{name} [{word}]" if word else name, caption, unitless, spread)
 
 
 def measured_charts(measured: Measures) -> Charts:
     """Return charts of the main measures over the snapshots, with their bands: lengths, and velocities."""
-    shown = measured.series
-    time = np.array([moment.time for moment in shown])
+    series = measured.series
+    time = np.array([moment.time for moment in series])
     charts = []
     for unit, (names, caption) in OVER_TIME.items():
         lines, bands = {}, {}
         for name in names:
-            results = [moment.results.get(name) for moment in shown]
+            results = [moment.results.get(name) for moment in series]
             display = format_of(name, unit, measured.unitless)
-            values = np.array([_or_nan(one.value if one else None) for one in results])
+            values = np.array([_or_nan(result.value if result else None) for result in results])
             if np.isfinite(values).sum() > 1:
                 lines[display.label] = values
-                bands[display.label] = np.array([_or_nan(one.uncertainty if one else None) for one in results])
+                bands[display.label] = np.array([_or_nan(result.uncertainty if result else None) for result in results])
         if lines:
             shown_in = format_of(names[0], unit).unit
             charts.append(_scaled_chart(time, lines, caption.lower(), shown_in, caption, measured.unitless, bands))
@@ -179,17 +179,17 @@ def moments(
 ) -> list[tuple[str, float]]:
     """Return the main moments of a run by name, in order of time [s]."""
     end = last.time
-    named: list[tuple[str, object]] = []
+    events: list[tuple[str, object]] = []
     if len(last.bodies) > 1 and "kinetic_energy" in history:  # contact: the first record with less kinetic energy
         energy = history["kinetic_energy"]
-        less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[:1])
-        named.append(("contact", float(np.asarray(history["time"], float)[less[0]]) if len(less) else None))
-    named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
+        slower = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[:1])
+        events.append(("contact", float(np.asarray(history["time"], float)[slower[0]]) if len(slower) else None))
+    events.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
     for layer in layers:
         time = layer["measures"].get("perforation_time", {}).get("value")
-        named.append((f"perforation of {layer['body']}", time))
-    marks = [("begin", 0.0), *((name, float(t)) for name, t in named if isinstance(t, int | float) and 0.0 < t < end)]
-    return [*sorted(marks, key=lambda one: one[1]), ("end", end)]
+        events.append((f"perforation of {layer['body']}", time))
+    marks = [("begin", 0.0), *((name, float(t)) for name, t in events if isinstance(t, int | float) and 0.0 < t < end)]
+    return [*sorted(marks, key=lambda mark: mark[1]), ("end", end)]
 
 
 def criteria(history: Mapping[str, np.ndarray]) -> Sequence[tuple[str, float]]:

@@ -41,23 +41,23 @@ class Frames:
 def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
     """Return the moments of a run, thinned to a page; `planes`: axes whose coordinate plane is a mirror."""
     places = np.unique(np.linspace(0, len(paths) - 1, min(len(paths), MOST_FRAMES)).round().astype(int))
-    chosen = [paths[k] for k in places]  # evenly, first and last among them
-    first, last = read_snapshot(chosen[0]), read_snapshot(chosen[-1])
+    files = [paths[k] for k in places]  # evenly, first and last among them
+    first, last = read_snapshot(files[0]), read_snapshot(files[-1])
     ids = np.union1d(first.id, last.id)
-    most = max(min(MOST_PARTICLES, MOST_POINTS // len(chosen)), 1)
+    most_particles = max(min(MOST_PARTICLES, MOST_POINTS // len(files)), 1)
     remarks = []
-    if len(chosen) < len(paths):
-        remarks.append(f"{len(chosen)} of {len(paths)} snapshots are shown")
-    kept = ids
-    if len(ids) > most:
+    if len(files) < len(paths):
+        remarks.append(f"{len(files)} of {len(paths)} snapshots are shown")
+    used = ids
+    if len(ids) > most_particles:
         # a constant share everywhere: numbers follow the bodies' rows, so equal steps are spread over space
-        kept = ids[np.unique(np.linspace(0, len(ids) - 1, most).astype(int))]
-        remarks.append(f"{len(kept)} of {len(ids)} particles are shown")
-    moments = [read_snapshot(path) for path in chosen]
+        used = ids[np.unique(np.linspace(0, len(ids) - 1, most_particles).astype(int))]
+        remarks.append(f"{len(used)} of {len(ids)} particles are shown")
+    moments = [read_snapshot(path) for path in files]
     names = [name for name in FIELDS if all(name in moment.fields for moment in moments)]
     names = [name for name in names if any(np.any(moment.fields[name]) for moment in moments)][:MOST_FIELDS]
     dim = first.dimensions
-    positions = np.stack([_align_values(moment, moment.fields["position"], kept) for moment in moments])
+    positions = np.stack([_align_values(moment, moment.fields["position"], used) for moment in moments])
     low, high = _box(positions)
     view = _view(positions)
     parts = []
@@ -70,17 +70,17 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
         label, factor, colours, symmetric = appearance(first, name)
         values = [field_of(moment, name) * factor for moment in moments]
         ends = field_range(np.concatenate(values), symmetric)
-        aligned = np.stack([_align_values(moment, value, kept) for moment, value in zip(moments, values, strict=True)])
+        aligned = np.stack([_align_values(moment, value, used) for moment, value in zip(moments, values, strict=True)])
         scaled = np.rint((aligned - ends[0]) / (ends[1] - ends[0]) * (COLOURS - 1))
         parts.append(np.clip(np.nan_to_num(scaled), 0, COLOURS - 1).astype(np.uint8).tobytes())
         headers.append({"name": name, "label": label.replace("$^3$", "³"), "colours": colours, "ends": ends})
-    body = _align_values(first, first.body.astype(float), kept)
-    body = np.where(np.isnan(body), _align_values(last, last.body.astype(float), kept), body).astype(np.uint8)
+    body = _align_values(first, first.body.astype(float), used)
+    body = np.where(np.isnan(body), _align_values(last, last.body.astype(float), used), body).astype(np.uint8)
     content = {
         "title": str(first.metadata.get("title", "")),
         "dimensions": dim,
-        "count": len(kept),
-        "spacing": spacing_of(first) * (len(ids) / len(kept)) ** (1.0 / dim),
+        "count": len(used),
+        "spacing": spacing_of(first) * (len(ids) / len(used)) ** (1.0 / dim),
         "times": [moment.time for moment in moments],
         "units": _units(first, np.array([low, high]), moments[-1].time),
         "kinematics": str(first.metadata.get("kinematics", "")),
@@ -103,14 +103,14 @@ def _units(snapshot: Snapshot, box: np.ndarray, end: float) -> dict[str, tuple[s
     return {"length": axis_unit("mm", box.ravel()), "time": (unit.replace("us", "µs"), factor)}
 
 
-def _align_values(moment: Snapshot, values: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the values of the particles `kept`, NaN for those that are not there."""
-    out = np.full((len(kept), *values.shape[1:]), np.nan)
+def _align_values(moment: Snapshot, values: np.ndarray, ids: np.ndarray) -> np.ndarray:
+    """Return the values of the particles `ids`, NaN for those that are not there."""
+    out = np.full((len(ids), *values.shape[1:]), np.nan)
     order = np.argsort(moment.id)
-    place = np.searchsorted(moment.id[order], kept)
+    place = np.searchsorted(moment.id[order], ids)
     place = np.minimum(place, moment.count - 1)
-    there = moment.id[order][place] == kept
-    out[there] = values[order][place[there]]
+    present = moment.id[order][place] == ids
+    out[present] = values[order][place[present]]
     return out
 
 

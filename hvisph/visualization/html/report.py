@@ -52,18 +52,18 @@ class RunReport(RunFiles):
         if 2 < len(self.paths) <= MOST_MEASURED / self.last.count and self.last.dimensions > 1:
             measured = [*measured_charts(measure(self.folder, at="all")), *measured]
         table = self._rows()
-        shown = [row for row in table if row.value != "-" or row.passed is not None]
+        defined = [row for row in table if row.value != "-" or row.passed is not None]
         status = self.summary.get("status", "unfinished")
         verdict, mood = self.verdict()
         main = []  # the measures that matter for the kind of the case
         if "measures" in self.summary:
-            results = {name: Result.from_dict(one) for name, one in headline(self.summary).items()}
+            results = {name: Result.from_dict(entry) for name, entry in headline(self.summary).items()}
             main = rows(results, self.summary.get("expected", ()), self.unitless)
         return {
             "name": self.name,
             "verdict": verdict,
             "mood": mood,
-            "main_rows": [asdict(row) for row in main or shown[:8]],
+            "main_rows": [asdict(row) for row in main or defined[:8]],
             "layers": self._layers(),
             "all_rows": [asdict(row) for row in self._rows(variants=True)],
             "bodies": body_rows(self.summary, self.unitless),
@@ -106,25 +106,25 @@ class RunReport(RunFiles):
             parts.append(f"{headline[:1].upper()}{headline[1:].rstrip('.')}.")
         expected = self.summary.get("expected", [])
         if expected:
-            met = sum(bool(one["passed"]) for one in expected)
-            parts.append(f"{met} of {len(expected)} expectations are met.")
+            passed = sum(bool(entry["passed"]) for entry in expected)
+            parts.append(f"{passed} of {len(expected)} expectations are met.")
             missed = [row.label for row in self._rows() if row.passed is False]
             if missed:
                 parts.append(f"Missed: {', '.join(missed)}.")
-        bad = status == "failed" or any(not one["passed"] for one in expected)
-        return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
+        is_bad = status == "failed" or any(not entry["passed"] for entry in expected)
+        return " ".join(parts), "bad" if is_bad else "good" if status == "done" else ""
 
     def _rows(self, variants: bool = False) -> list[Row]:
-        results: Plain = {name: Result.from_dict(one) for name, one in self.measures.items()}
+        results: Plain = {name: Result.from_dict(entry) for name, entry in self.measures.items()}
         return rows(results, self.summary.get("expected", []), self.unitless, variants)
 
     def _layers(self) -> list[Plain]:
         """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
         reports = []
         for layer in self.summary.get("layers", []):
-            results: Plain = {name: Result.from_dict(one) for name, one in layer["measures"].items()}
-            shown = [asdict(row) for row in rows(results, (), self.unitless, variants=True) if row.value != "-"]
-            reports.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
+            results: Plain = {name: Result.from_dict(entry) for name, entry in layer["measures"].items()}
+            lines = [asdict(row) for row in rows(results, (), self.unitless, variants=True) if row.value != "-"]
+            reports.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": lines})
         return reports
 
     def _moments(self) -> list[tuple[str, float, str]]:
@@ -144,7 +144,7 @@ class RunReport(RunFiles):
             if fragment.count >= FEWEST_PARTICLES
         ]
         rows = []
-        for body, fragment, role in sorted(pieces, key=lambda one: -one[1].count)[:MOST_PIECES]:
+        for body, fragment, role in sorted(pieces, key=lambda piece: -piece[1].count)[:MOST_PIECES]:
             velocity, speed = np.atleast_1d(fragment.velocity), fragment.speed
             angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
             share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
@@ -161,8 +161,8 @@ class RunReport(RunFiles):
             remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
         fractions = self.summary.get("shares")
         if fractions:  # undefined fractions are left out
-            known = [(share, good, words) for name, good, words in SHARES if (share := fractions.get(name)) is not None]
-            remarks += [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
+            parts = [(share, high, words) for name, high, words in SHARES if (share := fractions.get(name)) is not None]
+            remarks += [(share < high, f"{format_share(share)} of the mass {words}") for share, high, words in parts]
         else:
             remarks += _state_remarks(self.last)
         if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
@@ -185,8 +185,8 @@ def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
     lines = []
     energy = last.fields.get("internal_energy")
     if energy is not None:
-        least = float(np.abs(energy).max()) * 1e-6
-        share = float(mass[energy < -least].sum() / mass.sum())
+        tolerance = float(np.abs(energy).max()) * 1e-6
+        share = float(mass[energy < -tolerance].sum() / mass.sum())
         lines.append((share < 1e-3, f"{format_share(share)} of the mass has a negative internal energy"))
     damage = last.fields.get("damage")
     if damage is not None and damage.any():
@@ -230,16 +230,16 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     written.
     """
     reports = [RunReport(Path(run)) for run in runs]
-    names = [one.name for one in reports]
-    for one in reports:
-        if names.count(one.name) > 1:  # the folder's name as well
-            one.name = f"{one.folder.resolve().parent.name}/{one.name}"
-    contents = [one.content() for one in reports]
-    tables = colour_tables([field["colours"] for one in contents for field in one["frames"]["fields"]])
+    names = [page.name for page in reports]
+    for page in reports:
+        if names.count(page.name) > 1:  # the folder's name as well
+            page.name = f"{page.folder.resolve().parent.name}/{page.name}"
+    contents = [page.content() for page in reports]
+    tables = colour_tables([field["colours"] for content in contents for field in content["frames"]["fields"]])
     target = Path(path) if path is not None else reports[0].folder / REPORT
-    packed = {"colours": tables, "runs": [one["frames"] for one in contents]}
-    titles = {one["frames"]["title"] for one in contents}
-    runs_of = "" if len(contents) == 1 else " / ".join(one["name"] for one in contents)
+    packed = {"colours": tables, "runs": [content["frames"] for content in contents]}
+    titles = {content["frames"]["title"] for content in contents}
+    runs_of = "" if len(contents) == 1 else " / ".join(content["name"] for content in contents)
     title = ": ".join(part for part in (titles.pop() if len(titles) == 1 else "", runs_of) if part)
     text = template("report.html.j2").render(
         title=title or contents[0]["name"],
@@ -260,7 +260,7 @@ def _differences(reports: Sequence[RunReport]) -> list[Plain]:
     """Return the measures of several runs side by side; empty for a single run."""
     if len(reports) < 2:
         return []
-    tables = [{row.name: row for row in one._rows()} for one in reports]
+    tables = [{row.name: row for row in run._rows()} for run in reports]
     names = dict.fromkeys(name for table in tables for name, row in table.items() if row.value != "-")
     return [
         {

@@ -58,20 +58,20 @@ def picture(run: RunFiles) -> str:
     first = read_snapshot(run.paths[0])
     position = first.fields["position"].reshape(first.count, -1)
     spacing = np.full(first.count, spacing_of(first))
-    drawn = []
+    bodies = []
     for number, name in enumerate(first.bodies):
-        own = first.body == number
-        if not own.any():
+        mask = first.body == number
+        if not mask.any():
             continue
-        velocity = first.fields["velocity"].reshape(first.count, -1)[own].mean(axis=0)
-        label = f"{name}: {first.materials[int(first.material[own][0])]}"
+        velocity = first.fields["velocity"].reshape(first.count, -1)[mask].mean(axis=0)
+        label = f"{name}: {first.materials[int(first.material[mask][0])]}"
         if run.case is not None and name in run.case.bodies:
             label += f", {_describe_shape(run.case.bodies[name].shape, run.unitless)}"
-        drawn.append(DrawnBody(name, label, position[own], spacing[own], velocity, np.zeros(own.sum(), bool)))
+        bodies.append(DrawnBody(name, label, position[mask], spacing[mask], velocity, np.zeros(mask.sum(), bool)))
     planes = [(axis, 0.0) for axis in symmetry_axes(first.metadata.get("case"))]
     gauges = {} if run.case is None else {name: gauge.at for name, gauge in run.case.gauges.items()}
     title = str(first.metadata.get("title", "")) or run.name
-    setup = Setup(title, drawn, planes, gauges, (), not run.unitless, first.is_axisymmetric)
+    setup = Setup(title, bodies, planes, gauges, (), not run.unitless, first.is_axisymmetric)
     return embedded_image(setup_figure(setup), PICTURE_DPI)
 
 
@@ -116,14 +116,14 @@ def reproduce(run: RunFiles) -> str:
 
 def files(run: RunFiles) -> list[tuple[Path, str]]:
     """Return the files of the run with their content."""
-    what = {
+    contents = {
         file_names.CASE: "the effective case",
         file_names.SUMMARY: "measures and cost",
         file_names.HISTORY: "energies, step, pressures",
         file_names.LOG: "what happened when",
         file_names.TIME_SERIES: "all snapshots, for ParaView",
     }
-    files = [(run.folder / name, text) for name, text in what.items() if (run.folder / name).is_file()]
+    files = [(run.folder / name, text) for name, text in contents.items() if (run.folder / name).is_file()]
     return [*files, (run.paths[0].parent, f"{len(run.paths)} snapshots")]
 
 
@@ -144,7 +144,7 @@ def _describe_shape(shape: Any, unitless: bool) -> str:
             parts += [part.shape.type for part in value]
         else:
             sizes.append(f"{key.replace('_', ' ')} {_format_value(value, unitless)}")
-    inner = [f"{parts.count(kind)} {kind}" if parts.count(kind) > 1 else kind for kind in dict.fromkeys(parts)]
+    inner = [f"{parts.count(name)} {name}" if parts.count(name) > 1 else name for name in dict.fromkeys(parts)]
     return " ".join([shape.type, *(["of", ", ".join(inner)] if inner else []), ", ".join(sizes)]).strip()
 
 

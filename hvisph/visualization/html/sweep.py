@@ -28,10 +28,10 @@ SHARE = 0.995  # of the particles are not faster than the scale's end
 
 def multiples(folders: Sequence[Path]) -> dict[Path, str]:
     """Return pictures of the first `MOST` last states, coloured by speed, as addresses that hold them; not of 1D."""
-    kept = [folder for folder in folders if _last(folder) is not None][:MOST]
-    states = map(_last, kept)  # one at a time
+    drawable = [folder for folder in folders if _last(folder) is not None][:MOST]
+    states = map(_last, drawable)  # one at a time
     fastest = max((float(np.quantile(field_of(state, "speed"), SHARE)) for state in states if state), default=0.0)
-    return {folder: _last_state(folder, max(fastest, 1e-30)) for folder in kept}
+    return {folder: _last_state(folder, max(fastest, 1e-30)) for folder in drawable}
 
 
 def _last(folder: Path) -> Snapshot | None:
@@ -76,8 +76,8 @@ def sweep_report(
     with suppress(CaseError):
         svg = embed_figure(sweep_figure(results, rows, record), "What the sweep says")
     heads, *cells = table
-    shown = [k for k, head in enumerate(map(str, heads)) if not head.startswith("± ") and head != "folder"]
-    shown = [k for k in shown if any(row[k] not in (None, "") for row in cells)]
+    columns = [k for k, head in enumerate(map(str, heads)) if not head.startswith("± ") and head != "folder"]
+    columns = [k for k in columns if any(row[k] not in (None, "") for row in cells)]
     text = template("sweep.html.j2").render(
         title=title,
         css=(PAGE / "report.css").read_text(encoding="utf-8"),
@@ -85,10 +85,10 @@ def sweep_report(
         said_heads=said_heads,
         said_rows=said_rows,
         svg=svg,
-        heads=[heads[k] for k in shown],
+        heads=[heads[k] for k in columns],
         rows=[
-            {"link": _page(home, row), "cells": [{"text": _short(own[k]), "sort": _plain(own[k])} for k in shown]}
-            for row, own in zip(rows, cells, strict=True)
+            {"link": _page(home, row), "cells": [{"text": _short(line[k]), "sort": _plain(line[k])} for k in columns]}
+            for row, line in zip(rows, cells, strict=True)
         ],
         pictures=_pictures(home, rows),
     )
@@ -108,15 +108,15 @@ def _pictures(home: Path, rows: Sequence[PlainMapping]) -> list[dict[str, str]]:
     paths = dict.fromkeys(path for row in rows for path in row["values"])
     texts = {path: format_differences([row["values"].get(path) for row in rows]) for path in paths}
     varied = [cells for cells in texts.values() if len(set(cells)) > 1]
-    shown = multiples([Path(row["folder"]) for row in rows])
+    images = multiples([Path(row["folder"]) for row in rows])
     return [
         {
-            "image": shown[Path(row["folder"])],
+            "image": images[Path(row["folder"])],
             "text": f"{row['number']}: {', '.join(cells[k] for cells in varied)}",
             "link": _page(home, row),
         }
         for k, row in enumerate(rows)
-        if Path(row["folder"]) in shown
+        if Path(row["folder"]) in images
     ]
 
 
