@@ -63,23 +63,23 @@ class Drawing:
 
 @shared
 def plot(
-    drawing: Drawing,
+    how: Drawing,
     runs: list[str] = argument("RUN...", "Folders of runs, or snapshots."),
     at: str | None = option("--at TIMES", "Times, such as 2us,4us; the last unless given.", None),
     out: Path | None = option("--out, -o FILE", "png, pdf or svg; plot.png in the run's folder.", None),
 ) -> None:
     """Draw all particles at one or several times, of one or several runs, in one picture."""
-    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, drawing.names)]
+    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1, how.names)]
     first = Path(runs[0])
     target = out or (first if first.is_dir() else first.parent) / "plot.png"
-    path = view_picture(moments, target, drawing.look(moments))
-    if not drawing.quiet:
+    path = view_picture(moments, target, how.look(moments))
+    if not how.quiet:
         typer.echo(str(path))
 
 
 @shared
 def animate(
-    drawing: Drawing,
+    how: Drawing,
     run: str = argument("RUN", "Folder of a run."),
     out: Path = option("--out, -o FILE", "gif, mp4, or html for a player."),
     seconds: float = option("--seconds", "Duration of the animation [s].", 6.0, min=0.1),
@@ -88,9 +88,9 @@ def animate(
     if out.suffix.lower() in (".html", ".htm"):
         path = build([run], out)
     else:
-        moments = shown_moments(Path(run), "all", False, drawing.names)
-        path = draw(moments, out, drawing.look(moments), seconds)
-    if not drawing.quiet:
+        moments = shown_moments(Path(run), "all", False, how.names)
+        path = draw(moments, out, how.look(moments), seconds)
+    if not how.quiet:
         typer.echo(str(path))
 
 
