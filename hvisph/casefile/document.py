@@ -191,8 +191,8 @@ def read_yaml(path: pathlib.Path) -> Document:
     try:
         status = os.stat(path)
         if stat.S_ISDIR(status.st_mode):
-            held = sorted(one.name for one in path.glob("*.yaml"))[:FEW]
-            inside = f"; it holds {', '.join(held)}" if held else ""
+            names = sorted(file.name for file in path.glob("*.yaml"))[:FEW]
+            inside = f"; it holds {', '.join(names)}" if names else ""
             raise CaseError(f"is a folder, not a case file{inside}", file=name)
         if not stat.S_ISREG(status.st_mode):
             raise CaseError("is not a regular file", file=name)
@@ -264,8 +264,8 @@ def _case(text: object) -> Plain:
 
 def formulation(text: object) -> str:
     """Return the name of the formulation; empty where it is unknown."""
-    chosen = _case(text).get("formulation")
-    return str(chosen.get("type", "")) if isinstance(chosen, dict) else ""
+    block = _case(text).get("formulation")
+    return str(block.get("type", "")) if isinstance(block, dict) else ""
 
 
 def symmetry_axes(text: object) -> tuple[int, ...]:

@@ -40,8 +40,8 @@ def translate(error: ValidationError, root: type[M], data: object, places: Mappi
     for detail in error.errors(include_url=False):
         path = user_path(root, detail["loc"], data)
         if detail["type"] == PROBLEMS:
-            given = value_at(data, path)
-            problems = [((*path, *_keys_of_text(given, text)), what) for text, what in detail["ctx"][PROBLEMS]]
+            value = value_at(data, path)
+            problems = [((*path, *_keys_of_text(value, text)), reason) for text, reason in detail["ctx"][PROBLEMS]]
         else:
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
@@ -80,8 +80,8 @@ def user_path(root: type[BaseModel], loc: Sequence[str | int], data: object) -> 
     tag_due = False
     for part in loc:
         # pydantic marks a bad name of a body by '[key]' after the name
-        named = walk(root, path[:-1], data) if part == "[key]" and path else None
-        if tag_due or (named is not None and named.named):
+        block = walk(root, path[:-1], data) if part == "[key]" and path else None
+        if tag_due or (block is not None and block.named):
             tag_due = False
             continue
         path = (*path, part)
@@ -97,8 +97,8 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
     kind, value = detail["type"], detail["input"]
     if path[-2:-1] in (("measures",), ("expected",)) and kind in ("extra_forbidden", "literal_error"):
         name = path[-1] if kind == "extra_forbidden" else value
-        if now := present_name("measures", name):
-            return path, now
+        if renamed := present_name("measures", name):
+            return path, renamed
     if kind == "extra_forbidden":
         parent = walk(root, path[:-1], data)
         if parent is not None and (reason := _meaningless(parent, value_at(data, path[:-1]), str(path[-1]))):
@@ -112,47 +112,47 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         key, remark = spellings("other_keys").get(str(path[-1]), ("", ""))
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
-        unlike = _models_with_key(parent, value_at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
+        where = _models_with_key(parent, value_at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
         return (
             path,
-            f"unknown key{unlike or _places_of_key(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)}",
+            f"unknown key{where or _places_of_key(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)}",
         )
     spot = walk(root, path, data)
     if kind == "missing":
         about = spot.info.description if spot and spot.info and spot.info.description else ""
-        named = "name" in (value if isinstance(value, dict) else {}) and path[-1] in ("density", "eos")
-        library = "; a material of the library is its name alone, or {base: NAME}" if named else ""
+        has_name = "name" in (value if isinstance(value, dict) else {}) and path[-1] in ("density", "eos")
+        library = "; a material of the library is its name alone, or {base: NAME}" if has_name else ""
         return path, f"missing{': ' + about if about else ''}{library}"
     if kind == "union_tag_not_found":
         return path, _missing_type(spot, value)
     if kind == "union_tag_invalid":
         tag = str(detail["ctx"]["tag"])
-        if now := renamed_value("type", tag):
+        if renamed := renamed_value("type", tag):
             return (*path, "type"), now
-        ours = spellings("types").get(tag.lower().replace("-", "_"), "")
-        if spot and ours in spot.models:
-            return (*path, "type"), f"unknown '{shorten(tag)}'; here it is '{ours}'"
+        word = spellings("types").get(tag.lower().replace("-", "_"), "")
+        if spot and word in spot.models:
+            return (*path, "type"), f"unknown '{shorten(tag)}'; here it is '{word}'"
         return (*path, "type"), f"unknown '{shorten(tag)}'{suggest_nearest(tag, list(spot.models) if spot else [])}"
     if kind == "literal_error":
-        other = spellings("kinematics").get(str(value).lower()) if path[-1] == "kinematics" else None
-        remedy = f"; write {other}" if other else suggest_nearest(str(value), spot.choices if spot else ())
+        choice = spellings("kinematics").get(str(value).lower()) if path[-1] == "kinematics" else None
+        remedy = f"; write {choice}" if choice else suggest_nearest(str(value), spot.choices if spot else ())
         return path, renamed_value(path[-1], value) or f"unknown {_format_short(value)}{remedy}"
     if kind == "value_error":
         return path, str(detail["ctx"]["error"])
     if kind == "model_attributes_type" and spot and spot.tagged:
         return path, _missing_type(spot, value)
-    written = next((spellings("written_out").get(part) for part in reversed(path) if isinstance(part, str)), None)
-    return path, _plain(kind, detail, value) + (f"; write it like {written}" if written and kind in UNLIKE else "")
+    example = next((spellings("written_out").get(part) for part in reversed(path) if isinstance(part, str)), None)
+    return path, _plain(kind, detail, value) + (f"; write it like {example}" if example and kind in UNLIKE else "")
 
 
 def _models_with_key(parent: Spot, value: object, key: str, allowed: Sequence[str]) -> str:
     """Return the other models at `parent` that have the key; empty for none."""
-    others = [tag for tag, model in parent.models.items() if key in model.model_fields]
+    tags = [tag for tag, model in parent.models.items() if key in model.model_fields]
     tag = value.get("type") if isinstance(value, dict) else None
-    if not parent.tagged or tag not in parent.models or not others:
+    if not parent.tagged or tag not in parent.models or not tags:
         return ""
-    own = ", ".join(one for one in allowed if one != "type")
-    return f" of {tag}, which has {own}; it is one of {', '.join(others)}"
+    keys = ", ".join(k for k in allowed if k != "type")
+    return f" of {tag}, which has {keys}; it is one of {', '.join(tags)}"
 
 
 def _places_of_key(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str:
@@ -160,10 +160,10 @@ def _places_of_key(root: type[BaseModel], path: Path, allowed: Sequence[str]) ->
     key = str(path[-1])
     if get_close_matches(key, allowed, n=1, cutoff=SLIP):
         return ""
-    found = _paths_by_key(root).get(key, set())
-    found = {one for one in found if one.split(".")[0] == path[0]} or found
-    known = " or ".join(sorted(found, key=lambda one: (one.count("."), one)))
-    return f" here; it stands at {known}" if 0 < len(found) <= MOST_PLACES else ""
+    paths = _paths_by_key(root).get(key, set())
+    paths = {p for p in paths if p.split(".")[0] == path[0]} or paths
+    text = " or ".join(sorted(paths, key=lambda p: (p.count("."), p)))
+    return f" here; it stands at {text}" if 0 < len(paths) <= MOST_PLACES else ""
 
 
 @cache
@@ -181,23 +181,23 @@ def _meaningless(spot: Spot, value: object, key: str) -> str:
     return f"has no meaning with {tag}: {reason}; leave it out" if reason else ""
 
 
-def _plain(kind: str, detail: ErrorDetails, value: object) -> str:
+def _plain(error_type: str, detail: ErrorDetails, value: object) -> str:
     """Reword the remaining messages of pydantic."""
     expected = {
         "a mapping of keys": ("model_type", "model_attributes_type", "dict_type"),
         "a list": ("tuple_type", "list_type"),
         "text": ("string_type",),
     }
-    for what, kinds in expected.items():
-        if kind in kinds:
-            return f"expected {what}, found {kind_of(value)}"
-    if kind in ("int_type", "int_parsing", "int_from_float"):
+    for noun, kinds in expected.items():
+        if error_type in kinds:
+            return f"expected {noun}, found {kind_of(value)}"
+    if error_type in ("int_type", "int_parsing", "int_from_float"):
         return f"expected a whole number, found {_format_short(value)}"
-    if kind == "string_pattern_mismatch":
+    if error_type == "string_pattern_mismatch":
         return "a name starts with a letter or _ and holds up to 64 letters, digits, _ and -"
-    if kind == "too_short":
+    if error_type == "too_short":
         return f"needs at least {detail['ctx']['min_length']} entries, has {detail['ctx']['actual_length']}"
-    if kind == "too_long":
+    if error_type == "too_long":
         return f"has more than the {detail['ctx']['max_length']} entries that are allowed"
     message = str(detail["msg"])
     return f"{message[:1].lower()}{message[1:]}, found {_format_short(value)}"

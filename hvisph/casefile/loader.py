@@ -48,18 +48,18 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
 
 def validate(document: Document) -> Case:
     """Validate `document` and return its case; raises all errors."""
-    units, known = document.value.get("units"), materials_of(document)
-    document = with_bases(document, known.values)
+    units, materials = document.value.get("units"), materials_of(document)
+    document = with_bases(document, materials.values)
     folders = dict.fromkeys(str(Path(place.file).parent) for place in document.places.values() if place.file)
-    context = {"units": units, "library": known.load, "folders": tuple(folders)}
+    context = {"units": units, "library": materials.load, "folders": tuple(folders)}
     return validate_values(Case, document.value, document.places, context)
 
 
 def materials_of(document: Document) -> Library:
     """Return the material library with the files that `materials` of the case lists."""
-    listed = document.value.get("materials") or ()
+    names = document.value.get("materials") or ()
     libraries = []
-    for index, name in enumerate(listed if isinstance(listed, list | tuple) else ()):
+    for index, name in enumerate(names if isinstance(names, list | tuple) else ()):
         place = document.places.get(("materials", index)) or document.places.get(("materials",), Place(""))
         if isinstance(name, str):
             libraries.append(_resolve_near(name, place, ("materials", str(index))))
@@ -69,8 +69,8 @@ def materials_of(document: Document) -> Library:
 def _resolve_near(name: str, place: Place, path: Keys) -> Path:
     """Resolve `name` relative to the case file, or else to the working folder."""
     try:
-        beside = Path(place.file).parent / name if place.file else Path(name)
-        for candidate in (beside, Path(name)):
+        sibling = Path(place.file).parent / name if place.file else Path(name)
+        for candidate in (sibling, Path(name)):
             if candidate.exists():
                 return candidate.resolve()
     except (OSError, ValueError):
@@ -126,31 +126,31 @@ def case_document(source: Source) -> Document:
     return _on_base(read_yaml(path), path, ())
 
 
-def _on_base(document: Document, path: Path, seen: tuple[Path, ...]) -> Document:
+def _on_base(document: Document, path: Path, chain: tuple[Path, ...]) -> Document:
     """Merge `document` with the file that its `base` names, if any."""
     if "base" not in document.value:
         return document
     base, place = document.value["base"], document.places.get(("base",), Place(""))
     changes = Document({k: v for k, v in document.value.items() if k != "base"}, document.places)
-    seen = (*seen, path.resolve())
+    chain = (*chain, path.resolve())
     try:
         if not isinstance(base, str):
             raise CaseError("expected the path of another case file, such as base.yaml")
-        beside = path.parent / base
-        file = beside if beside.is_file() else find_case(base)
+        sibling = path.parent / base
+        file = sibling if sibling.is_file() else find_case(base)
         if not file.is_file():
             raise CaseError(f"'{base[:200]}' is no file")
-        if file.resolve() in seen:
+        if file.resolve() in chain:
             raise CaseError(f"'{base}' leads back to a file that is based on it")
         if file.suffix not in ENDINGS:
             raise CaseError(f"a case file ends in {' or '.join(ENDINGS)}, and '{base[:200]}' does not")
-        if len(seen) > MOST_BASES:
+        if len(chain) > MOST_BASES:
             raise CaseError(f"more than {MOST_BASES} files are based on each other")
     except (OSError, ValueError):
         raise CaseError("is no path", where="base", file=place.file, line=place.line) from None
     except CaseError as error:
         raise CaseError(error.message, where="base", file=place.file, line=place.line) from None
-    return merge(_on_base(_read_base(file), file, seen), changes)
+    return merge(_on_base(_read_base(file), file, chain), changes)
 
 
 def _read_base(path: Path) -> Document:
@@ -159,14 +159,14 @@ def _read_base(path: Path) -> Document:
         document = read_yaml(path)
     except CaseError as error:
         raise CaseError(_QUOTED.sub("'...'", error.message), error.where, error.file, error.line) from None
-    known = [*Case.model_fields, "base"]
+    allowed = [*Case.model_fields, "base"]
     for key in document.value:
-        if key not in known:
-            now = renamed_key((key,), known)
-            close = get_close_matches(key, known, n=1, cutoff=0.7)
+        if key not in allowed:
+            renamed = renamed_key((key,), allowed)
+            close = get_close_matches(key, allowed, n=1, cutoff=0.7)
             what = f"unknown key '{key}'; did you mean '{close[0]}'?" if close else "is no case file: it has other keys"
             place = document.places.get((key,), Place(str(path)))
-            raise CaseError(now or what, where=key if now else "", file=place.file, line=place.line)
+            raise CaseError(renamed or what, where=key if renamed else "", file=place.file, line=place.line)
     return document
 
 
@@ -181,9 +181,9 @@ def load_sweep(source: str | os.PathLike[str] | Mapping[str, object]) -> tuple[S
     else:
         document, folder = read_yaml(Path(source)), Path(source).parent
     sweep = validate_values(Sweep, document.value, document.places)
-    near = folder / sweep.case
+    sibling = folder / sweep.case
     try:
-        base = case_document(near if near.is_file() else sweep.case)
+        base = case_document(sibling if sibling.is_file() else sweep.case)
         validate(base)
     except CaseError as error:
         raise locate_error(("case",), str(error), document.places) from None
@@ -199,9 +199,9 @@ def read_table(path: Path) -> list[dict[str, str]]:
             rows = list(table)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise CaseError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    twice = next((head for head in heads if heads.count(head) > 1), None)
-    if twice is not None:
-        raise CaseError(f"{path}, line 1: the head '{twice}' stands there twice")
+    duplicate = next((head for head in heads if heads.count(head) > 1), None)
+    if duplicate is not None:
+        raise CaseError(f"{path}, line 1: the head '{duplicate}' stands there twice")
     for line, row in enumerate(rows, 2):
         if None in row or None in row.values():
             raise CaseError(f"{path}, line {line}: as many cells as heads are needed")

@@ -26,11 +26,11 @@ def explain(path: str) -> str:
         if walk(Case, keys[: depth + 1]) is None:
             above = walk(Case, keys[:depth])
             if above is not None and key in above.models:  # `eos.jwl`, `formulation.riemann.variant`
-                rest = keys[depth + 1 :]
-                return explain(".".join([*keys[:depth], *rest])) if rest else _of_type(keys, above.models[key])
+                tail = keys[depth + 1 :]
+                return explain(".".join([*keys[:depth], *tail])) if tail else _of_type(keys, above.models[key])
             allowed = keys_of(above) if above else []
-            now = renamed_key(tuple(keys[: depth + 1]), allowed)
-            raise CaseError(now or f"unknown key{suggest_nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
+            renamed = renamed_key(tuple(keys[: depth + 1]), allowed)
+            raise CaseError(renamed or f"unknown key{suggest_nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
     spot = walk(Case, keys)
     lines = [".".join(keys) or "case", *_spot_lines(keys[-1] if keys else "", spot)] if spot else []
     if len(keys) == 2 and keys[0] == "measures" and keys[1] in CATALOGUE:
@@ -83,10 +83,10 @@ def value_text(spot: Spot) -> str:
         return "`true` \\| `false`"
     if spot.quantity is not None:
         dimension = spot.quantity.dimension
-        kind = "number" if dimension is NUMBER else dimension.name.split(" ", 1)[1]
+        noun = "number" if dimension is NUMBER else dimension.name.split(" ", 1)[1]
         unit = f" [{dimension.unit}]" if dimension.unit else ""
         limits = spot.quantity.range_text()
-        return f"{kind}{unit}{', ' + limits if limits else ''}"
+        return f"{noun}{unit}{', ' + limits if limits else ''}"
     if spot.choices and spot.item is None:
         return " \\| ".join(f"`{choice}`" for choice in spot.choices)
     if spot.tagged:
@@ -96,8 +96,8 @@ def value_text(spot: Spot) -> str:
     if spot.row:
         return f"[{'; '.join(value_text(spot_of(item)) for item in spot.row)}]"
     if spot.item is not None:
-        kind = "named entries, each: " if spot.named else "list of: "
-        return kind + value_text(spot_of(spot.item))
+        prefix = "named entries, each: " if spot.named else "list of: "
+        return prefix + value_text(spot_of(spot.item))
     return "whole number" if spot.integer else "text"
 
 
@@ -111,8 +111,8 @@ def default_text(name: str, info: FieldInfo) -> str:
     if default is PydanticUndefined or default is None or default == ():
         return "none"
     if isinstance(default, BaseModel):
-        kind = getattr(default, "type", None)
-        return f"`{kind}`" if kind else "see below"
+        tag = getattr(default, "type", None)
+        return f"`{tag}`" if tag else "see below"
     if isinstance(default, tuple):
         return "[" + ", ".join(_scalar(item) for item in default) + "]"
     return f"`{_scalar(default)}`" if default != "" else "empty"

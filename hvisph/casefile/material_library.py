@@ -83,19 +83,19 @@ class Notes(StrictModel):
     @property
     def hugoniot_points(self) -> list[tuple[Sequence[tuple[float, float]], str]]:
         """Hugoniot points [up, Us] [m/s] and their sources."""
-        known: list[tuple[Sequence[tuple[float, float]], str]] = []
+        points: list[tuple[Sequence[tuple[float, float]], str]] = []
         if self.hugoniot:
-            known.append((self.hugoniot, f"{len(self.hugoniot)} measured points"))
-        return known + [(line.points, f"the line of {line.source}") for line in self.lines]
+            points.append((self.hugoniot, f"{len(self.hugoniot)} measured points"))
+        return points + [(line.points, f"the line of {line.source}") for line in self.lines]
 
 
 class Library:
-    """Materials by name, those of the files `own` before the package's; `CaseError` where one is unreadable."""
+    """Materials by name, those of `user_files` before the package's; `CaseError` where one is unreadable."""
 
-    def __init__(self, own: Sequence[Path] = ()):
+    def __init__(self, user_files: Sequence[Path] = ()):
         self.documents: dict[str, Document] = {}
         self.files = {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
-        for path in own:
+        for path in user_files:
             files = path.iterdir() if path.is_dir() else ()
             own_files = [file for file in files if file.suffix in _ENDINGS and not file.name.startswith(".")]
             for file in sorted(own_files) if path.is_dir() else [path]:
@@ -110,25 +110,25 @@ class Library:
         names = self.names()
         if name in names:
             return name
-        wanted = _letters(name)
-        for candidate in names if wanted else ():
-            if wanted in {_letters(candidate), *map(_letters, self.notes(candidate).aliases)}:
+        letters = _letters(name)
+        for candidate in names if letters else ():
+            if letters in {_letters(candidate), *map(_letters, self.notes(candidate).aliases)}:
                 return candidate
-        raise CaseError(f"unknown '{shorten(name)}'{self._suggestion(name[:64], wanted)}")
+        raise CaseError(f"unknown '{shorten(name)}'{self._suggestion(name[:64], letters)}")
 
-    def _suggestion(self, name: str, wanted: str) -> str:
+    def _suggestion(self, name: str, letters: str) -> str:
         """Return the remedy for an unknown name: the names that contain it, or the nearest one."""
-        if wanted.startswith(EXPLOSIVES):
-            own = [one for one in self.names() if _letters(one).startswith(EXPLOSIVES)]
-            return f"; the library's explosives are {', '.join(own)}; another is an eos {{type: jwl}} written out"
-        if wanted.startswith(FABRICS):
-            own = [one for one in self.names() if _letters(one).startswith(FABRICS)]
-            return f"; the library's fabrics are {', '.join(own)}; another is a strength {{type: fabric}} written out"
+        if letters.startswith(EXPLOSIVES):
+            kin = [n for n in self.names() if _letters(n).startswith(EXPLOSIVES)]
+            return f"; the library's explosives are {', '.join(kin)}; another is an eos {{type: jwl}} written out"
+        if letters.startswith(FABRICS):
+            kin = [n for n in self.names() if _letters(n).startswith(FABRICS)]
+            return f"; the library's fabrics are {', '.join(kin)}; another is a strength {{type: fabric}} written out"
         names = self.names()
-        kin = [one for one in names if len(wanted) > 2 and wanted in _letters(one)]
-        if kin:
-            return f"; there are {', '.join(kin)}" if len(kin) > 1 else f"; did you mean '{kin[0]}'?"
-        families = {re.split(r"[-0-9]", one)[0] for one in names}
+        similar = [n for n in names if len(letters) > 2 and letters in _letters(n)]
+        if similar:
+            return f"; there are {', '.join(similar)}" if len(similar) > 1 else f"; did you mean '{similar[0]}'?"
+        families = {re.split(r"[-0-9]", n)[0] for n in names}
         close = get_close_matches(name.lower(), [*names, *families], n=1, cutoff=CLOSE)
         if close:
             return f"; did you mean '{close[0]}'?"
@@ -142,25 +142,25 @@ class Library:
     def notes(self, name: str) -> Notes:
         """Return aliases, sources and points of the material `name`, its proper name."""
         document = self._document(name)
-        given = {key: value for key, value in document.value.items() if key in Notes.model_fields}
-        return validate_values(Notes, given, document.places)
+        values = {key: value for key, value in document.value.items() if key in Notes.model_fields}
+        return validate_values(Notes, values, document.places)
 
     def values(self, name: str) -> Plain:
         """Return the material called `name` as plain values, those of its base included."""
         return self._values(self.name_of(name), ())
 
-    def _values(self, name: str, seen: tuple[str, ...]) -> Plain:
-        given = self._document(name).value
-        own = {key: value for key, value in given.items() if key not in {*Notes.model_fields, "base"}}
-        if "base" in given:
-            if len(seen) > MOST_BASES:
+    def _values(self, name: str, chain: tuple[str, ...]) -> Plain:
+        content = self._document(name).value
+        values = {key: value for key, value in content.items() if key not in {*Notes.model_fields, "base"}}
+        if "base" in content:
+            if len(chain) > MOST_BASES:
                 raise CaseError("leads back to itself, or over too many others", where=f"{name}.base")
-            below = self._values(self.name_of(str(given["base"])), (*seen, name))
-            own = override_material(below, own)
+            base = self._values(self.name_of(str(content["base"])), (*chain, name))
+            values = override_material(base, values)
         source = "; ".join(dict.fromkeys(source.text for source in self.notes(name).sources))
-        if source and "base" in given and own.get("source"):
-            source += f"; all else as {given['base']}: {own['source']}"
-        return own | {"name": name} | ({"source": source} if source else {})
+        if source and "base" in content and values.get("source"):
+            source += f"; all else as {content['base']}: {values['source']}"
+        return values | {"name": name} | ({"source": source} if source else {})
 
     def load(self, name: str) -> Material:
         """Return the material called `name`. Raises `CaseError` if there is none of that name, or it is no material."""
@@ -170,8 +170,8 @@ class Library:
 
 def _letters(name: str) -> str:
     """Return letters and digits of a name, so that AL 6061-T6, AA6061-T6 and aluminum-6061-t6 are one."""
-    plain = re.sub(r"[^a-z0-9]", "", name.lower()).replace("aluminum", "aluminium")
-    return re.sub(r"^(al|aa)(?=\d)", "aluminium", plain)
+    letters = re.sub(r"[^a-z0-9]", "", name.lower()).replace("aluminum", "aluminium")
+    return re.sub(r"^(al|aa)(?=\d)", "aluminium", letters)
 
 
 def _materials_of(file: Path) -> dict[str, Document]:
@@ -188,9 +188,9 @@ def _materials_of(file: Path) -> dict[str, Document]:
 
 
 @lru_cache(maxsize=8)
-def library_of(own: tuple[Path, ...] = ()) -> Library:
+def library_of(files: tuple[Path, ...] = ()) -> Library:
     """Return the library with a user's own files, read once."""
-    return Library(own)
+    return Library(files)
 
 
 def material_names() -> list[str]:

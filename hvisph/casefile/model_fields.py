@@ -39,8 +39,8 @@ def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
     metadata = list(info.metadata) if info else []
     tagged = bool(info and info.discriminator)
     while get_origin(annotation) is Annotated:
-        annotation, *more = get_args(annotation)
-        metadata += more
+        annotation, *annotations = get_args(annotation)
+        metadata += annotations
     tagged = tagged or any(isinstance(m, Discriminator) or getattr(m, "discriminator", None) for m in metadata)
     options = get_args(annotation) if _is_union(annotation) else (annotation,)
     models: dict[str, type[BaseModel]] = {}
@@ -80,8 +80,8 @@ def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None)
     """
     spot = Spot({"": root})
     for key in keys:
-        kind = value.get("type") if isinstance(value, dict) else None
-        fields = next((m.model_fields for m in _models_of_kind(spot, kind) if key in m.model_fields), None)
+        tag = value.get("type") if isinstance(value, dict) else None
+        fields = next((m.model_fields for m in _models_of_kind(spot, tag) if key in m.model_fields), None)
         if fields is not None:
             info = fields[str(key)]
             spot = spot_of(info.annotation, info)
@@ -95,9 +95,9 @@ def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None)
 
 def keys_of(spot: Spot, value: object = None) -> list[str]:
     """Return the allowed keys of the mapping at `spot`, given its `type` in `value`."""
-    kind = value.get("type") if isinstance(value, dict) else None
+    tag = value.get("type") if isinstance(value, dict) else None
     names: list[str] = []
-    for model in _models_of_kind(spot, kind):
+    for model in _models_of_kind(spot, tag):
         names += [name for name in model.model_fields if name not in names]
     return names
 
@@ -126,9 +126,9 @@ def _spots_of(model: type[BaseModel]) -> list[tuple[str, FieldInfo, Spot, list[t
     return [(name, info, spot, list(inner_of(spot).models.values())) for name, info, spot in spots]
 
 
-def _models_of_kind(spot: Spot, kind: object) -> list[type[BaseModel]]:
-    if isinstance(kind, str) and kind in spot.models:
-        return [spot.models[kind]]
+def _models_of_kind(spot: Spot, tag: object) -> list[type[BaseModel]]:
+    if isinstance(tag, str) and tag in spot.models:
+        return [spot.models[tag]]
     return list(spot.models.values())
 
 

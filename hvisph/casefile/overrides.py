@@ -52,13 +52,13 @@ def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_
 
 def _without_replaced(old: Plain, new: Plain) -> Plain:
     """Return a copy of `old` without the keys that keys of `new` replace, see `INSTEAD`."""
-    given = {key for key, item in new.items() if item is not None}
-    gone: set[str] = set()
-    for one, other in INSTEAD:
-        for side, replaced in ((one, other), (other, one)):
-            if given & side and not given & replaced:
-                gone |= replaced
-    return {key: item for key, item in old.items() if key not in gone}
+    keys = {key for key, item in new.items() if item is not None}
+    replaced_keys: set[str] = set()
+    for first, second in INSTEAD:
+        for side, replaced in ((first, second), (second, first)):
+            if keys & side and not keys & replaced:
+                replaced_keys |= replaced
+    return {key: item for key, item in old.items() if key not in replaced_keys}
 
 
 def _without_null(value: Plain, path: Path) -> Plain:
@@ -101,8 +101,8 @@ def with_bases(document: Document, values_of: Callable[[str], Plain]) -> Documen
     for name, body in bodies.items():
         result[name] = body = _written_out(body, ("bodies", name), document, values_of)
         if isinstance(body, dict) and "inclusions" in body:
-            own = _written_out(body["inclusions"], ("bodies", name, "inclusions"), document, values_of)
-            result[name] = {**body, "inclusions": own}
+            inclusions = _written_out(body["inclusions"], ("bodies", name, "inclusions"), document, values_of)
+            result[name] = {**body, "inclusions": inclusions}
     return Document({**document.value, "bodies": result}, document.places)
 
 
@@ -142,8 +142,8 @@ def overridden(document: Document, override: str, values_of: Callable[[str], Pla
 
 def _parse(override: str) -> tuple[list[str], object, str]:
     name = f"--set {override[:80]}{'...' if len(override) > 80 else ''}"
-    left, equals, text = override.partition("=")
-    keys = [key.strip() for key in left.split(".")]
+    path, equals, text = override.partition("=")
+    keys = [key.strip() for key in path.split(".")]
     if not equals or not all(keys):
         raise CaseError("a setting looks like time.end=2us", file=name)
     if len(override) > LONGEST_OVERRIDE or len(keys) > MOST_DEEP:
@@ -151,7 +151,7 @@ def _parse(override: str) -> tuple[list[str], object, str]:
     try:
         return keys, parse(text, name).value, name
     except CaseError as error:
-        raise CaseError(error.message, where=left.strip(), file=name) from None
+        raise CaseError(error.message, where=path.strip(), file=name) from None
 
 
 class _Setting:
@@ -186,16 +186,16 @@ class _Setting:
         return [*value[:index], item, *value[index + 1 :]]
 
     def apply_in_mapping(self, value: Plain, path: Path, keys: list[str], new: object) -> Plain:
-        key, *rest = keys
+        key, *keys_below = keys
         below = (*path, key)
-        if not rest and new is None:
+        if not keys_below and new is None:
             self.mark(below)
-            kept = {} if key in value or _has_default(below) else {key: None}
-            return {name: item for name, item in value.items() if name != key} | kept
-        if not rest and key == "type" and value.get("type") != new:
+            null = {} if key in value or _has_default(below) else {key: None}
+            return {name: item for name, item in value.items() if name != key} | null
+        if not keys_below and key == "type" and value.get("type") != new:
             self.mark(path)
             return {"type": new}
-        return _without_replaced(value, {key: new}) | {key: self.apply(value.get(key), below, rest, new)}
+        return _without_replaced(value, {key: new}) | {key: self.apply(value.get(key), below, keys_below, new)}
 
     def mark(self, path: Path) -> None:
         _replace_places(path, self.places, {path: self.place})
@@ -207,8 +207,8 @@ class _Setting:
         """Return the block for a missing one: the `type` of the default, if it has one."""
         spot = walk(Case, path, self.root)
         default = spot.info.default if spot and spot.info else None
-        kind = getattr(default, "type", None)
-        return {"type": kind} if kind is not None else {}
+        tag = getattr(default, "type", None)
+        return {"type": tag} if tag is not None else {}
 
 
 def _is_material_path(path: Path) -> bool:

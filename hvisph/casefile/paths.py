@@ -49,8 +49,8 @@ def cases_in(folder: Path) -> dict[str, Path]:
 
 def bundled_name(path: Path) -> str | None:
     """Return the name of the bundled case that is stored at `path`; None for any other file."""
-    wanted = path.resolve()
-    return next((name for name, file in bundled_cases().items() if file.resolve() == wanted), None)
+    target = path.resolve()
+    return next((name for name, file in bundled_cases().items() if file.resolve() == target), None)
 
 
 def run_name(source: str | os.PathLike[str]) -> str:

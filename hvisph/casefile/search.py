@@ -32,40 +32,39 @@ class Entry:
 
 def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     """Search words in keys, paths, values, measures, materials, cases, pages and `commands`; the best result first."""
-    asked = word.strip().lower().replace("-", "_")
-    subject = spellings("subjects").get(asked)
-    wanted = {asked, spellings("synonyms").get(asked.replace("_", ""), asked), ALLOY.sub(r"aluminium_\1", asked)}
+    query = word.strip().lower().replace("-", "_")
+    subject = spellings("subjects").get(query)
+    synonyms = {query, spellings("synonyms").get(query.replace("_", ""), query), ALLOY.sub(r"aluminium_\1", query)}
     everything = list(_entries(commands))
     scored = [
-        (9 if one.name == subject else max(_score(one, each) for each in wanted), k, one)
-        for k, one in enumerate(everything)
+        (9 if e.name == subject else max(_score(e, text) for text in synonyms), k, e) for k, e in enumerate(everything)
     ]
-    if " " in asked and not any(score for score, _, _ in scored):
-        scored = [(min(_score(one, each) for each in asked.split()), k, one) for k, one in enumerate(everything)]
+    if " " in query and not any(score for score, _, _ in scored):
+        scored = [(min(_score(e, text) for text in query.split()), k, e) for k, e in enumerate(everything)]
     ranked = _outermost(sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1])))
     best = ranked[0][0] if ranked else 0
     # words in texts only matter where no name has the word
-    return [one for score, _, one in ranked if best <= 3 or score > 2][:MOST]
+    return [e for score, _, e in ranked if best <= 3 or score > 2][:MOST]
 
 
 def _outermost(ranked: Sequence[tuple[int, int, Entry]]) -> list[tuple[int, int, Entry]]:
     """Return results without those of blocks within blocks of their kind, such as shapes of the parts of shapes."""
     shortest: dict[tuple[str, str, str], str] = {}
-    for _, _, one in ranked:
-        mark = (one.kind, ".".join(one.name.split(".")[-2 if one.kind == "key" else -1 :]), one.text)
-        shortest[mark] = min(shortest.get(mark, one.name), one.name, key=len)
+    for _, _, e in ranked:
+        mark = (e.kind, ".".join(e.name.split(".")[-2 if e.kind == "key" else -1 :]), e.text)
+        shortest[mark] = min(shortest.get(mark, e.name), e.name, key=len)
     names = set(shortest.values())
     return [entry for entry in ranked if entry[2].name in names]
 
 
 def nearest_names(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[str]:
     """Return the names nearest to a word without results."""
-    names = {one.name.split(".")[-1]: one.name for one in _entries(commands)}
+    names = {entry.name.split(".")[-1]: entry.name for entry in _entries(commands)}
     return [names[name] for name in get_close_matches(word.lower().replace("-", "_"), names, n=5, cutoff=0.6)]
 
 
-def _score(one: Entry, word: str) -> int:
-    name = one.name.replace(".NAME", "").lower().replace("-", "_")
+def _score(entry: Entry, word: str) -> int:
+    name = entry.name.replace(".NAME", "").lower().replace("-", "_")
     last = name.split(".")[-1]
     if last == word or name in (word, f"hvisph {word}"):
         return 8
@@ -73,28 +72,28 @@ def _score(one: Entry, word: str) -> int:
         return 7
     if word in re.split(r"[_/ :.]", last):
         return 6
-    plain = one.text.lower().replace("-", " ").replace("_", " ")
+    text = entry.text.lower().replace("-", " ").replace("_", " ")
     words = word.replace("_", " ")
-    if one.kind == "page" and re.search(rf"\b{re.escape(words)}\b", plain.partition(":")[0]):  # its title
+    if entry.kind == "page" and re.search(rf"\b{re.escape(words)}\b", text.partition(":")[0]):  # its title
         return 5
-    if word in last or (one.kind == "page" and words in plain.partition(":")[0]):
+    if word in last or (entry.kind == "page" and words in text.partition(":")[0]):
         return 4
     if word in name:
         return 3
-    return 2 if re.search(rf"\b{re.escape(words)}\b", plain) else int(words in plain)
+    return 2 if re.search(rf"\b{re.escape(words)}\b", text) else int(words in text)
 
 
 def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:
     yield from (Entry("command", f"hvisph {name}", text) for name, text in commands)
-    seen: set[tuple[str, str, str]] = set()
+    marks: set[tuple[str, str, str]] = set()
     for entry in _keys():
         mark = (entry.kind, entry.name, entry.text)
-        if mark not in seen:
-            seen.add(mark)
+        if mark not in marks:
+            marks.add(mark)
             yield entry
     for section, measures in SECTIONS.items():
         head = "measures" if section == "run" else section
-        yield from (Entry("measure", f"{head}.{name}", one.meaning) for name, one in measures.items())
+        yield from (Entry("measure", f"{head}.{name}", measure.meaning) for name, measure in measures.items())
     library = Library()
     for name in library.names():
         notes = library.notes(name)

@@ -24,17 +24,17 @@ def spellings(table: str) -> Plain:
 def renamed_key(path: Keys, allowed: Sequence[str]) -> str:
     """Return the present name of the unknown key at the end of `path`, if it is one of the `allowed`; else empty."""
     blocks = [str(part) for part in path[-3:-1]] or [""]
-    present = [spellings("keys").get(block, {}).get(str(path[-1]), "") for block in blocks]
-    return next((f"is now `{now}`" for now in present if now.partition(":")[0] in allowed), "")
+    names = [spellings("keys").get(block, {}).get(str(path[-1]), "") for block in blocks]
+    return next((f"is now `{name}`" for name in names if name.partition(":")[0] in allowed), "")
 
 
 def renamed_value(key: str | int, value: object) -> str:
     """Return the present name of the unknown `value` of `key`; empty without one."""
-    now = spellings("values").get(str(key), {}).get(str(value))
-    return f"'{value}' is now `{now}`" if now else ""
+    successor = spellings("values").get(str(key), {}).get(str(value))
+    return f"'{value}' is now `{successor}`" if successor else ""
 
 
 def present_name(table: str, name: object) -> str:
     """Return the present name of a state field or a measure (`table`); empty without one."""
-    now = spellings(table).get(str(name))
-    return f"'{name}' is now `{now}`" if now else ""
+    present = spellings(table).get(str(name))
+    return f"'{name}' is now `{present}`" if present else ""

@@ -63,8 +63,8 @@ def _receding(facts: Facts) -> Found:
 
 def _slow(facts: Facts) -> Found:
     """Bodies that vibrate, bend or spin: kernels in the current configuration damp that."""
-    case, kind = facts.case, facts.kind
-    if facts.is_motionless or facts.scheme not in ("riemann", "eulerian") or kind.strength is None:
+    case, impact = facts.case, facts.regime
+    if facts.is_motionless or facts.scheme not in ("riemann", "eulerian") or impact.strength is None:
         return False
     if facts.scheme == "riemann" and facts.model.variant == "elastic":
         return False
@@ -72,17 +72,17 @@ def _slow(facts: Facts) -> Found:
     slowest = min(material_of_body(body).bulk_sound_speed for body in facts.bodies.values())
     # some shapes know their size only where they stand
     size = max((size for body in facts.bodies.values() for size in body.shape.extent()), default=math.inf)
-    slow = BOUNCING if math.isinf(kind.strength) else SLOW
-    if not (_stress(facts) < ELASTIC * kind.strength and fastest < slow * slowest):
+    slow = BOUNCING if math.isinf(impact.strength) else SLOW
+    if not (_stress(facts) < ELASTIC * impact.strength and fastest < slow * slowest):
         return False
-    lost = "" if facts.model.conserve_angular_momentum else " and loses spin"
+    loss = "" if facts.model.conserve_angular_momentum else " and loses spin"
     crossings = case.duration * slowest / size
     takes_elastic = facts.scheme == "riemann" and facts.model.variant == "corrected" and not facts.gases
     takes_elastic = takes_elastic and not KINEMATICS[case.kinematics].axisymmetric
-    takes = {"instead": "total_lagrangian", "setting": "formulation={type: total_lagrangian}"}
+    remedy = {"instead": "total_lagrangian", "setting": "formulation={type: total_lagrangian}"}
     if takes_elastic:
-        takes = {"instead": "variant: elastic, or total_lagrangian", "setting": "formulation.variant=elastic"}
-    return crossings > CROSSINGS and {"scheme": facts.scheme, "lost": lost, "crossings": crossings} | takes
+        remedy = {"instead": "variant: elastic, or total_lagrangian", "setting": "formulation.variant=elastic"}
+    return crossings > CROSSINGS and {"scheme": facts.scheme, "lost": loss, "crossings": crossings} | remedy
 
 
 def _shallow_contact(facts: Facts) -> Found:
@@ -91,19 +91,19 @@ def _shallow_contact(facts: Facts) -> Found:
     Hertz: depth d = (15 m v^2/(16 E* R^(1/2)))^(2/5), E* of both sides. The layer is a punch of radius (R dx)^(1/2) and
     stiffness 2 E* (R dx)^(1/2), whose largest force is 1.1 (dx/d)^(1/4) of Hertz's.
     """
-    pair, kind = facts.impact_pair, facts.kind
-    if pair is None or kind.strength is None or not 0.0 < kind.pressure < ELASTIC * kind.strength:
+    pair, impact = facts.impact_pair, facts.regime
+    if pair is None or impact.strength is None or not 0.0 < impact.pressure < ELASTIC * impact.strength:
         return False
-    for name, other in ((pair.first, pair.second), (pair.second, pair.first)):
-        ball, soft = facts.bodies[name], [facts.bodies[one] for one in (name, other)]
+    for name, partner in ((pair.first, pair.second), (pair.second, pair.first)):
+        ball, sides = facts.bodies[name], [facts.bodies[n] for n in (name, partner)]
         if ball.shape.type != "sphere" or ball.arrangement == "relaxed" or facts.case.drawing_dimensions != 3:
             continue
-        compliance = sum(_compliance(body) for body in soft if body.rigid is None)
+        compliance = sum(_compliance(body) for body in sides if body.rigid is None)
         radius, dx = 0.5 * ball.shape.diameter, ball.spacing(facts.case)
         mass = 4.0 / 3.0 * math.pi * radius**3 * material_of_body(ball).density
         if not 0.0 < compliance < math.inf:
             continue
-        depth = (15.0 / 16.0 * mass * kind.velocity**2 * compliance / math.sqrt(radius)) ** 0.4
+        depth = (15.0 / 16.0 * mass * impact.velocity**2 * compliance / math.sqrt(radius)) ** 0.4
         if depth < dx:
             return {"name": name, "depth": depth / dx, "excess": 1.1 * (dx / depth) ** 0.25, "fits": depth}
     return False
@@ -121,13 +121,13 @@ def _yielding(facts: Facts) -> Found:
     """Impacts above the elastic limit by the variant for elastic bodies."""
     if facts.scheme != "riemann" or facts.model.variant != "elastic":
         return False
-    pressure, strength = _stress(facts), facts.kind.strength or 0.0
+    pressure, strength = _stress(facts), facts.regime.strength or 0.0
     return pressure >= ELASTIC * strength and {"pressure": 1e-9 * pressure, "strength": 1e-9 * strength}
 
 
 def _stress(facts: Facts) -> float:
     """Return the impact pressure [Pa]; a clamp stops its body as an impact does."""
-    stresses = [facts.kind.pressure]
+    stresses = [facts.regime.pressure]
     for body in facts.bodies.values() if facts.case.clamped else ():
         material = material_of_body(body)
         stresses.append(math.hypot(*body.velocity) * material.density_at_rest * material.bulk_sound_speed)
@@ -139,11 +139,11 @@ def _fixed_smoothing_length(facts: Facts) -> Found:
     if facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed":
         return False
     corrected = facts.scheme == "riemann" and facts.model.variant == "corrected"
-    named = facts.gases or ", ".join(name for name, body in facts.bodies.items() if corrected and is_foam(body))
-    wanted = ", ".join(
+    names = facts.gases or ", ".join(name for name, body in facts.bodies.items() if corrected and is_foam(body))
+    keys = ", ".join(
         f"{key}: {value}" for key, value in following(facts.bodies.values(), facts.case.kinematics).items()
     )
-    return {"bodies": named, "wanted": f"{{{wanted}}}"} if named else False
+    return {"bodies": names, "wanted": f"{{{keys}}}"} if names else False
 
 
 def _initial_overlap(facts: Facts) -> Found:
@@ -151,26 +151,26 @@ def _initial_overlap(facts: Facts) -> Found:
     contact = getattr(facts.model, "contact", None)
     if contact is None or contact.type != "penalty" or facts.scheme != "eulerian":
         return False
-    near = [
+    close_bodies = [
         name
         for name, body in list(facts.bodies.items())[1:]
         if body.position is None and body.gap < 0.5 * facts.case.resolution
     ]
-    return [{"name": name, "gap": facts.case.resolution} for name in near[:1]]
+    return [{"name": name, "gap": facts.case.resolution} for name in close_bodies[:1]]
 
 
 def _eroding(facts: Facts) -> Found:
     """Rods that erode in thick metal, with few particles across; slow pointed cores do not erode."""
-    pair, speed = facts.impact_pair, facts.kind.velocity
+    pair, speed = facts.impact_pair, facts.regime.velocity
     if pair is None or facts.scheme != "riemann" or facts.dim == 1 or speed >= ERODING:
         return False
     if facts.nose in POINTED and speed < BALLISTIC:
         return False
-    rod, struck = (facts.bodies[name].shape.extent() for name in (pair.first, pair.second))
-    if facts.overload < SHOCK or not rod or not struck or not min(rod[1:]) > 0.0:
+    rod, target = (facts.bodies[name].shape.extent() for name in (pair.first, pair.second))
+    if facts.overload < SHOCK or not rod or not target or not min(rod[1:]) > 0.0:
         return False
     width = max(rod[1:])
-    eroding = rod[0] > SLENDER * width and struck[0] > width and width < EVEN * facts.case.resolution
+    eroding = rod[0] > SLENDER * width and target[0] > width and width < EVEN * facts.case.resolution
     return eroding and {"finer": width / EVEN}
 
 
@@ -263,10 +263,10 @@ def advice(case: Case) -> list[str]:
     """Return advice on formulation, contact, smoothing length, spacing and material."""
     facts = Facts(case)
     texts = [rule.texts(facts) for rule in rules()]
-    return [*texts[0], *texts[1], *hugoniot_warnings(case), *(text for one in texts[2:] for text in one)]
+    return [*texts[0], *texts[1], *hugoniot_warnings(case), *(text for rule in texts[2:] for text in rule)]
 
 
-def sparse(across: Mapping[str, int], resolution: float) -> list[str]:
+def sparse(counts: Mapping[str, int], resolution: float) -> list[str]:
     """Return which bodies have too few particles across, from the numbers by name at a spacing `resolution` [m]."""
     return [
         recommend(
@@ -274,7 +274,7 @@ def sparse(across: Mapping[str, int], resolution: float) -> list[str]:
             "few, 10 show what matters: give a finer resolution",
             f"resolution={0.1 * max(count, 1) * resolution:.3g}",
         )
-        for name, count in across.items()
+        for name, count in counts.items()
         if count < FEWEST_ACROSS
     ]
 
@@ -299,8 +299,8 @@ def tears(case: Case) -> str:
 def contact_warnings(case: Case) -> list[str]:
     """Return warnings about the contact between the impact pair."""
     model = getattr(case.formulation, "contact", None)
-    chosen = isinstance(model, PenaltyContact) or getattr(model, "stiffness", None) is not None
-    if not chosen or len(case.bodies) < 2:
+    is_penalty = isinstance(model, PenaltyContact) or getattr(model, "stiffness", None) is not None
+    if not is_penalty or len(case.bodies) < 2:
         return []
     contact, kernel = contact_of(model), KERNELS[case.formulation.kernel]
     pair = impact_pair(case)
@@ -314,8 +314,8 @@ def contact_warnings(case: Case) -> list[str]:
     warnings = []
     if pair is not None:
         # acoustic: below the shock's pressure, so that a warning is never in vain
-        first, second = (m.density * m.bulk_sound_speed for m in materials)
-        expected = pair.velocity * first * second / (first + second)
+        z1, z2 = (m.density * m.bulk_sound_speed for m in materials)
+        expected = pair.velocity * z1 * z2 / (z1 + z2)
         if expected > pressure:
             words = (
                 f"formulation.contact: carries about {pressure:.3g} Pa, and the impact brings {expected:.3g} Pa: the "

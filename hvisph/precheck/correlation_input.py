@@ -24,9 +24,9 @@ SHELLS = {("cylinder", "tube"): 0.5, ("sphere", "hollow_sphere"): 0.6}  # share 
 
 def correlations_of(case: Case) -> tuple[list[Correlation], str]:
     """Return every correlation whose range covers a case, and where there is none, the reason."""
-    found = list(_driven_bodies(case))
-    if found:
-        return found, ""
+    velocities = list(_driven_bodies(case))
+    if velocities:
+        return velocities, ""
     impact, reason = impact_of(case)
     return ([] if impact is None else correlations(impact)), reason
 
@@ -56,24 +56,24 @@ def _driven_bodies(case: Case) -> Iterator[Correlation]:
     sides: dict[int, tuple[str, float]] = {}  # before the explosive, behind it: body and its mass over the explosive's
     thick = _areal_density(charge, size)
     for name, body in case.bodies.items():
-        wide = boxes[name][1] - boxes[name][0]
+        extent = boxes[name][1] - boxes[name][0]
         for side, gap in ((0, low[0] - boxes[name][1][0]), (1, boxes[name][0][0] - high[0])):
-            if body is not charge and abs(gap) <= slack and (wide[1:] >= 0.9 * size[1:]).all():
-                sides[side] = name, _areal_density(body, wide) / thick
-    held = [
+            if body is not charge and abs(gap) <= slack and (extent[1:] >= 0.9 * size[1:]).all():
+                sides[side] = name, _areal_density(body, extent) / thick
+    mirrored = [
         side
         for side, face in ((0, low[0]), (1, high[0]))
         for plane in case.symmetry
         if plane.axis == "x" and abs(plane.at - face) <= slack
     ]
     for side, (name, ratio) in sides.items():
-        other = sides.get(1 - side, ("", 0.0))[1]
-        if 1 - side in held:  # half of a slab with such a plate on both faces
-            ratio = other = 0.5 * ratio
+        opposite = sides.get(1 - side, ("", 0.0))[1]
+        if 1 - side in mirrored:  # half of a slab with such a plate on both faces
+            ratio = opposite = 0.5 * ratio
         if LIGHTEST <= ratio <= HEAVIEST:
-            lever = (1.0 + 2.0 * ratio) / (1.0 + 2.0 * other)
+            lever = (1.0 + 2.0 * ratio) / (1.0 + 2.0 * opposite)
             products = (1.0 + lever**3) / (3.0 * (1.0 + lever))
-            velocity = gurney / math.sqrt(products + other * lever**2 + ratio)
+            velocity = gurney / math.sqrt(products + opposite * lever**2 + ratio)
             yield correlation("gurney", name, velocity, unit="m/s")
 
 
@@ -106,24 +106,24 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
     if len(shots) != 1:
         return None, "correlations are for one sphere that flies at plates"
     shot = case.bodies[shots[0]]
-    others = [name for name in names if name != shots[0] and case.bodies[name].role != "other"]
-    cores = [name for name in others if case.bodies[name].shape.type == "honeycomb"]
-    plates = [name for name in others if name not in cores]
+    targets = [name for name in names if name != shots[0] and case.bodies[name].role != "other"]
+    cores = [name for name in targets if case.bodies[name].shape.type == "honeycomb"]
+    plates = [name for name in targets if name not in cores]
     if not plates or any(case.bodies[name].shape.type not in ("box", "cylinder") for name in plates):
         return None, "correlations are for plates: boxes, or short cylinders"
-    if others[0] in cores or others[-1] in cores:
+    if targets[0] in cores or targets[-1] in cores:
         return None, "correlations are for honeycomb between two plates"
     pair = impact_pair(case)
     if pair is None or shots[0] not in (pair.first, pair.second):
         return None, "the sphere flies past the plates, or away from them"
-    velocity = np.array(shot.velocity) - np.array(case.bodies[others[0]].velocity)
+    velocity = np.array(shot.velocity) - np.array(case.bodies[targets[0]].velocity)
     speed = float(np.sqrt((velocity**2).sum()))
     walls, fronts = [], []
     for name in plates:
         normal, thickness = _plate(case.bodies[name])
         fronts.append((name, normal, thickness))
     cosine = abs(float(velocity @ fronts[0][1])) / speed
-    gaps, cells = _fill(case, others, _gaps(case, others))
+    gaps, cells = _fill(case, targets, _gaps(case, targets))
     for (name, _, thickness), gap, cell in zip(fronts, gaps, cells, strict=True):
         body = case.bodies[name]
         cloth, alloy = body.material.strength.type == "fabric", alloy_of(str(body.material.name))
@@ -140,7 +140,7 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
 
 def _fill(case: Case, names: list[str], gaps: list[float]) -> tuple[list[float], list[float]]:
     """Return gaps before the plates among `names` over the honeycombs in them [m], and the least width of cells [m]."""
-    wide: list[float] = []
+    widths: list[float] = []
     cells: list[float] = []
     gap = cell = 0.0
     for name, before in zip(names, gaps, strict=True):
@@ -149,10 +149,10 @@ def _fill(case: Case, names: list[str], gaps: list[float]) -> tuple[list[float],
         if shape.type == "honeycomb":
             gap, cell = gap + shape.size[0], min(cell or shape.cell, shape.cell)
             continue
-        wide.append(gap)
+        widths.append(gap)
         cells.append(cell)
         gap = cell = 0.0
-    return wide, cells
+    return widths, cells
 
 
 def ground_of(body: Body) -> str:
@@ -171,7 +171,7 @@ def ground_of(body: Body) -> str:
         return "ice"
     names = ("sand", "dry soil", "wet soil", "hard rock")
     strengths = [GROUNDS[name].strength for name in names[1:]]
-    bounds = [1e3, *(math.sqrt(one * other) for one, other in pairwise(strengths))]
+    bounds = [1e3, *(math.sqrt(a * b) for a, b in pairwise(strengths))]
     return names[sum(material.strength.cohesion >= bound for bound in bounds)]
 
 
@@ -194,10 +194,10 @@ def _gaps(case: Case, names: list[str]) -> list[float]:
         return np.array(row if case.bodies[name].position is None else case.bodies[name].position)
 
     for before, name in pairwise(names):
-        one, other = case.bodies[before], case.bodies[name]
-        if one.position is None and other.position is None:
-            gaps.append(float(other.gap))
+        previous, current = case.bodies[before], case.bodies[name]
+        if previous.position is None and current.position is None:
+            gaps.append(float(current.gap))
         else:
-            apart = abs(float((centre(name) - centre(before)) @ _plate(other)[0]))
-            gaps.append(apart - 0.5 * (_plate(one)[1] + _plate(other)[1]))
+            distance = abs(float((centre(name) - centre(before)) @ _plate(current)[0]))
+            gaps.append(distance - 0.5 * (_plate(previous)[1] + _plate(current)[1]))
     return gaps

@@ -97,8 +97,8 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     memory.
     """
     refuse_impossible(case)
-    counted = rough_count(case) <= MOST_FILLED
-    if counted:
+    filled = rough_count(case) <= MOST_FILLED
+    if filled:
         placed = placed_bodies(case)
         build(case, placed)  # compiles nothing, and refuses what a run would refuse
         bodies = tuple(_body_estimate(body, case) for body in placed)
@@ -109,15 +109,15 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     threads = min(threads, fed_threads(case, particles)) if threads else worthwhile_threads(case, particles)
     snapshots = 1 + math.ceil(case.duration / case.snapshot_interval - 1e-9)
     numbers = sum(PADDED[CATALOGUE[name].rank] for name in BASE_FIELDS)
-    written = (8 * numbers + SNAPSHOT_EXTRAS) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
+    bytes_each = (8 * numbers + SNAPSHOT_EXTRAS) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
     return Estimate(
         bodies=bodies,
-        counted=counted,
+        counted=filled,
         steps=steps,
         seconds=steps * step_seconds(case, particles, threads),
         threads=threads,
         memory=INTERPRETER + memory_each(case) * particles,
-        disk=snapshots * particles * written + HISTORY_LINE * steps / case.output.history_every,
+        disk=snapshots * particles * bytes_each + HISTORY_LINE * steps / case.output.history_every,
         snapshots=snapshots,
     )
 
@@ -136,27 +136,27 @@ def refuse_impossible(
     Raises `CaseError` with the memory needed, the memory available, and a resolution that fits.
     """
     count = rough_count(case)
-    each, interpreter = memory_each(case) * beside / processes, beside * INTERPRETER
+    per_particle, interpreter = memory_each(case) * beside / processes, beside * INTERPRETER
     if begins:
-        each += BEGINNING
-    needed = interpreter + each * count
+        per_particle += BEGINNING
+    required = interpreter + per_particle * count
     free = free_memory() if free is None else free
-    if needed <= free:
+    if required <= free:
         return
     available = max(free - interpreter, 0.0)
     si = case.units == "si"
-    shrink = (count * each / available) ** (1.0 / case.dim) if available else math.inf
+    shrink = (count * per_particle / available) ** (1.0 / case.dim) if available else math.inf
     fits = f"{case.resolution * shrink * (1e3 if si else 1.0):.2g}{' mm' if si else ''}" if available else "none"
-    several, fewer = "", ""
+    share_words, fewer = "", ""
     if processes > 1:
-        several = f" on this machine, which has {beside} of {processes} processes,"
+        share_words = f" on this machine, which has {beside} of {processes} processes,"
         fewer = "take more machines; "
     name, extent = max(
-        ((name, max(body.shape.extent(), default=0.0)) for name, body in case.bodies.items()), key=lambda one: one[1]
+        ((name, max(body.shape.extent(), default=0.0)) for name, body in case.bodies.items()), key=lambda pair: pair[1]
     )
     largest = f" (the largest, bodies.{name}, measures {extent:.4g}{' m' if case.units == 'si' else ''})"
     raise CaseError(
-        f"about {count:.2g} particles{largest} need{several} about {needed / 1e9:.3g} GB of memory, "
+        f"about {count:.2g} particles{largest} need{share_words} about {required / 1e9:.3g} GB of memory, "
         f"and {free / 1e9:.3g} GB are free; {fewer}the finest resolution that fits is about {fits}",
         where="resolution",
     )
@@ -177,8 +177,8 @@ def _rough(body: Body, case: Case) -> float:
         return 0.0
     shape = shape_of(body.shape, case.drawing_dimensions)
     filled = shape if case.drawing_dimensions == case.dim else Section(shape)
-    whole = estimated_count(filled, body.spacing(case))
-    return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
+    count = estimated_count(filled, body.spacing(case))
+    return count * 0.5 ** len({plane.axis for plane in case.symmetry})
 
 
 def estimated_steps(case: Case) -> int:
@@ -190,11 +190,11 @@ def estimated_steps(case: Case) -> int:
     begins = [case.begins, *(float(stage.at) for stage in timed), case.time.end]
     steps = math.ceil((begins[1] - case.begins) / dt - 1e-9)
     density = min(material_of(body.material, body.internal_energy).density_at_rest for body in case.bodies.values())
-    for stage, begun, ended in zip(timed, begins[1:-1], begins[2:], strict=True):
+    for stage, begin, end in zip(timed, begins[1:-1], begins[2:], strict=True):
         if stage.bulk_modulus:  # with K + 4 G/3 = 3 K (1 - nu)/(1 + nu)
             stiff = 3.0 * stage.bulk_modulus * (1.0 - stage.nu) / (1.0 + stage.nu)
             dt = max(dt, case.time.step or length / math.sqrt(stiff / density))
-        steps += math.ceil((ended - begun) / dt - 1e-9)
+        steps += math.ceil((end - begin) / dt - 1e-9)
     return min(steps, case.time.max_steps or steps)
 
 
@@ -208,7 +208,7 @@ def _signal_speed(case: Case) -> float:
         speed = material.longitudinal_sound_speed + VISCOUS_SIGNAL * alpha * material.bulk_sound_speed
         at_rest = max(at_rest, speed)
     velocities = [body.velocity for body in case.bodies.values()]
-    fastest = max(math.dist(one, other) for one in velocities for other in velocities)
+    fastest = max(math.dist(u, v) for u in velocities for v in velocities)
     return at_rest + COMPRESSION * fastest
 
 
@@ -220,25 +220,25 @@ def _body_estimate(body: PlacedBody, case: Case) -> BodyEstimate:
         inner = float((body.positions[:, 1] - 0.5 * body.spacing).min())
         width = 2.0 * outer if inner < 0.5 * body.filling.finest else outer - inner
     volume = float(body.volumes.sum())
-    mass, across = _density(body.name, body.model) * volume, round(width / body.filling.finest)
+    mass, count_across = _density(body.name, body.model) * volume, round(width / body.filling.finest)
     low, high = float((ends - 0.5 * body.spacing).min()), float((ends + 0.5 * body.spacing).max())
     if body.surface is not None:
         low, high = (float(corner[0]) for corner in body.surface.bounds())
         for plane in case.symmetry:
             if plane.axis == "x":
                 low, high = (max(low, plane.at), high) if plane.keep == "above" else (low, min(high, plane.at))
-    along = (low, high)
+    ends_x = (low, high)
     if body.model.position is None:  # in a row round bodies stand a little off
-        along = _at_zero(low, high, PLACED * body.filling.finest)
+        ends_x = _at_zero(low, high, PLACED * body.filling.finest)
     count, carried, whole = len(body.positions), bool(body.carried), body.requested_volume
-    return BodyEstimate(body.name, count, across, mass, whole, volume / whole, body.filling.note, along, carried)
+    return BodyEstimate(body.name, count, count_across, mass, whole, volume / whole, body.filling.note, ends_x, carried)
 
 
-def _at_zero(low: float, high: float, off: float) -> tuple[float, float]:
-    """Return both ends, one of them 0 where it is less than `off` from there [m]."""
-    if abs(high) < off:
+def _at_zero(low: float, high: float, tolerance: float) -> tuple[float, float]:
+    """Return both ends, one of them 0 where it is less than `tolerance` from there [m]."""
+    if abs(high) < tolerance:
         return low - high, 0.0
-    return (0.0, high - low) if abs(low) < off else (low, high)
+    return (0.0, high - low) if abs(low) < tolerance else (low, high)
 
 
 def _density(name: str, model: Body) -> float:
@@ -250,19 +250,19 @@ def _coarse_estimates(case: Case) -> list[BodyEstimate]:
     parts = []
     for name, body in case.bodies.items():
         shape, dx = shape_of(body.shape, case.drawing_dimensions), body.spacing(case)
-        kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
-        volume = kept * dx**case.dim if case.drawing_dimensions == case.dim else shape.volume
-        parts.append(BodyEstimate(name, round(kept), round(across), _density(name, body) * volume, volume))
+        count, width = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
+        volume = count * dx**case.dim if case.drawing_dimensions == case.dim else shape.volume
+        parts.append(BodyEstimate(name, round(count), round(width), _density(name, body) * volume, volume))
     return parts
 
 
 def memory_each(case: Case) -> float:
     """Return the memory of a run per particle [bytes]."""
-    kind, dim = case.formulation.type, case.dim
+    formulation, dim = case.formulation.type, case.dim
     reach = case.formulation.support_over_h * case.formulation.h_over_dx
     neighbours = {1: 2.0, 2: math.pi, 3: 4.0 / 3.0 * math.pi}[dim] * reach**dim
-    listed = LISTED.get(kind, {}).get(dim, 0) * neighbours
-    return MEMORY[kind][dim] + listed
+    pairs = LISTED.get(formulation, {}).get(dim, 0) * neighbours
+    return MEMORY[formulation][dim] + pairs
 
 
 PADDED = {"scalar": 1, "vector": 3, "symmetric": 6, "gradient": 9}  # numbers in a snapshot by rank
@@ -317,15 +317,15 @@ def step_seconds(case: Case, particles: int, threads: int) -> float:
 
 def compilation() -> tuple[int, float]:
     """Return how many loops of the objects built in this process are not in the cache, and the time they take [s]."""
-    missing = missing_loops()
-    return len(missing), sum(COMPILATION.get(name, OTHER_LOOP) for name in missing)
+    loops = missing_loops()
+    return len(loops), sum(COMPILATION.get(name, OTHER_LOOP) for name in loops)
 
 
 def available_threads() -> int:
     """Return how many threads this process may use: a processor each, or fewer by ``NUMBA_NUM_THREADS``."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    asked = os.environ.get("NUMBA_NUM_THREADS", "")
-    return max(1, int(asked)) if asked.isdigit() else cores
+    setting = os.environ.get("NUMBA_NUM_THREADS", "")
+    return max(1, int(setting)) if setting.isdigit() else cores
 
 
 def of_cores(threads: int, cores: int) -> str:

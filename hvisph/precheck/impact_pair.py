@@ -47,24 +47,24 @@ def impact_pair(case: Case) -> ImpactPair | None:
     velocities = [_velocity(body, box) for body, box in zip(bodies, boxes, strict=True)]
     impedance = [_impedance(body) for body in bodies]
     turns = [None if case.drawing_dimensions != case.dim else _turn(body, case) for body in bodies]
-    found: list[tuple[float, float, int, int, float]] = []
+    contacts: list[tuple[float, float, int, int, float]] = []
     for count, (a, b) in enumerate(combinations(range(len(names)), 2)):
         if count >= MOST_PAIRS:
             break
         closing = velocities[a] - velocities[b]
         threads = not closing[1:].any() and _threads(case, boxes, names, a, b)
-        one, other = boxes[a], boxes[b]
+        box_a, box_b = boxes[a], boxes[b]
         turn = turns[a] if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]) else turns[b]
         if turn is not None:  # along the axes of the struck body, so that a shot turned as a whole is the same
-            one, other = (_box(bodies[k], case, shifts[k], turn) for k in (a, b))
+            box_a, box_b = (_box(bodies[k], case, shifts[k], turn) for k in (a, b))
             closing = closing @ turn
-        met = None if threads else _contact_time(one, other, closing)
-        if met is not None:
-            pressure = met[1] * impedance[a] * impedance[b] / max(impedance[a] + impedance[b], 1e-300)
-            found.append((met[0], -pressure, a, b, met[1]))
-    if not found:
+        contact = None if threads else _contact_time(box_a, box_b, closing)
+        if contact is not None:
+            pressure = contact[1] * impedance[a] * impedance[b] / max(impedance[a] + impedance[b], 1e-300)
+            contacts.append((contact[0], -pressure, a, b, contact[1]))
+    if not contacts:
         return None
-    _, _, a, b, speed = min(found)
+    _, _, a, b, speed = min(contacts)
     if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]):
         a, b = b, a
     return ImpactPair(names[a], names[b], speed)
@@ -72,16 +72,16 @@ def impact_pair(case: Case) -> ImpactPair | None:
 
 def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> bool:
     """Whether one of two bodies fits the hole of the other, a straight tube along x: a plug in a barrel."""
-    for tube, other in ((a, b), (b, a)):
+    for tube, plug in ((a, b), (b, a)):
         body = case.bodies[names[tube]]
         if body.shape.type != "tube" or body.shape.axis != "x" or body.rotation is not None:
             continue
-        low, high = boxes[other]
+        low, high = boxes[plug]
         middle = 0.5 * (boxes[tube][0] + boxes[tube][1])[1:]
-        far = np.maximum(np.abs(low[1:] - middle), np.abs(high[1:] - middle))
-        inner = case.bodies[names[other]]
+        half_width = np.maximum(np.abs(low[1:] - middle), np.abs(high[1:] - middle))
+        inner = case.bodies[names[plug]]
         round_one = inner.shape.type in ROUND and getattr(inner.shape, "axis", "x") == "x" and inner.rotation is None
-        reach = far.max() if round_one else float(np.sqrt((far**2).sum()))
+        reach = half_width.max() if round_one else float(np.sqrt((half_width**2).sum()))
         if reach <= 0.5 * body.shape.inner_diameter * (1.0 + TOUCHING):
             return True
     return False
@@ -150,21 +150,21 @@ def _box(body: Body, case: Case, shift: float = 0.0, axes: np.ndarray | None = N
     return np.array(low[: case.dim], dtype=float), np.array(high[: case.dim], dtype=float)
 
 
-def _contact_time(one: Box, other: Box, closing: np.ndarray) -> tuple[float, float] | None:
+def _contact_time(first: Box, second: Box, closing: np.ndarray) -> tuple[float, float] | None:
     """Return when boxes closing at (dim,) [m/s] meet [s] and at which normal speed; None where they never do."""
     moving = closing != 0.0
-    sizes = np.concatenate([one[1] - one[0], other[1] - other[0]])
+    sizes = np.concatenate([first[1] - first[0], second[1] - second[0]])
     slack = TOUCHING * float(sizes[np.isfinite(sizes)].max(initial=0.0))
-    apart = (one[1] <= other[0] + slack) | (other[1] <= one[0] + slack)
-    if not moving.any() or (apart & ~moving).any():
+    separate = (first[1] <= second[0] + slack) | (second[1] <= first[0] + slack)
+    if not moving.any() or (separate & ~moving).any():
         return None
-    ahead = np.where(closing > 0.0, other[0] - one[1], one[0] - other[1])  # along the axis, to the first contact
-    beyond = np.where(closing > 0.0, other[1] - one[0], one[1] - other[0])  # and to the last
+    entry = np.where(closing > 0.0, second[0] - first[1], first[0] - second[1])  # along the axis, to the first contact
+    to_exit = np.where(closing > 0.0, second[1] - first[0], first[1] - second[0])  # and to the last
     speed = np.abs(closing)
-    enter, leave = ahead[moving] / speed[moving], beyond[moving] / speed[moving]
+    enter, leave = entry[moving] / speed[moving], to_exit[moving] / speed[moving]
     if leave.min() <= max(enter.max(), 0.0):
         return None  # passed, or passing by
-    faced = speed[moving][enter.argmax()] if (ahead[moving] >= -slack).any() else speed.max()
+    faced = speed[moving][enter.argmax()] if (entry[moving] >= -slack).any() else speed.max()
     return max(float(enter.max()), 0.0), float(faced)
 
 
@@ -183,41 +183,39 @@ def first_contact(bodies: list[PlacedBody]) -> tuple[float, str, str] | None:
     bodies meet.
     """
     contacts: list[tuple[float, str, str]] = []
-    for count, (one, other) in enumerate(combinations(bodies, 2)):
+    for count, (first, second) in enumerate(combinations(bodies, 2)):
         if count >= MOST_FOLLOWED:
             break
-        approach = one.mean_velocity - other.mean_velocity
+        approach = first.mean_velocity - second.mean_velocity
         speed = float(np.sqrt(approach @ approach))
-        if speed == 0.0 or one.surface is None or other.surface is None:
+        if speed == 0.0 or first.surface is None or second.surface is None:
             continue
-        distance = _distance(one, other, approach / speed)
-        dx = one.filling.finest
+        distance = _distance(first, second, approach / speed)
+        dx = first.filling.finest
         if distance is not None and distance > -WITHIN * dx:
-            contacts.append((distance / speed if distance > CLOSED * dx else 0.0, one.name, other.name))
+            contacts.append((distance / speed if distance > CLOSED * dx else 0.0, first.name, second.name))
     return min(contacts) if contacts else None
 
 
-def _distance(one: PlacedBody, other: PlacedBody, direction: np.ndarray) -> float | None:
-    """Return how far `one` moves along `direction` until it touches `other` [m]; None if it never does."""
+def _distance(first: PlacedBody, second: PlacedBody, direction: np.ndarray) -> float | None:
+    """Return how far `first` moves along `direction` until it touches `second` [m]; None if it never does."""
     dim = len(direction)
     if dim == 1:
-        ahead, behind = (one, other) if direction[0] > 0 else (other, one)
-        gap = (behind.positions - behind.spacing[:, None] / 2).min() - (
-            ahead.positions + ahead.spacing[:, None] / 2
-        ).max()
+        front, rear = (first, second) if direction[0] > 0 else (second, first)
+        gap = (rear.positions - rear.spacing[:, None] / 2).min() - (front.positions + front.spacing[:, None] / 2).max()
         return float(gap)
     # axes of which the first is the direction of approach
     basis = np.linalg.qr(np.column_stack([direction, np.eye(dim)]))[0].T[:dim]
     basis[0] = direction
     solids = []
-    for body in (one, other):
+    for body in (first, second):
         assert body.surface is not None
-        turned = Placed(body.surface, np.zeros(dim), basis)
-        solids.append(Solid(turned, body.positions @ basis.T, body.filling.finest))
+        rotated = Placed(body.surface, np.zeros(dim), basis)
+        solids.append(Solid(rotated, body.positions @ basis.T, body.filling.finest))
     if solids[0].positions[:, 0].min() > solids[1].positions[:, 0].max():
         return None  # already behind it
-    met = touch(*solids)
-    return None if met is None else met[1] - met[0]
+    contact = touch(*solids)
+    return None if contact is None else contact[1] - contact[0]
 
 
 MARGIN = 0.9  # of the ends of the range that a material is known to hold in, since the estimate is a flat impact's
@@ -254,36 +252,36 @@ def hugoniot_warnings(case: Case) -> list[str]:
     matched, pair = plane_shock(case)[0], impact_pair(case)
     if matched is None or pair is None:
         return []
-    library, said = library_of(), []
-    behind = {pair.first: pair.velocity - matched.interface_velocity, pair.second: matched.interface_velocity}
-    for name, speed in behind.items():
+    library, warnings = library_of(), []
+    speeds = {pair.first: pair.velocity - matched.interface_velocity, pair.second: matched.interface_velocity}
+    for name, speed in speeds.items():
         body = case.bodies[name]
         if body.material.name not in library.files:
             continue
         notes = library.notes(body.material.name)
         better = _better(library, notes, speed)
         remedy = [f"bodies.{name}.material={better}"] if better else []
-        here = f"about {speed:.0f} m/s come here{f'; take {better}' if better else ''}"
-        known = f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 %"
+        fact = f"about {speed:.0f} m/s come here{f'; take {better}' if better else ''}"
+        claim = f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 %"
         if notes.shocks is None:
-            said += [recommend(f"{known} at no particle velocity, and {here}", *remedy)] if better else []
+            warnings += [recommend(f"{claim} at no particle velocity, and {fact}", *remedy)] if better else []
             continue
         low, high = notes.shocks
         if not _holds(notes, speed):
-            said.append(
-                recommend(f"{known} behind shocks of {low:g} to {high:g} m/s of particle velocity, and {here}", *remedy)
+            warnings.append(
+                recommend(f"{claim} behind shocks of {low:g} to {high:g} m/s of particle velocity, and {fact}", *remedy)
             )
-    return said
+    return warnings
 
 
 def _better(library: Library, notes: Notes, speed: float) -> str:
     """Return the first of the materials named one by another whose shocks are as measured; empty where none is."""
-    seen: list[str] = []
-    while notes.beyond and notes.beyond not in seen:
-        seen.append(notes.beyond)
-        notes = library.notes(seen[-1])
+    names: list[str] = []
+    while notes.beyond and notes.beyond not in names:
+        names.append(notes.beyond)
+        notes = library.notes(names[-1])
         if _holds(notes, speed):
-            return seen[-1]
+            return names[-1]
     return ""
 
 

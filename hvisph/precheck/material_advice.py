@@ -36,7 +36,7 @@ VAPOUR = "-tillotson"  # suffix of the library's variants with liquid and vapour
 
 def _spalling(facts: Facts) -> Found:
     """Shocked plates whose damage depends on plastic strain alone; elsewhere plates are bent and punched first."""
-    shocked = facts.overload >= SHOCK and facts.kind.velocity >= BALLISTIC
+    shocked = facts.overload >= SHOCK and facts.regime.velocity >= BALLISTIC
     if facts.overload < 1.0 or (facts.dim > 1 and not shocked):
         return False
     names = [name for name, body in reversed(list(facts.bodies.items())[1:]) if _strain_alone(body)]
@@ -45,12 +45,12 @@ def _spalling(facts: Facts) -> Found:
 
 def _spalling_like(body: Body) -> dict[str, object]:
     """Return the material of nearest density in the library with a spall strength [Pa]."""
-    known: dict[float, dict[str, object]] = {}
+    strengths: dict[float, dict[str, object]] = {}
     for material in map(load_material, material_names()):
         strength = getattr(material.damage, "spall_strength", None)
         if strength and material.strength.type != "none" and material.porosity is None:
-            known[abs(math.log(material.density / body.material.density))] = {"of": material.name, "like": strength}
-    return known[min(known)]
+            strengths[abs(math.log(material.density / body.material.density))] = {"of": material.name, "like": strength}
+    return strengths[min(strengths)]
 
 
 def _strain_alone(body: Body) -> bool:
@@ -72,7 +72,7 @@ def _brittle(facts: Facts) -> Iterator[Values]:
 
 def _liquid(facts: Facts) -> Iterator[Values]:
     """Solids of the library without a strength, where an impact is weak enough for strength to matter."""
-    if facts.kind.velocity <= 0.0 or facts.kind.pressure > STRENGTH_MATTERS or facts.case.units != "si":
+    if facts.regime.velocity <= 0.0 or facts.regime.pressure > STRENGTH_MATTERS or facts.case.units != "si":
         return
     library = library_of()
     for name, body in facts.bodies.items():
@@ -119,9 +119,9 @@ def _weak_cohesion(facts: Facts) -> Iterator[Values]:
                 material.density * material.bulk_sound_speed**2,
                 *(stage.bulk_modulus for stage in facts.case.late if stage.bulk_modulus),
             ]
-            least = LATTICE_NOISE * min(bulk)
-            if 0.0 < strength.cohesion < least:
-                yield {"name": name, "cohesion": strength.cohesion, "least": least, "share": LATTICE_NOISE}
+            noise = LATTICE_NOISE * min(bulk)
+            if 0.0 < strength.cohesion < noise:
+                yield {"name": name, "cohesion": strength.cohesion, "least": noise, "share": LATTICE_NOISE}
 
 
 def _soft_stage(facts: Facts) -> Iterator[Values]:
@@ -131,16 +131,16 @@ def _soft_stage(facts: Facts) -> Iterator[Values]:
             material = material_of_body(body)
             if not stage.bulk_modulus or any(body.velocity) or material.strength.name in ("none", "elastic"):
                 continue
-            least = min(100.0 * flow_at(material, None, 0.0, 1.0), material.bulk_modulus)
-            if stage.bulk_modulus < least:
-                yield {"number": number, "name": name, "modulus": stage.bulk_modulus, "least": least}
+            bound = min(100.0 * flow_at(material, None, 0.0, 1.0), material.bulk_modulus)
+            if stage.bulk_modulus < bound:
+                yield {"number": number, "name": name, "modulus": stage.bulk_modulus, "least": bound}
                 return
 
 
 def _slow_crater(facts: Facts) -> Iterator[Values]:
     """Craters in weak matter, which open long after the shock has left, without a late stage."""
     case = facts.case
-    if facts.kind.velocity <= 0.0 or case.late or case.edges or case.kinematics == "plane_stress":
+    if facts.regime.velocity <= 0.0 or case.late or case.edges or case.kinematics == "plane_stress":
         return
     name = facts.impact_pair.second if facts.impact_pair else ""
     if facts.scheme not in ("riemann", "eulerian") or name not in facts.bodies:
@@ -177,11 +177,11 @@ def _cracks(facts: Facts) -> Iterator[tuple[str, float, float, float]]:
 def _too_wide(facts: Facts) -> Iterator[Values]:
     """Bands that would snap back, or take more than the energy of their crack."""
     for name, width, stable, opening in _cracks(facts):
-        most = min(stable, opening / SHARPEST)
-        if width <= most:
+        widest = min(stable, opening / SHARPEST)
+        if width <= widest:
             continue
-        own = facts.bodies[name].resolution
-        finer = most * (own or facts.case.resolution) / width
+        spacing = facts.bodies[name].resolution
+        finer = widest * (spacing or facts.case.resolution) / width
         left = 100.0 * math.sqrt(stable / width)
         effect = f"its strength falls to {left:.2g} %" if width > stable else "cracks may take three times their energy"
         yield {
@@ -190,7 +190,7 @@ def _too_wide(facts: Facts) -> Iterator[Values]:
             "stable": 1e3 * stable,
             "opening": 1e3 * opening,
             "effect": effect,
-            "of": f"bodies.{name}." if own else "",
+            "of": f"bodies.{name}." if spacing else "",
             "finer": math.floor(1e6 * finer) if finer > 1e-6 else 1e6 * finer,
         }
 
@@ -199,13 +199,13 @@ def _too_narrow(facts: Facts) -> Iterator[Values]:
     """Bands narrower than the displacement over which they soften."""
     for name, width, _, opening in _cracks(facts):
         if width < WIDEST_CRACK * opening:
-            own = facts.bodies[name].resolution
+            spacing = facts.bodies[name].resolution
             yield {
                 "name": name,
                 "width": 1e3 * width,
                 "opening": 1e3 * opening,
-                "of": f"bodies.{name}." if own else "",
-                "coarser": math.ceil(1e6 * opening * (own or facts.case.resolution) / width),
+                "of": f"bodies.{name}." if spacing else "",
+                "coarser": math.ceil(1e6 * opening * (spacing or facts.case.resolution) / width),
             }
 
 
@@ -215,24 +215,24 @@ def _molten(facts: Facts) -> Iterator[Values]:
     if pair is None or shock is None:
         return
     names = library_of().files
-    for name, behind in ((pair.first, shock.projectile), (pair.second, shock.target)):
+    for name, state in ((pair.first, shock.projectile), (pair.second, shock.target)):
         body = facts.bodies[name]
         material, model = material_of_body(body), body.material
         melts = material.melting_point
         if model.eos.type not in SOLID or material.porosity is not None or material.total_energy or melts == math.inf:
             continue
-        hot = material.released_temperature(behind.density, behind.energy)
+        hot = material.released_temperature(state.density, state.energy)
         if hot > melts:
-            kin = f"{model.name}{VAPOUR}"
-            known = kin in names
+            vapour = f"{model.name}{VAPOUR}"
+            exists = vapour in names
             yield {
                 "name": name,
                 "eos": model.eos.type,
-                "shock": 1e-9 * behind.pressure,
+                "shock": 1e-9 * state.pressure,
                 "hot": hot,
                 "melts": melts,
-                "remedy": f"take {kin}" if known else "`tillotson` and `table` have both",
-                "setting": f"bodies.{name}.material={kin}" if known else "",
+                "remedy": f"take {vapour}" if exists else "`tillotson` and `table` have both",
+                "setting": f"bodies.{name}.material={vapour}" if exists else "",
             }
 
 
@@ -243,17 +243,17 @@ def _vaporised(facts: Facts, followed: bool) -> Iterator[Values]:
     composites and porous materials; `_molten` covers the others. Their energy of vaporisation is that of the library's
     vapour of nearest density.
     """
-    heat = facts.kind.velocity**2 / 8.0
+    heat = facts.regime.velocity**2 / 8.0
     if followed and (facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed"):
         return
     for name, body in facts.bodies.items() if facts.case.units == "si" and facts.impact_pair else ():
         material, eos = body.material, body.material.eos
-        like = material.name
+        substitute = material.name
         if eos.type == "tillotson" and followed:
             limit = eos.vaporization_energy
         elif eos.type in SOLID and not followed and (material.porosity or material_of_body(body).has_axes):
-            like = min(_vapours(), key=lambda known: abs(math.log(_vapours()[known][0] / material.density)))
-            limit = _vapours()[like][1]
+            substitute = min(_vapours(), key=lambda n: abs(math.log(_vapours()[n][0] / material.density)))
+            limit = _vapours()[substitute][1]
         else:
             continue
         if heat > limit:
@@ -262,7 +262,7 @@ def _vaporised(facts: Facts, followed: bool) -> Iterator[Values]:
                 "eos": eos.type,
                 "heat": 1e-6 * heat,
                 "limit": 1e-6 * limit,
-                "like": like,
+                "like": substitute,
                 "wanted": "{type: variable, min_over_initial: 1, max_over_initial: 2.5}",
             }
 
@@ -270,13 +270,13 @@ def _vaporised(facts: Facts, followed: bool) -> Iterator[Values]:
 @cache
 def _vapours() -> dict[str, tuple[float, float]]:
     """Return density [kg/m^3] and energy of complete vaporisation [J/kg] of the library's variants with a vapour."""
-    known = [load_material(name) for name in library_of().files if name.endswith(VAPOUR)]
-    return {one.name: (one.density, one.eos.vaporization_energy) for one in known if one.eos.type == "tillotson"}
+    variants = [load_material(name) for name in library_of().files if name.endswith(VAPOUR)]
+    return {m.name: (m.density, m.eos.vaporization_energy) for m in variants if m.eos.type == "tillotson"}
 
 
 _IN_ORDER = (_brittle, _spalling, _liquid, _held_by_hoops, _moduli_apart)
 _LATER = (_too_wide, _too_narrow, _weak_cohesion, _soft_stage, _slow_crater, _molten)
-MATERIAL_CONDITIONS: dict[str, Condition] = {one.__name__[1:]: one for one in (*_IN_ORDER, *_LATER)}
+MATERIAL_CONDITIONS: dict[str, Condition] = {condition.__name__[1:]: condition for condition in (*_IN_ORDER, *_LATER)}
 MATERIAL_CONDITIONS |= {
     "no_vapour": lambda facts: _vaporised(facts, followed=False),
     "vapour_beyond_reach": lambda facts: list(_vaporised(facts, followed=True))[:1],

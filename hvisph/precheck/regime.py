@@ -38,13 +38,13 @@ class Regime:
             return "no impact: no two bodies approach each other"
         if self.strength is None:
             return "shock in materials without strength"
-        over = self.pressure / self.strength if self.strength > 0.0 else math.inf
-        if over < ELASTIC:
+        ratio = self.pressure / self.strength if self.strength > 0.0 else math.inf
+        if ratio < ELASTIC:
             but = f" of all but {', '.join(self.liquids)}, without strength" if self.liquids else ""
             return f"elastic: the impact pressure is below the strength{but}"
-        if over < SHOCK:
-            return f"ballistic: the impact pressure is about {over:.2g} times the strength"
-        return f"shock: the impact pressure is about {over:.0f} times the strength"
+        if ratio < SHOCK:
+            return f"ballistic: the impact pressure is about {ratio:.2g} times the strength"
+        return f"shock: the impact pressure is about {ratio:.0f} times the strength"
 
 
 def regime(case: Case) -> Regime:
@@ -53,8 +53,8 @@ def regime(case: Case) -> Regime:
     velocity = against_wall(case) if pair is None else pair.velocity
     names = [next(iter(case.bodies))] * 2 if pair is None else [pair.first, pair.second]
     first, second = (material_of_body(case.bodies[name]) for name in names)
-    one, other = (m.density_at_rest * m.bulk_sound_speed for m in (first, second))
-    pressure = velocity * one * other / (one + other)
+    z1, z2 = (m.density_at_rest * m.bulk_sound_speed for m in (first, second))
+    pressure = velocity * z1 * z2 / (z1 + z2)
     if first.porosity is not None or second.porosity is not None:  # pores crush far below the speed of sound
         pressure = min(pressure, impact_pressure(first, second, velocity))
     known = [y for y in (_strength(material_of_body(body), pressure) for body in case.bodies.values()) if y is not None]
@@ -138,28 +138,28 @@ KNOWN = {
 }
 
 
-def experience(case: Case, kind: Regime) -> str:
+def experience(case: Case, impact: Regime) -> str:
     """Return the validation record of similar experiments; empty without any."""
-    name = _set_of(case, kind)
+    name = _set_of(case, impact)
     if not name:
         return ""
-    known = KNOWN[name]
-    if not known.velocities[0] / FURTHEST <= kind.velocity <= known.velocities[1] * FURTHEST:
+    record = KNOWN[name]
+    if not record.velocities[0] / FURTHEST <= impact.velocity <= record.velocities[1] * FURTHEST:
         return ""
-    if not all(_is_metal(material_of_body(body), known.densities) for body in case.bodies.values()):
+    if not all(_is_metal(material_of_body(body), record.densities) for body in case.bodies.values()):
         return ""
-    first, *others = case.bodies.values()
-    if known.verdicts:
-        said = f"for {100 * next(iter(known.figures.values())):.0f} % it is right whether the rear wall fails"
-        here = min(others[0].shape.extent()) / case.resolution
+    first, *targets = case.bodies.values()
+    if record.verdicts:
+        words = f"for {100 * next(iter(record.figures.values())):.0f} % it is right whether the rear wall fails"
+        count = min(targets[0].shape.extent()) / case.resolution
     else:
-        labels = {quantity: LABELS.get(quantity, quantity.replace("_", " ")) for quantity in known.figures}
-        said = ", ".join(f"{labels[quantity]} {100 * off:.1f} %" for quantity, off in known.figures.items())
-        said += " off on average"
-        here = _width(first) / case.resolution
-    text = f"{known.what}: {said}, with {known.across:g} particles across{known.over} ({PAGE})"
-    if here < ENOUGH * known.across:
-        text += f"; this case has {here:.2g}, too few for these figures"
+        labels = {quantity: LABELS.get(quantity, quantity.replace("_", " ")) for quantity in record.figures}
+        words = ", ".join(f"{labels[quantity]} {100 * error:.1f} %" for quantity, error in record.figures.items())
+        words += " off on average"
+        count = _width(first) / case.resolution
+    text = f"{record.what}: {words}, with {record.across:g} particles across{record.over} ({PAGE})"
+    if count < ENOUGH * record.across:
+        text += f"; this case has {count:.2g}, too few for these figures"
     return text
 
 
@@ -170,13 +170,13 @@ def _is_metal(material: Material, densities: tuple[float, float]) -> bool:
     return ductile and material.porosity is None and low <= material.density <= high
 
 
-def _set_of(case: Case, kind: Regime) -> str:
+def _set_of(case: Case, impact: Regime) -> str:
     bodies = list(case.bodies.values())
-    if kind.velocity <= 0.0 or kind.strength is None or case.dim == 1 or case.units != "si":
+    if impact.velocity <= 0.0 or impact.strength is None or case.dim == 1 or case.units != "si":
         return ""
     if len(bodies) == 1:
         return "taylor" if against_wall(case) > 0.0 and bodies[0].shape.type == "cylinder" else ""
-    if len(bodies) not in (2, 3) or bodies[0].shape.type != "sphere" or not kind.words.startswith("shock"):
+    if len(bodies) not in (2, 3) or bodies[0].shape.type != "sphere" or not impact.words.startswith("shock"):
         return ""
     if case.kinematics not in ("three_d", "axisymmetric"):
         return ""
@@ -209,7 +209,7 @@ class Facts:
         self.scheme = case.formulation.type
 
     @cached_property
-    def kind(self) -> Regime:
+    def regime(self) -> Regime:
         """The regime of the case."""
         return regime(self.case)
 
@@ -221,9 +221,9 @@ class Facts:
     @cached_property
     def overload(self) -> float:
         """Impact pressure over strength; 0 without an impact or without strength."""
-        if self.kind.velocity <= 0.0 or self.kind.strength is None:
+        if self.regime.velocity <= 0.0 or self.regime.strength is None:
             return 0.0
-        return self.kind.pressure / self.kind.strength if self.kind.strength else math.inf
+        return self.regime.pressure / self.regime.strength if self.regime.strength else math.inf
 
     @cached_property
     def is_motionless(self) -> bool:
@@ -232,11 +232,11 @@ class Facts:
         driven = any(body.initial_velocity or body.internal_energy or body.temperature for body in bodies)
         driven = driven or any(body.material.eos.type in ("jwl", "ideal_gas") for body in bodies)
         driven = driven or any(clamp.moves for clamp in self.case.clamped)
-        pushed = self.case.loads or any(plane.velocity for plane in self.case.symmetry)
+        loaded = self.case.loads or any(plane.velocity for plane in self.case.symmetry)
         if (
-            self.kind.velocity > 0.0
+            self.regime.velocity > 0.0
             or driven
-            or pushed
+            or loaded
             or self.case.initial_loads
             or self.case.gravity
             or self.case.start
@@ -252,17 +252,17 @@ class Facts:
     @cached_property
     def strength_of_shock(self) -> float:
         """Particle velocity over the sound speed of the struck body; 0 without an impact."""
-        if self.kind.velocity <= 0.0:
+        if self.regime.velocity <= 0.0:
             return 0.0
-        struck = next(iter(self.bodies.values())) if self.impact_pair is None else self.bodies[self.impact_pair.second]
-        return 0.5 * self.kind.velocity / material_of_body(struck).bulk_sound_speed
+        target = next(iter(self.bodies.values())) if self.impact_pair is None else self.bodies[self.impact_pair.second]
+        return 0.5 * self.regime.velocity / material_of_body(target).bulk_sound_speed
 
     @cached_property
     def plug_damage(self) -> Plain:
         """Johnson-Cook damage of the bodies that may be punched at ballistic speed, by name."""
-        struck = {name: body.material.damage for name, body in self.bodies.items() if not self._strikes(name)}
-        failing = {name: damage for name, damage in struck.items() if damage.type == "johnson_cook"}
-        slow = 0.0 < self.kind.velocity < BALLISTIC and len(self.bodies) > 1 and self.dim > 1
+        targets = {name: body.material.damage for name, body in self.bodies.items() if not self._strikes(name)}
+        failing = {name: damage for name, damage in targets.items() if damage.type == "johnson_cook"}
+        slow = 0.0 < self.regime.velocity < BALLISTIC and len(self.bodies) > 1 and self.dim > 1
         return failing if slow and self.overload > PUNCHED and not (self.impact_pair and self.nose in POINTED) else {}
 
     @cached_property
@@ -311,12 +311,12 @@ class Rule:
 
     def texts(self, facts: Facts) -> list[str]:
         """Return the advice that applies."""
-        found = self.condition(facts)
-        if isinstance(found, Mapping):
-            found = [found]
-        values = ([{}] if found else []) if isinstance(found, bool) else found
+        outcome = self.condition(facts)
+        if isinstance(outcome, Mapping):
+            outcome = [outcome]
+        values = ([{}] if outcome else []) if isinstance(outcome, bool) else outcome
         page = f" (docs/{self.page}.md)" if self.page else ""
-        return [recommend(self.sentence.format(**one) + page, *self._settings(facts, one)) for one in values]
+        return [recommend(self.sentence.format(**v) + page, *self._settings(facts, v)) for v in values]
 
     def _settings(self, facts: Facts, values: Values) -> list[str]:
         settings = self.setting.format(**values).splitlines()
