@@ -101,7 +101,8 @@ class Halo:
         """Return storage for `count` rows and numbers that begins with the given ones."""
         own = len(rows)
         if count > len(self._storage) or rows.shape[1] != self._storage.shape[1]:
-            self._storage = np.zeros((count + count // 4 + 64, rows.shape[1]))
+            gap = rows.strides[0] > rows.itemsize * rows.shape[1]  # loops are compiled for one layout
+            self._storage = np.zeros((count + count // 4 + 64, rows.shape[1] + gap))[:, : rows.shape[1]]
             self._numbers = np.zeros(len(self._storage), np.uint64)
         if not np.shares_memory(rows, self._storage) or rows.ctypes.data != self._storage.ctypes.data:
             self._storage[:own] = rows

@@ -212,7 +212,7 @@ class Pairs:
         rows, numbers, edge = self.rows, self.numbers, self.kernel.reach * h
         own = len(rows)
         if self.halo is not None:
-            rows, numbers = self.halo.append(np.ascontiguousarray(rows), numbers, edge)
+            rows, numbers = self.halo.append(rows, numbers, edge)
             self.rows = rows[:own]  # in front of the others': the next stage is packed there
         shared, packed, n = self.rows is self._shared, 0, len(rows)
         if self.images is not None:
@@ -253,7 +253,9 @@ class Pairs:
 
     def replace_rows(self, rows: np.ndarray, numbers: np.ndarray) -> None:
         """Replace all packed rows (n, width) and their numbers, sorted in the order given."""
-        self.rows, self.numbers, self.count = rows, numbers, len(rows)
+        gap = self._shared is not None  # loops are compiled for one layout
+        self.rows = np.zeros((len(rows), rows.shape[1] + gap))[:, : rows.shape[1]]
+        self.rows[:], self.numbers, self.count = rows, numbers, len(rows)
         if self._allocated > 2 * self.count:  # many have gone to other processes
             self._allocated = 0
         self._ensure_capacity(self.count)
