@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 from small_runs import CLOTH, struck_laminate
-from test_anisotropy import RAW, SOLID, SPACING, Point, about, tensor
+from test_anisotropy import FAR, RAW, SOLID, SPACING, Point, about, tensor
 from typer.testing import CliRunner
 
 from hvisph.casefile.loader import dump_case, load_case
@@ -70,11 +70,11 @@ def test_shear_waves_and_a_wave_between_the_axes(along, across, moving, speed, t
     block = {"material": RAW, "position": [0, 0, 0], "axes": {"one": one, "two": two},
              "shape": {"type": "box", "size": size.tolist()}}  # fmt: skip
     setup = build(load_case({"kinematics": "three_d", "resolution": SPACING, "time": {"end": 1e-5}, "symmetry": planes,
-                             "bodies": {"block": block}}))  # fmt: skip
+                             "bodies": {"block": block} | FAR}))  # fmt: skip
     particles = setup.particles
     x = particles["position"]
     middle = particles.id[(np.abs(x[:, 1]) < 3 * SPACING) & (x[:, 0] > 0.0)]
-    particles["velocity"] = np.where(x[:, :1] < 0.0, up, 0.0) * polarised
+    particles["velocity"] = np.where((x[:, :1] < 0.0) & (x[:, :1] > -0.1), up, 0.0) * polarised
     path = []
 
     def watch(time):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_runs import DAMAGED, FORMULATIONS, GAS, LIQUID, METAL, OPTIONS, assert_same_results, final, row_of
+from small_runs import DAMAGED, GAS, LIQUID, METAL, OPTIONS, assert_same_results, final, row_of
 
 from hvisph.case.consistency import warnings_of
 from hvisph.casefile.loader import load_case
@@ -12,8 +12,6 @@ from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.setup.initial_state import begin
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import resume, run
-
-FIELD = tuple(name for name in FORMULATIONS if name != "projection")
 
 
 def column(**further):
@@ -25,12 +23,13 @@ def column(**further):
     } | further)  # fmt: skip
 
 
-@pytest.mark.parametrize("formulation", FIELD)
-@pytest.mark.parametrize(("dim", "kinematics"), [(1, "uniaxial_strain"), (2, "plane_strain"), (3, "three_d")])
-def test_free_fall(formulation, dim, kinematics, tmp_path):
+@pytest.mark.parametrize(("formulation", "dim"), [
+    ("riemann", 1), ("eulerian", 1), ("total_lagrangian", 1), ("riemann", 2), ("adaptive", 2), ("eulerian", 3),
+])  # fmt: skip
+def test_free_fall(formulation, dim, tmp_path):
     """A body falls by g t^2/2 without a strain; its kinetic energy is that which gravity gives, to round-off."""
     g, end = np.array([3e8, -2e8, 1e8])[:dim], 2e-6
-    case = row_of([DAMAGED], dim, speed=0.0, kinematics=kinematics, gravity=g.tolist(), time={"end": end},
+    case = row_of([DAMAGED], dim, speed=0.0, gravity=g.tolist(), time={"end": end},
                   formulation={"type": formulation} | OPTIONS.get(formulation, {}))  # fmt: skip
     outcome = run(case, tmp_path / "run")
     end_state = final(tmp_path / "run")
@@ -282,19 +281,20 @@ def test_a_bed_between_walls(material, lateral, ratio, settle, tmp_path):
 
     Sand flows to the ratio at which (1 - K0) P is 0.6 of the pressure, 0.571. The rows at floor and face are left out.
     """
-    case = bed(material, lateral, settle=settle)
-    run(case, tmp_path / "run")
+    with_ball = material is not SAND  # alone it has the loops of `test_late_stages`
+    run(bed(material, lateral, with_ball, settle=settle), tmp_path / "run")
     start = read_snapshot(list_snapshots(tmp_path / "run")[0])
-    fields = {name: values[start.body == 1] for name, values in start.fields.items()}
+    fields = {name: values[start.body == int(with_ball)] for name, values in start.fields.items()}
     inside = np.abs(fields["position"][:, 0] - 0.5) < 0.3
     vertical, horizontal = ((fields["deviator"][:, k] - fields["pressure"])[inside] for k in (0, 1))
     weight = material["density"] * 9.81 * (1.0 - fields["position"][inside, 0])
     assert np.allclose(-vertical, weight, rtol=0.0, atol=0.02 * material["density"] * 9.81)  # 10 rows
     assert np.allclose(horizontal / vertical, ratio, rtol=0.04)  # 10 rows
-    ball = {name: values[start.body == 0] for name, values in start.fields.items()}
-    assert np.all(ball["velocity"] == [-2.0, 0.0])
-    assert np.all(ball["pressure"] == 0.0)
-    assert np.ptp(ball["position"][:, 0]) < 0.3
+    if with_ball:
+        ball = {name: values[start.body == 0] for name, values in start.fields.items()}
+        assert np.all(ball["velocity"] == [-2.0, 0.0])
+        assert np.all(ball["pressure"] == 0.0)
+        assert np.ptp(ball["position"][:, 0]) < 0.3
 
 
 def test_a_short_settling_is_warned_of(tmp_path):
@@ -355,7 +355,7 @@ def test_nothing_moves_without_weight(tmp_path):
 
 
 def test_a_settled_run_resumes_with_the_same_bits(tmp_path):
-    case = bed(SAND, 0.5, settle=3e-3, time={"end": 4e-3}, output={"every": 1e-3})
+    case = bed(ELASTIC, 0.7, settle=3e-3, time={"end": 4e-3}, output={"every": 1e-3})
     run(case, tmp_path / "whole")
     run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 9})}), tmp_path / "part")
     resume(tmp_path / "part", max_steps=10**6)

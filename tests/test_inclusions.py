@@ -117,6 +117,8 @@ def test_a_run_with_inclusions_is_resumed_with_the_same_bits(tmp_path):
     field = {"initial_velocity": [{"type": "radial", "speed": -5.0, "radius": 5.0, "power": 1.0}]}
     plain = case.model_dump(mode="json")
     plain["bodies"]["rubble"] |= field
+    # far from all else: with it the rubble has the loops of bodies that meet
+    plain["bodies"]["far"] = {"material": SOIL, "shape": {"type": "box", "size": [1.5, 1.5]}, "position": [100.0, 0.0]}
     case = load_case({key: value for key, value in plain.items() if value is not None})
     outcome = run(case, tmp_path / "whole")
     assert abs(outcome.summary["conservation"]["energy_drift"]) < 1e-12

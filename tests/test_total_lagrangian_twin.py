@@ -9,7 +9,7 @@ from hvisph.sph.neighbours.reference_neighbours import RIM
 
 # It has flowed and is damaged; nothing that happens here would damage it further.
 FLOWING = SPRING | {"strength": {"type": "von_mises", "yield_stress": 0.3e9},
-                    "damage": {"type": "cockcroft_latham", "critical_work": 1e30}}  # fmt: skip
+                    "damage": {"type": "johnson_cook", "d1": 1e30}}  # fmt: skip
 HALF = {1: [(0, 0)], 2: [(0, 0), (1, 1), (0, 1)], 3: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]}
 
 
