@@ -135,10 +135,11 @@ def fallbacks(pairs, count):
     return pairs.sorted[pairs.place[:count], pairs.slots["FALLBACKS"]]
 
 
-@KIND_AND_DIM
-@pytest.mark.parametrize(
-    ("factor", "by_component"), [(7.5, False), (7.5, True), (math.inf, False)], ids=["limited", "printed", "unlimited"]
-)
+@pytest.mark.parametrize(("kind", "dim", "factor", "by_component"), [
+    *(pytest.param(kind, dim, 7.5, False, id=f"limited-{kind}-{dim}")
+      for kind, dim in (("shepard", 2), ("gradient", 2), ("mixed", 1), ("mixed", 2), ("mixed", 3))),
+    pytest.param("mixed", 2, 7.5, True, id="printed-mixed-2"), pytest.param("mixed", 2, math.inf, False, id="unlimited-mixed-2"),
+])  # fmt: skip
 def test_compiled_rates_are_those_of_the_formulas(kind, factor, by_component, dim):
     cloud = with_stragglers(random_cloud(dim))
     formulation = corrected(kind, factor, by_component)

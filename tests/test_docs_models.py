@@ -55,8 +55,8 @@ def cases(tmp_path, remembering):
         path = tmp_path / f"{name}.yaml"
         path.write_text(models.case_text(name, kind))
         # the default, but that lengths of a gas do not follow its density: that would be another loop
-        settings = ["time.max_steps=20", "formulation={type: riemann, smoothing_length: {type: fixed}}"]
-        case = load_case(path, settings, "0.2 mm")
+        settings = ["time.max_steps=10", "formulation={type: riemann, smoothing_length: {type: fixed}}"]
+        case = load_case(path, settings, "0.4 mm")
         material = next(iter(case.bodies.values())).material
         burns = getattr(material.eos, "detonation", None) is not None
         if (burns or material_of(material, 1e5).has_history) == remembering:

@@ -392,7 +392,7 @@ def test_a_penalty_contact_keeps_the_balances(tmp_path):
     assert abs(kept["angular_momentum_drift"]) < 1e-6
 
 
-@pytest.mark.parametrize(("dim", "friction"), [(2, 0.2), (3, 0.2)])
+@pytest.mark.parametrize(("dim", "friction"), [(3, 0.2), pytest.param(2, 0.2, marks=pytest.mark.slow)])
 def test_the_torques_of_a_contact_cancel(dim, friction, tmp_path):
     """With a block whose own forces are central, angular momentum is kept to round-off, with friction too."""
     formulation = {"type": "eulerian", "conserve_angular_momentum": False, "artificial_stress": {"type": "none"},

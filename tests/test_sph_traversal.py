@@ -199,7 +199,7 @@ def test_lists_are_those_of_the_plain_twin(kind, dim):
             assert starts.all() if width == 500 else width == 30 or not starts.any()
 
 
-@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("dim", [3, pytest.param(2, marks=pytest.mark.slow)])
 def test_particles_within_rigid_bodies_have_no_lists(dim):
     """Rows below zero, all of whose neighbours are so, are left out; others have all of their neighbours."""
     x, h = plate(dim, {2: 40, 3: 16}[dim], 1e-3)
@@ -328,8 +328,9 @@ def plain_cells(x, grid):
     return set(map(tuple, np.floor(x / grid.edge).astype(np.int64) % np.array(grid.shape)[: x.shape[1]]))
 
 
-@pytest.mark.parametrize("formulation", ["riemann", "eulerian"])
-@pytest.mark.parametrize("kinematics", ["plane_strain", "axisymmetric", "three_d"])
+@pytest.mark.parametrize(("kinematics", "formulation"), [
+    ("plane_strain", "riemann"), ("plane_strain", "eulerian"), ("axisymmetric", "eulerian"), ("three_d", "riemann"),
+])  # fmt: skip
 def test_leaving_out_undisturbed_cells_changes_no_number(formulation, kinematics, tmp_path, monkeypatch):
     """Of three bodies in a row the last, and the part of the second ahead of the shock, are left out at first."""
     dim = 3 if kinematics == "three_d" else 2
@@ -338,7 +339,7 @@ def test_leaving_out_undisturbed_cells_changes_no_number(formulation, kinematics
     assert_nothing_hangs_on_cells_left_out(case, tmp_path, monkeypatch)
 
 
-@pytest.mark.parametrize("kinematics", ["uniaxial_strain", "plane_strain", "axisymmetric", "three_d"])
+@pytest.mark.parametrize("kinematics", ["uniaxial_strain", "axisymmetric", "three_d"])
 def test_leaving_out_particles_within_rigid_bodies_changes_no_number(kinematics, tmp_path, monkeypatch):
     """Those that no deformable particle is near: one by one, or all of a cell with all candidates."""
     dim = {"uniaxial_strain": 1, "three_d": 3}.get(kinematics, 2)
