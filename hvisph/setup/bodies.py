@@ -55,13 +55,13 @@ class PlacedBody:
         if inclusions is None or not self.included:
             return (self,)
         first = len(self.positions) - self.included
-        other = self.model.model_copy(update={"material": inclusions.material})
+        inclusion_model = self.model.model_copy(update={"material": inclusions.material})
 
         def part(model: Body, rows: slice) -> "PlacedBody":
             arrays = {name: getattr(self, name)[rows] for name in ("positions", "volumes", "spacing")}
             return replace(self, model=model, included=0, **arrays)
 
-        return part(self.model, slice(None, first)), part(other, slice(first, None))
+        return part(self.model, slice(None, first)), part(inclusion_model, slice(first, None))
 
     @property
     def breadth(self) -> np.ndarray:
@@ -88,9 +88,9 @@ class PlacedBody:
     @property
     def requested_volume(self) -> float:
         """Volume of the shape, or of its part kept by symmetry planes [m^dim]."""
-        whole = float(self.filling.volumes.sum())
-        shape = whole if self.surface is None else _solid(self.surface.shape).volume
-        return shape * float(self.volumes.sum()) / whole
+        lattice = float(self.filling.volumes.sum())
+        shape = lattice if self.surface is None else _solid(self.surface.shape).volume
+        return shape * float(self.volumes.sum()) / lattice
 
 
 def open_edges(case: Case) -> list[Edge]:
@@ -135,9 +135,9 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
     for (name, model), filling, shape, centre in zip(case.bodies.items(), fillings, shapes, centres, strict=True):
         spacing = np.broadcast_to(np.asarray(filling.spacing, dtype=float), filling.count)
         try:
-            positions, volumes, kept = cut(filling.positions + centre, filling.volumes, spacing, mirrors)
+            positions, volumes, rows = cut(filling.positions + centre, filling.volumes, spacing, mirrors)
             positions, volumes, spacing = cut_open(
-                positions, volumes, spacing[kept], edges, layer_depth(case), case.drawing_dimensions != dim
+                positions, volumes, spacing[rows], edges, layer_depth(case), case.drawing_dimensions != dim
             )
         except CaseError as error:
             raise CaseError(error.message, where=f"bodies.{name}") from error
@@ -152,7 +152,7 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         if case.drawing_dimensions != case.dim:
             middle[1] = 0.0
         for mirror in mirrors:
-            if len(kept) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
+            if len(rows) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
                 middle[mirror.axis] = mirror.at
                 with locate(f"bodies.{name}"):
                     refuse_unlike_halves(model, positions, middle, mirror.axis, mirror.at)
@@ -171,8 +171,8 @@ def _with_inclusions(body: PlacedBody) -> PlacedBody:
     assert surface is not None
     with locate(f"bodies.{body.name}.inclusions"):
         centres, diameters = place_spheres(surface.shape, own.diameters, own.exponent, own.volume, own.seed, body.name)
-    turned = centres if surface.matrix is None else centres @ surface.matrix.T
-    inside = owner_of(body.positions, turned + surface.position, diameters) >= 0
+    rotated = centres if surface.matrix is None else centres @ surface.matrix.T
+    inside = owner_of(body.positions, rotated + surface.position, diameters) >= 0
     volumes, dim = body.volumes.copy(), body.positions.shape[1]
     exact = sum(ball_volume(d, dim) for d in diameters) / surface.shape.volume * float(volumes.sum())
     if not inside.any() or inside.all():
@@ -196,7 +196,7 @@ def _with_inclusions(body: PlacedBody) -> PlacedBody:
 def _with_carried(case: Case) -> list[PlacedBody]:
     """Return the bodies of the run that a case starts from, and those that it adds."""
     origin = origin_of(case)
-    found: dict[str, PlacedBody] = {}
+    placed: dict[str, PlacedBody] = {}
     for name, fields in carried_fields(case, origin).items():
         model, x = case.bodies[name], fields["position"]
         if not len(x):
@@ -204,22 +204,22 @@ def _with_carried(case: Case) -> list[PlacedBody]:
         density, _ = start_of(name, model, material_of(model.material, model.internal_energy))
         volumes, spacing = fields["mass"] / density, fields["spacing"]
         note = f"of {origin.folder.name} at {origin.snapshot.time:.6g}{' s' if case.units == 'si' else ''}"
-        size = tuple(float(one) for one in np.ptp(x, axis=0) + spacing.max())
+        size = tuple(float(side) for side in np.ptp(x, axis=0) + spacing.max())
         middle = fields["mass"] @ x / fields["mass"].sum()
         filling = Filling(x, volumes, size, spacing, note)
-        found[name] = PlacedBody(name, model, filling, x, volumes, spacing, middle, None, fields)
-    added = {name: model for name, model in case.bodies.items() if name not in found}
+        placed[name] = PlacedBody(name, model, filling, x, volumes, spacing, middle, None, fields)
+    added = {name: model for name, model in case.bodies.items() if name not in placed}
     for name, model in added.items():
         if model.position is None:
             message = "is needed for a body that is added to another run, whose bodies have moved"
             raise CaseError(message, where=f"bodies.{name}.position")
     if added:
-        beside = placed_bodies(case.model_copy(update={"bodies": added, "start": None}))
-        for body in beside:
-            for other in found.values():
-                _refuse_overlaps([body, other], case.units)
-        found |= {body.name: body for body in beside}
-    bodies = [found[name] for name in case.bodies]
+        added_bodies = placed_bodies(case.model_copy(update={"bodies": added, "start": None}))
+        for body in added_bodies:
+            for existing in placed.values():
+                _refuse_overlaps([body, existing], case.units)
+        placed |= {body.name: body for body in added_bodies}
+    bodies = [placed[name] for name in case.bodies]
     if case.dim == 1:
         _refuse_disorder(bodies)
     return bodies
@@ -264,9 +264,9 @@ def _split_by(
         if (mirror.axis == 0 and position is None) or not crosses(low, high, mirror, dx):
             continue
         normal = np.eye(shape.dim)[mirror.axis] if turn is None else turn[mirror.axis]
-        own = int(np.abs(normal).argmax())
-        if abs(normal[own]) > 1 - 1e-9:
-            parts.append(own)
+        body_axis = int(np.abs(normal).argmax())
+        if abs(normal[body_axis]) > 1 - 1e-9:
+            parts.append(body_axis)
     return tuple(dict.fromkeys(parts))
 
 
@@ -302,8 +302,8 @@ def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
         scale, unit = (1e3, " mm") if units == "si" else (1.0, "")
         place = ", ".join(f"{scale * float(c):.4g}" for c in overlap.place)
         spacing = min(first.filling.finest, second.filling.finest)
-        how = f"by {overlap.depth / spacing:.2g} spacings or more" if overlap.depth else "there is matter of both"
-        fault = f"overlaps '{second.name}': {how}, at ({place}){unit}; move one (position, gap) or shrink it"
+        extent = f"by {overlap.depth / spacing:.2g} spacings or more" if overlap.depth else "there is matter of both"
+        fault = f"overlaps '{second.name}': {extent}, at ({place}){unit}; move one (position, gap) or shrink it"
         raise CaseError(fault, where=f"bodies.{first.name}")
 
 

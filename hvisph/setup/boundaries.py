@@ -25,14 +25,14 @@ def boundaries_of(
     formulation: Any,
     placed: Sequence[PlacedBody],
     particles: Particles,
-    own: Sequence[Material],
+    materials: Sequence[Material],
     planes: tuple[Plane, ...],
     loaded: Sequence[np.ndarray],
 ) -> Boundaries | None:
     """Return faces and edges of a case, and mark the particles of ambient layers.
 
     `case`, `formulation`: the case and its scheme.
-    `placed`, `own`: bodies and their materials.
+    `placed`, `materials`: bodies and their materials.
     `particles`: particles of all bodies.
     `planes`: planes of symmetry.
     `loaded`: which particles lie in the region of each load (n,).
@@ -42,7 +42,7 @@ def boundaries_of(
     if not case.edges and not case.loads and not any(plane.velocity for plane in case.symmetry):
         return None
     edges, dim = open_edges(case), particles.dim
-    x, across = particles["position"], [(plane.axis, plane.at) for plane in planes]
+    x, mirrors = particles["position"], [(plane.axis, plane.at) for plane in planes]
     faces: list[Face] = []
     edge_rows: list[EdgeRow] = []
     layers: list[tuple[np.ndarray, np.ndarray, Any]] = []
@@ -54,65 +54,65 @@ def boundaries_of(
             raise CaseError(message, where=_name(edges, edge))
     for number, body in enumerate(placed):
         rows, spacing = np.flatnonzero(particles.body == number), float(body.spacing.max())
-        reached = [edge for edge in edges if (edge.distance_beyond(x[rows]) > -1.5 * spacing).any()]
-        for edge in reached:
+        body_edges = [edge for edge in edges if (edge.distance_beyond(x[rows]) > -1.5 * spacing).any()]
+        for edge in body_edges:
             _refuse_at_edge(case, body, placed, edge)
             outside = rows[edge.distance_beyond(x[rows]) > -spacing]
             if (particles.tags[outside, FLAGS] & CLAMPED).any():
                 raise CaseError(f"reaches a clamp of '{body.name}'; move one of them", where=_name(edges, edge))
-        beyond = is_beyond(edges, x[rows])
-        for edge in reached:
-            within = rows[~beyond]
-            away = edge.distance_beyond(x[within])
-            beside = within[away > away.max() - 0.5 * spacing]
-            speed, normal = own[number].longitudinal_sound_speed, edge.sign * np.eye(dim)[edge.axis]
-            transit = (float(np.ptp(away)) + spacing) / speed
-            velocity = particles["velocity"][beside].copy()
-            numbers = particles.id[beside].copy()
+        outside_edges = is_beyond(edges, x[rows])
+        for edge in body_edges:
+            interior = rows[~outside_edges]
+            distance = edge.distance_beyond(x[interior])
+            edge_layer = interior[distance > distance.max() - 0.5 * spacing]
+            speed, normal = materials[number].longitudinal_sound_speed, edge.sign * np.eye(dim)[edge.axis]
+            transit = (float(np.ptp(distance)) + spacing) / speed
+            velocity = particles["velocity"][edge_layer].copy()
+            numbers = particles.id[edge_layer].copy()
             edge_rows.append(EdgeRow(_name(edges, edge), numbers, normal, velocity, speed, transit))
-        if isinstance(formulation, Riemann) and beyond.any():
-            layer, matter = rows[beyond], rows[~beyond]
-            layers.append((layer, matter, follow(x[layer], x[matter], edges, across, MEAN_REACH * spacing)))
-        elif reached:
-            c_l, c_t = _wave_speeds(own[number], particles.kinematics.thins)
-            for edge in reached:
-                some, areas, lag = _face(formulation, particles, rows, spacing, (edge.axis, edge.sign))
-                impedances = np.outer(particles["density"][some], (c_l, c_t))
+        if isinstance(formulation, Riemann) and outside_edges.any():
+            layer, matter = rows[outside_edges], rows[~outside_edges]
+            layers.append((layer, matter, follow(x[layer], x[matter], edges, mirrors, MEAN_REACH * spacing)))
+        elif body_edges:
+            c_l, c_t = _wave_speeds(materials[number], particles.kinematics.thins)
+            for edge in body_edges:
+                near, areas, lag = _face(formulation, particles, rows, spacing, (edge.axis, edge.sign))
+                impedances = np.outer(particles["density"][near], (c_l, c_t))
                 normal, none = edge.sign * np.eye(dim)[edge.axis], np.zeros(1)
-                numbers, velocity = particles.id[some].copy(), particles["velocity"][some].copy()
+                numbers, velocity = particles.id[near].copy(), particles["velocity"][near].copy()
                 faces.append(Face(numbers, areas, normal, none, none, impedances, velocity, lag))
     for index, load in enumerate(case.loads):
         axis, sign = "xyz".index(load.normal[1]), 1.0 if load.normal[0] == "+" else -1.0
-        times, pressures = (np.array(one) for one in zip(*load.pressure, strict=True))
+        times, pressures = (np.array(column) for column in zip(*load.pressure, strict=True))
         for number, body in enumerate(placed):
             rows = np.flatnonzero(particles.body == number)
             pressed = rows[loaded[index][rows]]
             if not len(pressed):
                 continue
-            some, areas, _ = _face(formulation, particles, pressed, float(body.spacing.max()), (axis, sign))
+            near, areas, _ = _face(formulation, particles, pressed, float(body.spacing.max()), (axis, sign))
             for plane in planes:
-                if plane.axis == axis and sign * plane.side < 0.0 and (abs(x[some, axis] - plane.at) < largest).any():
-                    what = (
+                if plane.axis == axis and sign * plane.side < 0.0 and (abs(x[near, axis] - plane.at) < largest).any():
+                    spot = (
                         "the axis"
                         if axis and particles.kinematics.axisymmetric
                         else f"the plane of symmetry across {'xyz'[axis]}"
                     )
-                    raise CaseError(f"its face lies at {what}, inside the body; choose another", where=f"loads.{index}")
-            if (particles.tags[some, FLAGS] & CLAMPED).any() or is_beyond(edges, x[some]).any():
+                    raise CaseError(f"its face lies at {spot}, inside the body; choose another", where=f"loads.{index}")
+            if (particles.tags[near, FLAGS] & CLAMPED).any() or is_beyond(edges, x[near]).any():
                 message = f"acts on particles of '{body.name}' that are clamped, rigid or beyond an edge; choose others"
                 raise CaseError(message, where=f"loads.{index}")
-            faces.append(Face(particles.id[some].copy(), areas, sign * np.eye(dim)[axis], times, pressures))
+            faces.append(Face(particles.id[near].copy(), areas, sign * np.eye(dim)[axis], times, pressures))
     for layer, _, _ in layers:
         particles.tags[layer, FLAGS] = CLAMPED | LAYER_GROUP << GROUP_SHIFT
-    made = Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim, case.begins)
-    made.edge_rows = tuple(edge_rows)
-    return made
+    boundaries = Boundaries(tuple(faces), _ambient_layer(particles, layers) if layers else None, dim, case.begins)
+    boundaries.edge_rows = tuple(edge_rows)
+    return boundaries
 
 
 def _face(
-    formulation: Any, particles: Particles, some: np.ndarray, spacing: float, normal: tuple[int, float]
+    formulation: Any, particles: Particles, near: np.ndarray, spacing: float, normal: tuple[int, float]
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return particles behind the face of `some`, their areas, and how far before the face they bear its velocity [m].
+    """Return particles behind the face of `near`, their areas, and how far before the face they bear its velocity [m].
 
     Where gradients are corrected, the row of the face bears all of its traction, and moves as matter one spacing behind
     the face does.
@@ -121,13 +121,13 @@ def _face(
     corrected = getattr(formulation, "conversion", None) is not None and formulation.correction.acts
     shares = np.ones(1)
     if not corrected:
-        layers, aside = kernel.layers(formulation.h_over_dx, particles.dim)
+        layers, lateral = kernel.layers(formulation.h_over_dx, particles.dim)
         slope = np.vectorize(lambda r: abs(kernel.slope.py_func(r / formulation.h_over_dx)))
-        shares = row_shares(layers, aside, slope)
+        shares = row_shares(layers, lateral, slope)
     rows, areas, depth = face_areas(
-        particles["position"][some], volumes[some], spacing, normal, shares, particles.kinematics.axisymmetric
+        particles["position"][near], volumes[near], spacing, normal, shares, particles.kinematics.axisymmetric
     )
-    return some[rows], areas, depth if corrected else 0.0
+    return near[rows], areas, depth if corrected else 0.0
 
 
 def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarray, Any]]) -> AmbientLayer:
@@ -135,19 +135,19 @@ def _ambient_layer(particles: Particles, layers: list[tuple[np.ndarray, np.ndarr
     sources: list[np.ndarray] = []
     terms, starts, first, count = [], [], 0, 0
     for _, matter, followed in layers:
-        used, index = np.unique(followed.source, return_inverse=True)
+        sources_used, index = np.unique(followed.source, return_inverse=True)
         terms.append(index + count)
-        count += len(used)
-        sources.append(matter[used])
+        count += len(sources_used)
+        sources.append(matter[sources_used])
         starts.append(followed.starts + first)
         first += len(index)
-    rows, beside = np.concatenate([layer for layer, _, _ in layers]), np.concatenate(sources)
+    rows, source_rows = np.concatenate([layer for layer, _, _ in layers]), np.concatenate(sources)
     weights, signs, normals = (
-        np.concatenate([getattr(one, name) for _, _, one in layers]) for name in ("weight", "signs", "normals")
+        np.concatenate([getattr(f, name) for _, _, f in layers]) for name in ("weight", "signs", "normals")
     )
     x, numbers = particles["position"], particles.id
-    own, followed = (numbers[rows].copy(), x[rows].copy()), (numbers[beside].copy(), x[beside].copy())
-    return AmbientLayer(*own, *followed, np.concatenate(starts), np.concatenate(terms), weights, signs, normals)
+    layer_state, followed = (numbers[rows].copy(), x[rows].copy()), (numbers[source_rows].copy(), x[source_rows].copy())
+    return AmbientLayer(*layer_state, *followed, np.concatenate(starts), np.concatenate(terms), weights, signs, normals)
 
 
 def _wave_speeds(material: Material, thins: bool) -> tuple[float, float]:
@@ -167,7 +167,7 @@ def _refuse_at_edge(case: Case, body: PlacedBody, placed: Sequence[PlacedBody], 
         raise CaseError(f"the rigid body '{body.name}' reaches it, and no wave leaves through one", where=where)
     if body.model.inclusions is not None:
         raise CaseError(f"'{body.name}' reaches it, and inclusions do not go on beyond an edge", where=where)
-    moves = bool(np.any(body.mean_velocity)) and any(not np.any(other.mean_velocity) for other in placed)
+    moves = bool(np.any(body.mean_velocity)) and any(not np.any(b.mean_velocity) for b in placed)
     if moves or (body.model.role == "projectile" and len(placed) > 1):
         raise CaseError(f"the projectile '{body.name}' starts in it; move one of them", where=where)
 
@@ -177,7 +177,7 @@ def moving_planes(case: Case, planes: tuple[Plane, ...]) -> tuple[MovingPlane, .
     moving = []
     for model, plane in zip(case.symmetry, planes, strict=False):  # behind those of the case is the axis
         if model.velocity:
-            times, velocities = (np.array(one) for one in zip(*model.velocity, strict=True))
+            times, velocities = (np.array(column) for column in zip(*model.velocity, strict=True))
             motion = Motion(0, times, velocities[:, None])
             plane.velocity = float(motion.velocity(case.begins)[0])
             moving.append(MovingPlane(plane, motion, plane.at, case.begins))

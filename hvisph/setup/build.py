@@ -109,19 +109,19 @@ def _late_option(case: Case, start: InitialState) -> dict[str, Any]:
     """
     if not case.late:
         return {}
-    later, materials, gravity, weight = [], start.materials, gravity_of(case), 0.0
+    late_materials, materials, gravity, weight = [], start.materials, gravity_of(case), 0.0
     if gravity is not None and gravity.kind == UNIFORM and (case.overburden is not None or case.settle is not None):
         height = start.particles["position"] @ np.array(gravity.vector)
-        for number, one in enumerate(materials):
-            weight = max(weight, one.density_at_rest * float(np.ptp(height[start.particles.material == number])))
+        for number, m in enumerate(materials):
+            weight = max(weight, m.density_at_rest * float(np.ptp(height[start.particles.material == number])))
     for number, stage in enumerate(case.late):
         with locate(f"late.{number}"):
-            modulus = stage.bulk_modulus or min(one.bulk_modulus for one in materials)  # until the state decides
+            modulus = stage.bulk_modulus or min(m.bulk_modulus for m in materials)  # until the state decides
             if modulus < MODULUS_FACTOR * weight:
                 fault = f"is below ten times the pressure at the bottom, {weight:.3g} Pa, so that the stage would stop"
                 raise CaseError(f"{fault} the run; give {100.0 * weight:.3g} Pa or more", where="bulk_modulus")
-            later.append([late_material(one, modulus, stage.nu) for one in materials])
-    return {"later": later}
+            late_materials.append([late_material(m, modulus, stage.nu) for m in materials])
+    return {"later": late_materials}
 
 
 def _largest_density(material: Material) -> float:

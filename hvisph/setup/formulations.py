@@ -159,7 +159,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
             strain=limits.strain,
             damage=limits.damage,
             neighbours=limits.neighbours,
-            bodies=tuple(number for number, kind in enumerate(kinds) if kind == "adaptive"),
+            bodies=tuple(number for number, kernel in enumerate(kinds) if kernel == "adaptive"),
             fallback=limits.fallback,
             fallback_strain=limits.fallback_strain,
             fallback_damage=limits.fallback_damage,
@@ -181,17 +181,17 @@ def impact_pressure(projectile: Material, target: Material, speed: float) -> flo
 def expected_pressure(materials: Sequence[Material], velocities: Sequence[np.ndarray]) -> float:
     """Return the largest pressure [Pa] of impacts between bodies, from materials and mean velocities [m/s]."""
     speeds: dict[tuple[int, int], float] = {}
-    known = list(dict.fromkeys(materials))
-    kinds = [known.index(one) for one in materials]
+    distinct = list(dict.fromkeys(materials))
+    kinds = [distinct.index(material) for material in materials]
     for a, b in itertools.combinations(range(len(materials)), 2):
         pair = (min(kinds[a], kinds[b]), max(kinds[a], kinds[b]))
         speeds[pair] = max(speeds.get(pair, 0.0), float(np.linalg.norm(velocities[a] - velocities[b])))
-    return max((impact_pressure(known[a], known[b], speed) for (a, b), speed in speeds.items()), default=0.0)
+    return max((impact_pressure(distinct[a], distinct[b], speed) for (a, b), speed in speeds.items()), default=0.0)
 
 
-def stiff_enough(formulation: Any, given: Any, materials: Sequence[Material], velocities: Sequence[np.ndarray]) -> Any:
-    """Return a formulation with a contact stiffness for the impact pressure, unless the case has `given` one."""
+def stiff_enough(formulation: Any, stated: Any, materials: Sequence[Material], velocities: Sequence[np.ndarray]) -> Any:
+    """Return a formulation with a contact stiffness for the impact pressure, unless the case has `stated` one."""
     contact: Any = getattr(formulation, "contact", None)
-    if not getattr(contact, "stores_energy", False) or given.stiffness is not None:
+    if not getattr(contact, "stores_energy", False) or stated.stiffness is not None:
         return formulation
     return replace(formulation, contact=replace(contact, expected=expected_pressure(materials, velocities)))

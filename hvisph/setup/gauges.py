@@ -48,10 +48,10 @@ class Gauges:
         self._stepper, self._names = stepper, tuple(gauges)
         self._gauges = list(gauges.values())
         self.columns = tuple(f"gauge.{name}.{column}" for name, gauge in gauges.items() for column in gauge.columns)
-        present = {*stepper.particles.names, *NAMES, "stress"}
+        fields = {*stepper.particles.names, *NAMES, "stress"}
         for name, gauge in gauges.items():
             for column in gauge.columns:
-                if field_of(column).name not in present:
+                if field_of(column).name not in fields:
                     raise CaseError(
                         f"'{field_of(column).name}' is not a field of the formulation "
                         f"'{stepper.formulation.name}'; leave it out",
@@ -64,8 +64,8 @@ class Gauges:
     @property
     def surfaces(self) -> dict[str, tuple[int, np.ndarray]]:
         """Particle number and outward normal of every gauge of a free surface, by name."""
-        own = zip(self._names, self._gauges, strict=True)
-        return {name: (gauge.particle, gauge.normal) for name, gauge in own if gauge.normal is not None}
+        gauges = zip(self._names, self._gauges, strict=True)
+        return {name: (gauge.particle, gauge.normal) for name, gauge in gauges if gauge.normal is not None}
 
     def due(self, step: int) -> bool:
         """Return whether a gauge records after `step` steps."""
@@ -76,7 +76,7 @@ class Gauges:
         if not self._gauges:
             return []
         due = [g.every is None or step % g.every == 0 for g in self._gauges]
-        riding = [g.particle for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
+        riding = [g.particle for g, is_due in zip(self._gauges, due, strict=True) if is_due and g.point is None]
         particles, numbers = self._stepper.particles, np.array(riding, np.int64)
         values = None
         if riding:
@@ -87,8 +87,8 @@ class Gauges:
             )
         record: list[float] = []
         row = 0
-        for gauge, now in zip(self._gauges, due, strict=True):
-            if not now:
+        for gauge, is_due in zip(self._gauges, due, strict=True):
+            if not is_due:
                 record += [float("nan")] * len(gauge.columns)
             elif gauge.point is not None:
                 record += self._interpolate(gauge, subdomain)
@@ -104,9 +104,9 @@ class Gauges:
         rows, weights = np.empty(particles.count, np.int64), np.empty(particles.count)
         reach = self._stepper.formulation.kernel.reach
         n = self._weigh(particles.data, gauge.point, reach, rows, weights)
-        near = rows[:n]
+        neighbours = rows[:n]
         tags, data, weights = (
-            subdomain.gather_rows(one) for one in (particles.tags[near], particles.data[near], weights[:n])
+            subdomain.gather_rows(a) for a in (particles.tags[neighbours], particles.data[neighbours], weights[:n])
         )
         if not len(tags):
             return [float("nan")] * len(gauge.columns)
@@ -169,16 +169,16 @@ def _place_gauge(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarr
     distance = np.sqrt(((positions - at) ** 2).sum(axis=1))
     particle = int(distance.argmin())
     if distance[particle] > BODY_DISTANCE * spacing[particle]:
-        near = ", ".join(f"{x:.6g}" for x in positions[particle])
-        fault = f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({near})."
+        place = ", ".join(f"{x:.6g}" for x in positions[particle])
+        fault = f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({place})."
         raise CaseError(f"{fault} Move the gauge into a body, or make it `fixed`", where=f"gauges.{name}.at")
     if model.type == "material":
         return PlacedGauge(columns, model.every, particle=particle)
     normal = np.zeros(dim)
     normal["xyz".index(model.direction[1])] = 1.0 if model.direction[0] == "+" else -1.0
     from_at = positions - at
-    along = from_at @ normal
-    beside = np.sqrt(np.maximum((from_at**2).sum(axis=1) - along**2, 0.0))
-    seen = (owner == owner[particle]) & (beside <= beside[particle] + 0.5 * spacing[particle])
-    outermost = np.flatnonzero(seen)[along[seen].argmax()]
+    height = from_at @ normal
+    lateral = np.sqrt(np.maximum((from_at**2).sum(axis=1) - height**2, 0.0))
+    column = (owner == owner[particle]) & (lateral <= lateral[particle] + 0.5 * spacing[particle])
+    outermost = np.flatnonzero(column)[height[column].argmax()]
     return PlacedGauge(columns, model.every, particle=int(outermost), normal=normal)

@@ -122,12 +122,12 @@ def refuse_unsupported(
     spacing = np.concatenate([body.spacing for body in placed])
     groups = np.full(particles.count, -1)
     groups[rests] = connected_groups(particles["position"][rests], float(spacing.max()), LINK_DISTANCE)
-    held = (particles.tags[:, FLAGS] & CLAMPED) != 0
-    falls = [one.name for one in rigid if (one.moves[:, : len(gravity.vector)] @ np.array(gravity.vector)).any()]
-    held &= ~np.array([body.name in falls for body in placed])[particles.body]
+    supported = (particles.tags[:, FLAGS] & CLAMPED) != 0
+    falls = [m.name for m in rigid if (m.moves[:, : len(gravity.vector)] @ np.array(gravity.vector)).any()]
+    supported &= ~np.array([body.name in falls for body in placed])[particles.body]
     for group in range(int(groups.max(initial=-1)) + 1):
         rows = np.flatnonzero(groups == group)
-        if held[rows].any():
+        if supported[rows].any():
             continue
         for axis, g in enumerate(gravity.vector):
             gaps = [
@@ -162,19 +162,19 @@ def add_overburden(
         if not body.mean_velocity.any():
             columns.append((body, material, part, _heights(gravity, body.positions)))
     standing: list[tuple[PlacedBody, float, float]] = []  # bodies above, with height and stress of their lowest face
-    for body, material, part, height in sorted(columns, key=lambda one: -float(one[3].max())):
-        top, near, borne = float(height.max()), LINK_DISTANCE * float(body.spacing.max()), [0.0]
+    for body, material, part, height in sorted(columns, key=lambda column: -float(column[3].max())):
+        top, tolerance, borne = float(height.max()), LINK_DISTANCE * float(body.spacing.max()), [0.0]
         if body.model.rigid is not None:
             standing.append((body, float(height.min()), 0.0))
             continue
-        for other, low, stress in standing:
-            if other.name == body.name or not abs(low - top) < near:
+        for upper, low, stress in standing:
+            if upper.name == body.name or not abs(low - top) < tolerance:
                 continue
-            covers, alike = _widths(gravity, other, body)
-            if case.settle is None and (not alike or (covers and other.model.rigid is not None)):
-                what = "is rigid" if alike else "is not as wide"
-                fault = f"stands on '{body.name}' and {what}: its weight is not in the stress there; give `settle`"
-                raise CaseError(fault, where=f"bodies.{other.name}")
+            covers, same_width = _widths(gravity, upper, body)
+            if case.settle is None and (not same_width or (covers and upper.model.rigid is not None)):
+                reason = "is rigid" if same_width else "is not as wide"
+                fault = f"stands on '{body.name}' and {reason}: its weight is not in the stress there; give `settle`"
+                raise CaseError(fault, where=f"bodies.{upper.name}")
             borne += [stress] if covers else []
         stress = _load_column(overburden.lateral, gravity, body, material, particles, part, max(borne))
         standing.append((body, float(height.min()), stress))
@@ -194,15 +194,15 @@ def _widths(gravity: Gravity, above: PlacedBody, below: PlacedBody) -> tuple[boo
     About the centre of a sphere what covers another is taken to be as wide.
     """
     g = np.array(gravity.vector)
-    down = g / np.sqrt((g * g).sum()) if gravity.kind == UNIFORM else np.zeros(len(g))
-    over, under = (body.positions - np.outer(body.positions @ down, down) for body in (above, below))
+    direction = g / np.sqrt((g * g).sum()) if gravity.kind == UNIFORM else np.zeros(len(g))
+    upper, lower = (body.positions - np.outer(body.positions @ direction, direction) for body in (above, below))
     slack = max(float(above.spacing.max()), float(below.spacing.max()))
-    low, high = over.min(axis=0) - under.min(axis=0), over.max(axis=0) - under.max(axis=0)
+    low, high = upper.min(axis=0) - lower.min(axis=0), upper.max(axis=0) - lower.max(axis=0)
     covers = bool((low < slack).all() and (high > -slack).all())
     if gravity.kind == SPHERE:
         return covers, True
-    apart = ((over.min(axis=0) > under.max(axis=0)) | (over.max(axis=0) < under.min(axis=0))).any()
-    return covers, bool(apart or (covers and (low > -slack).all() and (high < slack).all()))
+    separate = ((upper.min(axis=0) > lower.max(axis=0)) | (upper.max(axis=0) < lower.min(axis=0))).any()
+    return covers, bool(separate or (covers and (low > -slack).all() and (high < slack).all()))
 
 
 def _load_column(
@@ -223,7 +223,7 @@ def _load_column(
     x, energy = body.positions, float(particles["internal_energy"][part][0])
     field = gravity.acceleration(x)
     size = np.sqrt((field**2).sum(axis=1))
-    down = field / np.where(size > 0.0, size, 1.0)[:, None]
+    direction = field / np.where(size > 0.0, size, 1.0)[:, None]
     height = _heights(gravity, x)
     half = 0.5 * float(body.spacing[height.argmax()])
     depth = height.max() + half - height
@@ -241,12 +241,12 @@ def _load_column(
     stress = np.interp(depth, points, weight)
     particles["density"][part] = np.interp(depth, points, densities)
     particles["mass"][part] = particles["density"][part] * body.volumes
-    full = np.zeros((len(x), 3))
-    full[:, : x.shape[1]] = down
+    direction_3d = np.zeros((len(x), 3))
+    direction_3d[:, : x.shape[1]] = direction
     components = particles["deviator"][part].shape[1]
     places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))[:components]
     for column, (a, b) in enumerate(places):
-        shape = full[:, a] * full[:, b] - (1.0 / 3.0 if a == b else 0.0)
+        shape = direction_3d[:, a] * direction_3d[:, b] - (1.0 / 3.0 if a == b else 0.0)
         particles["deviator"][part, column] = -(1.0 - lateral) * stress * shape
     return float(weight[-1] + half * size[height.argmin()] * densities[-1])
 

@@ -60,11 +60,11 @@ def in_box(box: BoxRegion, positions: np.ndarray) -> np.ndarray:
 
 def held_particles(clamps: Sequence[Region], name: str, positions: np.ndarray) -> np.ndarray:
     """Return which particles of the body `name` are clamped (n,)."""
-    held = np.zeros(len(positions), bool)
+    clamped = np.zeros(len(positions), bool)
     for clamp in clamps:
         if not clamp.bodies or name in clamp.bodies:
-            held |= in_box(clamp.box, positions)
-    return held
+            clamped |= in_box(clamp.box, positions)
+    return clamped
 
 
 def filled_region(particles: Particles, region: Region, names: list[str], where: str) -> np.ndarray:
@@ -80,7 +80,7 @@ def set_kernel_types(particles: Particles, case: Case, names: list[str]) -> None
     if "kernel_type" not in particles.names:
         return
     kinds = [body.formulation or case.formulation.type for body in case.bodies.values()]
-    particles["kernel_type"] = np.array([float(kind != EULERIAN) for kind in kinds])[particles.body]
+    particles["kernel_type"] = np.array([float(kernel != EULERIAN) for kernel in kinds])[particles.body]
     for number, region in enumerate(getattr(case.formulation, "eulerian_regions", ())):
         where = f"formulation.eulerian_regions.{number}"
         particles["kernel_type"][filled_region(particles, region, names, where)] = 0.0
@@ -141,42 +141,42 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     """
     placed = bodies or placed_bodies(case)
     formulation = formulation_of(case)
-    made = [
+    parts = [
         rigid_material(part, body_material(part, case.drawing_dimensions, case.resolution))
         for body in placed
         for part in body.parts
     ]
     if case.late:
-        made = [replace(material, late=True) for material in made]
-    particles, materials = _state(case, formulation.fields, placed, made)
+        parts = [replace(material, late=True) for material in parts]
+    particles, materials = _state(case, formulation.fields, placed, parts)
     if "band_width" in particles.offsets:
-        fresh = np.concatenate([np.full(len(body.positions), not body.carried) for body in placed])
-        particles["band_width"][fresh] *= getattr(formulation, "band_spacings", 1.0)
+        is_new = np.concatenate([np.full(len(body.positions), not body.carried) for body in placed])
+        particles["band_width"][is_new] *= getattr(formulation, "band_spacings", 1.0)
     lengths = np.full(particles.count, formulation.h_over_dx * case.resolution)
     if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
         h = formulation.h_over_dx * case.resolution
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
         formulation = replace(formulation, unequal_spacings=bool(np.ptp(lengths) > SPACING_TOLERANCE * h))
         if isinstance(formulation, Riemann) and formulation.corrected_variant:
-            formulation = replace(formulation, fractures=any(material.fracture is not None for material in made))
+            formulation = replace(formulation, fractures=any(material.fracture is not None for material in parts))
         contact: Any = getattr(case.formulation, "contact", None)
         if _has_several_parts(case, contact, placed):
             formulation = replace(formulation, has_contact=True, friction=contact.friction, fragment_contact=True)
     if isinstance(formulation, Riemann) and case.edges:
         formulation = replace(formulation, edges=True)
-    if isinstance(formulation, Riemann) and any(material.has_axes for material in made):
+    if isinstance(formulation, Riemann) and any(material.has_axes for material in parts):
         formulation = replace(formulation, anisotropic=True)
     particles["smoothing_length"] = lengths
     if isinstance(formulation, Riemann | Eulerian):
         _set_carried(particles, placed, "smoothing_length")
     means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
-    own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
-    formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
+    body_materials = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
+    formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), body_materials, means)
     names = [body.name for body in placed]
     _apply_clamps(case, particles, names)
     sides = {"above": 1.0, "below": -1.0}
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
-    rigid = rigid_motions(case, particles, placed, made, planes)
+    rigid = rigid_motions(case, particles, placed, parts, planes)
     if rigid and isinstance(formulation, Riemann | Eulerian) and formulation.has_contact:
         of_rigid: Any = {"rigid": True, "turns": case.dim > 1 and not particles.kinematics.axisymmetric}
         formulation = replace(formulation, **of_rigid)
@@ -188,19 +188,19 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
         planes = (*planes, AXIS)
     refuse_unsupported(case, placed, particles, planes, rigid)
     loaded = [filled_region(particles, load, names, f"loads.{number}") for number, load in enumerate(case.loads)]
-    boundaries = boundaries_of(case, formulation, placed, particles, own, planes, loaded)
+    boundaries = boundaries_of(case, formulation, placed, particles, body_materials, planes, loaded)
     unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawing_dimensions] if case.units == "si" else ""
     notes = tuple(
         f"{body.name}: mass {particles['mass'][particles.body == number].sum():.6g}{unit}; {body.filling.note}"
         for number, body in enumerate(placed)
         if body.filling.note
     )
-    masses = zip(placed, own, strict=True)
+    masses = zip(placed, body_materials, strict=True)
     notes = (
         *notes,
         *(
-            f"{body.name}: rigid, {describe_rigid(case, body, one)}"
-            for body, one in masses
+            f"{body.name}: rigid, {describe_rigid(case, body, material)}"
+            for body, material in masses
             if body.model.rigid is not None
         ),
     )
@@ -213,7 +213,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
     gauges = placed_gauges(case.gauges, placed, case.resolution)
     longest = float(lengths.max())
     of_materials = [lengths[particles.material == number] for number in range(len(materials))]
-    spreads = np.array([[one.min() / longest, one.max() / longest] for one in of_materials])
+    spreads = np.array([[h_.min() / longest, h_.max() / longest] for h_ in of_materials])
     return InitialState(particles, formulation, materials, planes, longest, spreads, names, gauges, notes,
                      particles.count, origin=origin, rigid=rigid, boundaries=boundaries)  # fmt: skip
 
@@ -237,25 +237,25 @@ def _has_several_parts(case: Case, contact: Any, placed: list[PlacedBody]) -> bo
 
 
 def _state(
-    case: Case, fields: tuple[str, ...], placed: list[PlacedBody], made: list[Material]
+    case: Case, fields: tuple[str, ...], placed: list[PlacedBody], part_materials: list[Material]
 ) -> tuple[Particles, list[Material]]:
     """Return the particles of `placed` bodies, and the distinct materials."""
     dim, dx, kinematics = case.dim, case.resolution, KINEMATICS[case.kinematics]
     scheme = SCHEMES[case.time.integrator]
     fields = tuple(name for name in fields if scheme.previous or not name.startswith("previous_"))
-    extra = (*fields, *scheme.extra_fields(kinematics.axisymmetric))
-    if any(material.has_history for material in made):
-        _refuse_memory(case, made)
-        extra = (*extra, *HISTORY)
-        if any(material.fracture is not None for material in made):
-            extra = (*extra, *CRACK)
-    if any(material.has_axes for material in made):
-        extra = (*extra, "material_axes", "failure_modes")
-    particles = Particles(dim, sum(len(b.positions) for b in placed), extra, kinematics)
+    names = (*fields, *scheme.extra_fields(kinematics.axisymmetric))
+    if any(material.has_history for material in part_materials):
+        _refuse_memory(case, part_materials)
+        names = (*names, *HISTORY)
+        if any(material.fracture is not None for material in part_materials):
+            names = (*names, *CRACK)
+    if any(material.has_axes for material in part_materials):
+        names = (*names, "material_axes", "failure_modes")
+    particles = Particles(dim, sum(len(b.positions) for b in placed), names, kinematics)
     materials: list[Material] = []
     first = 0
     parts = [(number, part) for number, body in enumerate(placed) for part in body.parts]
-    for (number, body), material in zip(parts, made, strict=True):
+    for (number, body), material in zip(parts, part_materials, strict=True):
         if material not in materials:
             materials.append(material)
         part = slice(first, first + len(body.positions))
@@ -278,7 +278,7 @@ def _state(
             raise CaseError(fault, where=f"bodies.{body.name}.axes")
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
-    add_overburden(case, [body for _, body in parts], made, particles)
+    add_overburden(case, [body for _, body in parts], part_materials, particles)
     for name in {name for body in placed for name in body.carried}:
         _set_carried(particles, placed, name)
     particles.tags[:, ID] = np.arange(particles.count)
@@ -288,30 +288,30 @@ def _state(
 def _apply_clamps(case: Case, particles: Particles, names: list[str]) -> None:
     """Clamp particles and set kernel types; raise an error for regions without particles."""
     for number, clamp in enumerate(case.clamped):
-        held = filled_region(particles, clamp, names, f"clamped.{number}")
+        clamped = filled_region(particles, clamp, names, f"clamped.{number}")
         for index, (name, body) in enumerate(case.bodies.items() if case.start is None else ()):
             moves = (any(body.velocity) and body.velocity != clamp.velocity) or body.initial_velocity
-            if moves and body.rigid is None and held[particles.body == index].all():
+            if moves and body.rigid is None and clamped[particles.body == index].all():
                 fault = f"holds all of '{name}', and takes the velocity that it starts with; leave one of them out"
                 raise CaseError(fault, where=f"clamped.{number}")
-        particles.tags[held, FLAGS] |= CLAMPED
-        particles.tags[held, FLAGS] &= (1 << GROUP_SHIFT) - 1
-        particles["velocity"][held] = 0.0
+        particles.tags[clamped, FLAGS] |= CLAMPED
+        particles.tags[clamped, FLAGS] &= (1 << GROUP_SHIFT) - 1
+        particles["velocity"][clamped] = 0.0
         if clamp.moves:
-            particles.tags[held, FLAGS] |= (number + 1) << GROUP_SHIFT
+            particles.tags[clamped, FLAGS] |= (number + 1) << GROUP_SHIFT
             times, velocities = clamp.motion(case.dim)
-            particles["velocity"][held] = Motion(0, np.array(times), np.array(velocities)).velocity(case.begins)
+            particles["velocity"][clamped] = Motion(0, np.array(times), np.array(velocities)).velocity(case.begins)
     set_kernel_types(particles, case, names)
     for number, load in enumerate(case.initial_loads):
         filled_region(particles, load, names, f"initial_loads.{number}")
 
 
-def _refuse_memory(case: Case, made: list[Material]) -> None:
+def _refuse_memory(case: Case, part_materials: list[Material]) -> None:
     """Raise an error for materials with history variables in formulations without their pressure."""
     if case.formulation.type != "projection" and case.kinematics != "plane_stress":
         return
     names = [name for name, body in case.bodies.items() for _ in range(1 if body.inclusions is None else 2)]
-    name, _ = next((n, m) for n, m in zip(names, made, strict=True) if m.has_history)
+    name, _ = next((n, m) for n, m in zip(names, part_materials, strict=True) if m.has_history)
     raise CaseError(
         "pores, programmed burn, rate_smoothing, a fracture energy, grady_kipp, grady_spall and johnson_holmquist "
         "damage need another formulation than projection, and other kinematics than plane_stress",

@@ -60,8 +60,8 @@ class _Point:
         elif material.has_history:
             self.history = (0.0, *self.history[1:])
         if isinstance(material.damage, GradyKipp):
-            least, exponent, number = material.damage.flaws("point", 1, POINT_VOLUME)[0].tolist()
-            self.history = (self.history[0], least, exponent, number, *self.history[4:])
+            threshold, exponent, number = material.damage.flaws("point", 1, POINT_VOLUME)[0].tolist()
+            self.history = (self.history[0], threshold, exponent, number, *self.history[4:])
         self.p = 0.0
 
     def try_step(self, l: np.ndarray, dt: float) -> tuple:
@@ -73,15 +73,15 @@ class _Point:
         e = self.e
         for _ in range(2):  # the work of the mean stress
             state = self.s, self.plastic_strain, self.damage, self.history, self.axes
-            answer = self.update_stress(self.table, self.models, 0, dt, rho, e, *state, tuple(l.ravel().tolist()))
-            after = _matrix(answer[0]) - answer[3] * np.eye(3)
+            update = self.update_stress(self.table, self.models, 0, dt, rho, e, *state, tuple(l.ravel().tolist()))
+            after = _matrix(update[0]) - update[3] * np.eye(3)
             e = self.e + dt * 0.5 * float(((stress + after) * d).sum()) * 2.0 / (self.rho + rho)
-        return rho, e, answer
+        return rho, e, update
 
     def step(self, l: np.ndarray, dt: float) -> None:
         """Advance by a step."""
-        self.rho, self.e, answer = self.try_step(l, dt)
-        self.s, self.plastic_strain, self.damage, self.p, _, self.history, self.axes = answer
+        self.rho, self.e, update = self.try_step(l, dt)
+        self.s, self.plastic_strain, self.damage, self.p, _, self.history, self.axes = update
 
     def record(self) -> list[float]:
         """Return `COLUMNS`."""
@@ -101,8 +101,8 @@ def _lateral_rate(point: _Point, rate: float, dt: float, before: float) -> float
     """Return the lateral strain rate [1/s] of stress-free sides."""
 
     def stress(sideways: float) -> float:
-        _, _, answer = point.try_step(np.diag([rate, sideways, sideways]), dt)
-        return float(answer[0][1] - answer[3])
+        _, _, update = point.try_step(np.diag([rate, sideways, sideways]), dt)
+        return float(update[0][1] - update[3])
 
     low, high = before, before + 0.05 * abs(rate)
     at_low, at_high = stress(low), stress(high)
@@ -166,7 +166,7 @@ def drive(
         gradient = lambda signed, _: np.array([[0.0, signed, 0.0], [0.0] * 3, [0.0] * 3])  # noqa: E731
     elif path == "rotation":
         gradient = lambda signed, _: np.array([[0.0, -signed, 0.0], [signed, 0.0, 0.0], [0.0] * 3])  # noqa: E731
-    strains, records, reached, sideways = [0.0], [point.record()], 0.0, -0.3 * rate * np.sign(strain)
+    strains, records, strain_now, sideways = [0.0], [point.record()], 0.0, -0.3 * rate * np.sign(strain)
     for k in range(steps):
         signed = rate * float(np.sign(strain))
         if path == "cycle" and steps // 4 <= k < 3 * steps // 4:
@@ -176,7 +176,7 @@ def drive(
             point.step(np.diag([signed, sideways, sideways]), dt)
         else:
             point.step(gradient(signed, dt), dt)
-        reached += signed * dt
-        strains.append(reached)
+        strain_now += signed * dt
+        strains.append(strain_now)
         records.append(point.record())
     return PointRecord(np.array(strains), np.array(records))

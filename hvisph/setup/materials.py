@@ -95,34 +95,34 @@ def _ends(model: Any) -> dict[str, float]:
     return {"elastic_pressure": model.crush[0][0], "solid_pressure": model.crush[-1][0]} if model.crush else {}
 
 
-def parameters(kind: type[Any], model: object, **known: object) -> Any:
-    """Return the parameters `kind` of a case's model, of `known` or keys of their names; null keeps defaults."""
-    keys = KEYS.get(kind, {})
+def parameters(model_type: type[Any], model: object, **derived: object) -> Any:
+    """Return the parameters `model_type` of a case model, of `derived` or keys of their names; null keeps defaults."""
+    keys = KEYS.get(model_type, {})
     values = {
-        one.name: getattr(model, keys[one.name]) if one.name in keys else getattr(model, one.name, None)
-        for one in fields(kind)
+        entry.name: getattr(model, keys[entry.name]) if entry.name in keys else getattr(model, entry.name, None)
+        for entry in fields(model_type)
     }
-    values |= {name: value for name, value in known.items() if name in values}
-    return kind(**{name: value for name, value in values.items() if value is not None})
+    values |= {name: value for name, value in derived.items() if name in values}
+    return model_type(**{name: value for name, value in values.items() if value is not None})
 
 
 def _of_eos(model: EosModel, density: float, internal_energy: float) -> Plain:
     """Return the parameters of an equation of state that are no keys of its model."""
-    known: Plain = {"reference_density": density, "ambient_energy": internal_energy}
+    derived: Plain = {"reference_density": density, "ambient_energy": internal_energy}
     if model.type == "linear":
-        known["bulk_modulus"] = model.modulus(density)
+        derived["bulk_modulus"] = model.modulus(density)
     elif model.type == "mie_gruneisen":
-        known |= dict(zip(("sound_speed", "s1", "s2", "s3"), model.hugoniot, strict=True))
-        known["linear_expansion"] = model.expansion == "linear"
+        derived |= dict(zip(("sound_speed", "s1", "s2", "s3"), model.hugoniot, strict=True))
+        derived["linear_expansion"] = model.expansion == "linear"
     elif model.type == "table":
         path = Path(model.file)
         is_table = path.suffix in SUFFIXES
         if is_table and model.format is None:
-            known["grid"] = eos.Grid(**read_eos_table(path))
+            derived["grid"] = eos.Grid(**read_eos_table(path))
         else:
-            known["grid"] = eos.read_table(path, model.format, model.number)
-        eos.check_units(known["grid"], density, path)
-    return known
+            derived["grid"] = eos.read_table(path, model.format, model.number)
+        eos.check_units(derived["grid"], density, path)
+    return derived
 
 
 def _spall(model: DamageModel) -> Plain:
@@ -146,18 +146,18 @@ def _fracture(model: Any, of_material: float | None, material: Material) -> Frac
 
 
 def _failed_friction(model: DamageModel) -> float:
-    rest = {"unchanged": KEEPS_STRESS, "rubble": getattr(model, "friction", 0.0)}
-    return rest.get(getattr(model, "failed_strength", ""), 0.0)
+    coefficients = {"unchanged": KEEPS_STRESS, "rubble": getattr(model, "friction", 0.0)}
+    return coefficients.get(getattr(model, "failed_strength", ""), 0.0)
 
 
 def start_of(name: str, model: Body, material: Material) -> tuple[float, float]:
     """Return density [kg/m^3] and energy [J/kg] of a body; `CaseError` for a temperature without zero pressure."""
-    rest = material.density_at_rest
+    density_at_rest = material.density_at_rest
     if model.temperature is None:
-        return rest, model.internal_energy or material.eos.ambient_energy
+        return density_at_rest, model.internal_energy or material.eos.ambient_energy
     with locate(f"bodies.{name}.temperature"):
         density, energy = material.at_temperature(model.temperature)
-    return density * rest / material.density, energy
+    return density * density_at_rest / material.density, energy
 
 
 _PARALLEL = 1e-6  # sine of the angle between directions that are the same
@@ -174,17 +174,17 @@ def material_axes(case: Case, name: str, model: Body, material: Material) -> np.
             raise CaseError(f"{fault} {{one: [0, 1, 0], two: [0, 0, 1]}} for a plate across x", where=f"{where}.axes")
         triad = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     else:
-        one, two = (np.array(direction) / np.linalg.norm(direction) for direction in (model.axes.one, model.axes.two))
-        triad = np.array([one, two, np.cross(one, two)])
+        e1, e2 = (np.array(direction) / np.linalg.norm(direction) for direction in (model.axes.one, model.axes.two))
+        triad = np.array([e1, e2, np.cross(e1, e2)])
     if model.rotation is not None and kinematics.dim == 3:
         triad = triad @ rotation_matrix(3, model.rotation.radians, model.rotation.axis).T
     strength: Any = material.strength
     if kinematics.dim < 3:
-        along = [k for k in range(3) if abs(triad[k, 0]) > 1.0 - _PARALLEL]
+        parallel = [k for k in range(3) if abs(triad[k, 0]) > 1.0 - _PARALLEL]
         if not (
-            along
-            and strength.is_same_about(along[0])
-            and (kinematics.dim == 1 or _has_isotropic_failure(material.damage, along[0]))
+            parallel
+            and strength.is_same_about(parallel[0])
+            and (kinematics.dim == 1 or _has_isotropic_failure(material.damage, parallel[0]))
         ):  # uniaxial strain stays so
             raise CaseError(
                 f"{kinematics.words} needs a material that is the same in all directions about x, such as a "
@@ -195,9 +195,9 @@ def material_axes(case: Case, name: str, model: Body, material: Material) -> np.
             )
     for number, plane in enumerate(case.symmetry):
         normal = np.eye(3)["xyz".index(plane.axis)]
-        across = np.abs(triad @ normal)
-        alike = [k for k in range(3) if across[k] < _PARALLEL and strength.is_same_about(k)]
-        if not (across.max() > 1.0 - _PARALLEL or (alike and _has_isotropic_failure(material.damage, alike[0]))):
+        cosines = np.abs(triad @ normal)
+        equal = [k for k in range(3) if cosines[k] < _PARALLEL and strength.is_same_about(k)]
+        if not (cosines.max() > 1.0 - _PARALLEL or (equal and _has_isotropic_failure(material.damage, equal[0]))):
             raise CaseError(
                 f"the material of '{name}' is not its own image there: none of its axes lies "
                 f"along {plane.axis}; turn the axes, or leave the plane out",
@@ -215,8 +215,8 @@ def _refuse_kinematics(case: Case, where: str) -> None:
             "of the plane would turn into it; use three_d, or axisymmetric",
             where=f"{where}.material",
         )
-    kind, contact = case.formulation.type, getattr(case.formulation, "contact", None)
-    if kind == "projection":
+    formulation, contact = case.formulation.type, getattr(case.formulation, "contact", None)
+    if formulation == "projection":
         fault = "'projection' has no trace of the stress beside its own pressure, which an anisotropic"
         raise CaseError(f"{fault} material needs; use another formulation", where="formulation.type")
     if getattr(case.formulation, "variant", None) == "elastic":
@@ -226,9 +226,9 @@ def _refuse_kinematics(case: Case, where: str) -> None:
             where="formulation.variant",
         )
     if axisymmetric and (
-        kind in ("total_lagrangian", "adaptive") or (contact is not None and contact.type == "penalty")
+        formulation in ("total_lagrangian", "adaptive") or (contact is not None and contact.type == "penalty")
     ):
-        fault = f"'{kind}' takes the hoop stress from a deviator without trace, which an anisotropic material"
+        fault = f"'{formulation}' takes the hoop stress from a deviator without trace, which an anisotropic material"
         raise CaseError(f"{fault} does not have; use riemann, eulerian or three_d", where="formulation.type")
 
 
@@ -239,12 +239,12 @@ def _has_isotropic_failure(damage: Any, axis: int) -> bool:
     if damage.name == "max_stress":
         i, j = (k for k in range(3) if k != axis)
         out = {0: (0, 1), 1: (0, 2), 2: (1, 2)}[axis]  # S12, S13, S23 with that axis
-        same = (
+        isotropic = (
             (damage.tension[i], damage.tension[j]),
             (damage.compression[i], damage.compression[j]),
             (damage.shear[out[0]], damage.shear[out[1]]),
         )
-        return axis == 2 and all(a == b for a, b in same)
+        return axis == 2 and all(a == b for a, b in isotropic)
     return True
 
 

@@ -38,19 +38,19 @@ def rigid_motions(
     """Return the motions of rigid bodies and mark their particles; `CaseError` where a clamp or plane holds one."""
     motions: list[RigidMotion] = []
     parts = [part for body in placed for part in body.parts]
-    deformable = [one for part, one in zip(parts, materials, strict=True) if part.model.rigid is None]
-    impedance = SHOCK_IMPEDANCE * max([one.density * one.longitudinal_sound_speed for one in deformable] or [0.0])
+    deformable = [m for part, m in zip(parts, materials, strict=True) if part.model.rigid is None]
+    impedance = SHOCK_IMPEDANCE * max([m.density * m.longitudinal_sound_speed for m in deformable] or [0.0])
     for number, body in enumerate(placed):
-        rigid, own = body.model.rigid, particles.body == number
+        rigid, rows = body.model.rigid, particles.body == number
         if rigid is None:
             continue
         where = f"bodies.{body.name}.rigid"
-        if (particles.tags[own, FLAGS] & CLAMPED).any():
+        if (particles.tags[rows, FLAGS] & CLAMPED).any():
             message = "a clamp holds particles of this rigid body; name other `bodies` in the clamp, or use `fixed`"
             raise CaseError(message, where=where)
         group = RIGID_GROUP + len(motions)
-        particles.tags[own, FLAGS] |= CLAMPED | group << GROUP_SHIFT
-        motions.append(_motion(case, particles, body, own, group, planes, impedance, where))
+        particles.tags[rows, FLAGS] |= CLAMPED | group << GROUP_SHIFT
+        motions.append(_motion(case, particles, body, rows, group, planes, impedance, where))
     return tuple(motions)
 
 
@@ -58,7 +58,7 @@ def _motion(
     case: Case,
     particles: Particles,
     body: PlacedBody,
-    own: np.ndarray,
+    mask: np.ndarray,
     group: int,
     planes: tuple[Plane, ...],
     impedance: float,
@@ -66,33 +66,33 @@ def _motion(
 ) -> RigidMotion:
     rigid = body.model.rigid
     assert rigid is not None
-    mass, x, u = particles["mass"][own], particles["position"][own], in_space(particles["velocity"][own])
-    found = _properties(body, mass)
+    mass, x, u = particles["mass"][mask], particles["position"][mask], in_space(particles["velocity"][mask])
+    solid = _properties(body, mass)
     moves, turns, axis = _freedom(rigid, particles)
     for plane in planes:
-        across = np.eye(3)[plane.axis]
-        if (moves @ across).any() and not _is_cut_by(body, plane):
-            what = f"the plane of symmetry across {'xyz'[plane.axis]} does not cut this body, and is no wall for it"
-            raise CaseError(f"{what}; let it move in another way, or make it or the wall deformable", where=where)
-        moves = moves - np.outer(across, across @ moves) if (moves @ across).any() else moves
-        turns = turns and (axis is None or bool(abs(axis @ across) == 1.0))
-        axis = across if turns and axis is None and particles.dim == 3 else axis
+        normal = np.eye(3)[plane.axis]
+        if (moves @ normal).any() and not _is_cut_by(body, plane):
+            fault = f"the plane of symmetry across {'xyz'[plane.axis]} does not cut this body, and is no wall for it"
+            raise CaseError(f"{fault}; let it move in another way, or make it or the wall deformable", where=where)
+        moves = moves - np.outer(normal, normal @ moves) if (moves @ normal).any() else moves
+        turns = turns and (axis is None or bool(abs(axis @ normal) == 1.0))
+        axis = normal if turns and axis is None and particles.dim == 3 else axis
         turns = turns and particles.dim == 3
-    r = in_space(x) - found.centre
-    velocity = moves @ np.array([exact_sum(mass * one) / found.mass for one in u.T])
+    r = in_space(x) - solid.centre
+    velocity = moves @ np.array([exact_sum(mass * component) / solid.mass for component in u.T])
     rate = np.zeros(3)
     if turns:
-        rate = _carried_rate(found, mass, r, u, axis) if body.carried else _rate_of(body, axis)
+        rate = _carried_rate(solid, mass, r, u, axis) if body.carried else _rate_of(body, axis)
     table = None
     if rigid.velocity:
         axis_of = "xyz".index(rigid.along)
         rows = [[value if k == axis_of else 0.0 for k in range(particles.dim)] for _, value in rigid.velocity]
         table = Motion(group, np.array([time for time, _ in rigid.velocity]), np.array(rows))
         velocity = in_space(table.velocity(case.begins)[None])[0]
-        particles["velocity"][own] = table.velocity(case.begins)
+        particles["velocity"][mask] = table.velocity(case.begins)
     radius = float(np.sqrt((r * r).sum(axis=1).max()))
     return RigidMotion(
-        body.name, group, found, moves, turns, axis, velocity, rate, radius, float(body.spacing.min()), impedance, table
+        body.name, group, solid, moves, turns, axis, velocity, rate, radius, float(body.spacing.min()), impedance, table
     )
 
 
@@ -103,8 +103,8 @@ def _freedom(rigid: Rigid, particles: Particles) -> tuple[np.ndarray, bool, np.n
     if move.fixed or rigid.velocity:
         return np.zeros((3, 3)), False, None
     if move.along is not None:
-        along = np.array(move.along) / np.linalg.norm(move.along)
-        return np.outer(along, along), False, None
+        direction = np.array(move.along) / np.linalg.norm(move.along)
+        return np.outer(direction, direction), False, None
     if move.about is not None:
         return np.zeros((3, 3)), True, np.array(move.about) / np.linalg.norm(move.about)
     return space, dim > 1 and not axisymmetric, np.array([0.0, 0.0, 1.0]) if dim == 2 else None
@@ -121,13 +121,13 @@ def _rate_of(body: PlacedBody, axis: np.ndarray | None) -> np.ndarray:
 
 
 def _carried_rate(
-    found: MassProperties, mass: np.ndarray, r: np.ndarray, u: np.ndarray, axis: np.ndarray | None
+    properties: MassProperties, mass: np.ndarray, r: np.ndarray, u: np.ndarray, axis: np.ndarray | None
 ) -> np.ndarray:
     """Return the angular velocity (3,) [rad/s] of particles at `r` (n, 3) from the centre with the velocities `u`."""
-    spin = np.array([exact_sum(mass * one) for one in cross(r, u).T])
+    spin = np.array([exact_sum(mass * component) for component in cross(r, u).T])
     if axis is None:
-        return np.linalg.solve(found.of_points, spin)
-    return axis * float(axis @ spin) / float(axis @ found.of_points @ axis)
+        return np.linalg.solve(properties.of_points, spin)
+    return axis * float(axis @ spin) / float(axis @ properties.of_points @ axis)
 
 
 def _is_cut_by(body: PlacedBody, plane: Plane) -> bool:
@@ -137,24 +137,24 @@ def _is_cut_by(body: PlacedBody, plane: Plane) -> bool:
 
 def _properties(body: PlacedBody, mass: np.ndarray) -> MassProperties:
     """Return the mass properties of particles of `mass` (n,) [kg], or those that the case gives."""
-    found, rigid, dim = mass_properties(mass, body.positions, body.breadth), body.model.rigid, 3
+    properties, rigid, dim = mass_properties(mass, body.positions, body.breadth), body.model.rigid, 3
     if rigid is not None and rigid.inertia:
         share, dim = float(body.volumes.sum() / body.filling.volumes.sum()), body.positions.shape[1]
-        given = np.diag([*([0.0, 0.0] if dim == 2 else []), *rigid.inertia]) * share
-        found = MassProperties(found.mass, found.centre, given, found.of_points)
-    return found
+        inertia = np.diag([*([0.0, 0.0] if dim == 2 else []), *rigid.inertia]) * share
+        properties = MassProperties(properties.mass, properties.centre, inertia, properties.of_points)
+    return properties
 
 
 def mass_properties(mass: np.ndarray, position: np.ndarray, spacing: np.ndarray) -> MassProperties:
     """Return the mass properties of particles."""
-    exact, whole, x = exact_sum, exact_sum(mass), in_space(position)
-    centre = np.array([exact(mass * component) for component in x.T]) / whole
+    exact, total, x = exact_sum, exact_sum(mass), in_space(position)
+    centre = np.array([exact(mass * component) for component in x.T]) / total
     r, of_points = x - centre, np.empty((3, 3))
     square = (r * r).sum(axis=1)
     for i in range(3):
         for j in range(3):
             of_points[i, j] = exact(mass * ((i == j) * square - r[:, i] * r[:, j]))
-    return MassProperties(whole, centre, of_points + np.eye(3) * exact(mass * spacing**2) / 6.0, of_points)
+    return MassProperties(total, centre, of_points + np.eye(3) * exact(mass * spacing**2) / 6.0, of_points)
 
 
 def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:
@@ -162,15 +162,15 @@ def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:
     rigid, axisymmetric = body.model.rigid, KINEMATICS[case.kinematics].axisymmetric
     assert rigid is not None
     mass = body.carried["mass"] if body.carried else rigid_material(body, material).density * body.volumes
-    found = _properties(body, mass)
+    properties = _properties(body, mass)
     words = "moves along x" if axisymmetric and rigid.words == "free" else rigid.words
     kg, metre = (" kg", " m") if case.units == "si" else ("", "")
     unit = kg and kg + ("" if axisymmetric else {1: "/m^2", 2: "/m", 3: ""}[case.dim])
-    centre = ", ".join(f"{one:.6g}" for one in found.centre[: 1 if axisymmetric else case.dim])
-    text = f"{words}, mass {found.mass:.6g}{unit}, centre {centre}{metre}"
-    lost = [name for name in ("strength", "damage") if getattr(body.model.material, name).type != "none"]
-    text += f", without {' and '.join(lost)} of its material" if lost else ""
+    centre = ", ".join(f"{x:.6g}" for x in properties.centre[: 1 if axisymmetric else case.dim])
+    text = f"{words}, mass {properties.mass:.6g}{unit}, centre {centre}{metre}"
+    ignored = [name for name in ("strength", "damage") if getattr(body.model.material, name).type != "none"]
+    text += f", without {' and '.join(ignored)} of its material" if ignored else ""
     if case.dim == 1 or axisymmetric or rigid.move.fixed or rigid.move.along is not None or rigid.velocity:
         return text
-    moments = ", ".join(f"{one:.6g}" for one in np.diag(found.inertia)[0 if case.dim == 3 else 2 :])
+    moments = ", ".join(f"{x:.6g}" for x in np.diag(properties.inertia)[0 if case.dim == 3 else 2 :])
     return f"{text}, moments of inertia {moments}{kg and kg + (' m^2' if case.dim == 3 else ' m')}"

@@ -58,8 +58,8 @@ def shape_of(model: Any, dim: int) -> Shape:
     raise ValueError(model.type)
 
 
-def _of_keys(kind: tuple[Any, str], model: object) -> Any:
-    shape, keys = kind
+def _of_keys(shape_type: tuple[Any, str], model: object) -> Any:
+    shape, keys = shape_type
     return shape(*(getattr(model, key) for key in keys.split()))
 
 
@@ -103,15 +103,15 @@ def initial_velocity(model: Body, positions: np.ndarray, middle: np.ndarray) -> 
 
 def refuse_unlike_halves(model: Body, positions: np.ndarray, middle: np.ndarray, axis: int, at: float) -> None:
     """Raise `CaseError` for a field that is not symmetric about a plane; tables of one half are not tried."""
-    turned = positions.copy()
-    turned[:, axis] = 2.0 * at - turned[:, axis]
+    mirrored = positions.copy()
+    mirrored[:, axis] = 2.0 * at - mirrored[:, axis]
     for number, field in enumerate(model.initial_velocity):
         if field.type in ("uniform", "table"):
             continue
-        alone = model.model_copy(update={"velocity": (0.0,) * positions.shape[1], "initial_velocity": (field,)})
-        here, there = initial_velocity(alone, positions, middle), initial_velocity(alone, turned, middle)
-        there[:, axis] *= -1.0
-        if np.abs(here - there).max() > FIELD_TOLERANCE * np.abs(here).max():
+        single = model.model_copy(update={"velocity": (0.0,) * positions.shape[1], "initial_velocity": (field,)})
+        u, u_mirrored = initial_velocity(single, positions, middle), initial_velocity(single, mirrored, middle)
+        u_mirrored[:, axis] *= -1.0
+        if np.abs(u - u_mirrored).max() > FIELD_TOLERANCE * np.abs(u).max():
             plane = f"{'xyz'[axis]} = {at:g}"
             raise CaseError(
                 f"the symmetry plane {plane} cuts this body, and a {field.type} of one half is no mirror image of that "
@@ -128,12 +128,12 @@ def _spin(field: SpinField, positions: np.ndarray, offset: np.ndarray) -> np.nda
 
 def _radial(field: RadialField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     if field.axis is not None and offset.shape[1] == 3:
-        along = _unit(field.axis)
-        offset = offset - np.outer(offset @ along, along)
+        axis = _unit(field.axis)
+        offset = offset - np.outer(offset @ axis, axis)
     r = np.sqrt((offset**2).sum(axis=1))
-    away = np.maximum(r, 1e-12 * field.radius)
-    speed = np.where(r > 1e-12 * field.radius, field.speed * (away / field.radius) ** field.power, 0.0)
-    return offset * (speed / away)[:, None]
+    distance = np.maximum(r, 1e-12 * field.radius)
+    speed = np.where(r > 1e-12 * field.radius, field.speed * (distance / field.radius) ** field.power, 0.0)
+    return offset * (speed / distance)[:, None]
 
 
 def _table(field: TableField, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:

@@ -55,22 +55,22 @@ class Origin:
     def initial_spacing(self) -> np.ndarray:
         """Spacing of the particles of the snapshot at the start of the run (n,) [m], by their smoothing lengths."""
         h_over_dx = self.case.formulation.h_over_dx
-        now, first = self.snapshot, self.first
-        lengths = now.fields["smoothing_length"]
-        if np.isin(now.id, first.id).all() and "smoothing_length" in first.fields:
+        snapshot, first = self.snapshot, self.first
+        lengths = snapshot.fields["smoothing_length"]
+        if np.isin(snapshot.id, first.id).all() and "smoothing_length" in first.fields:
             order = np.argsort(first.id)
-            lengths = first.fields["smoothing_length"][order[np.searchsorted(first.id, now.id, sorter=order)]]
+            lengths = first.fields["smoothing_length"][order[np.searchsorted(first.id, snapshot.id, sorter=order)]]
         return np.asarray(lengths / h_over_dx)
 
     def as_dict(self) -> Plain:
         """Return the plain form for the summary, with properties and energy that are lost on mapping."""
-        lost = 0.0
+        energy = 0.0
         with suppress(OutputError):
             history = read_history(self.folder)
             if "contact_energy" in history:
                 row = int(np.searchsorted(history["time"], self.snapshot.time, side="right")) - 1
-                lost = float(history["contact_energy"][max(row, 0)])
-        return {"run": str(self.folder), "at": self.snapshot.time, "case_hash": self.hash, "lost_on_mapping": lost}
+                energy = float(history["contact_energy"][max(row, 0)])
+        return {"run": str(self.folder), "at": self.snapshot.time, "case_hash": self.hash, "lost_on_mapping": energy}
 
 
 def origin_of(case: Case) -> Origin:
@@ -86,8 +86,8 @@ def origin_of(case: Case) -> Origin:
     nearest = np.argsort(abs(times - start.at), kind="stable")
     if abs(times[nearest[0]] - start.at) > SAME_TIME * max(times.max(), start.at):
         unit = " s" if case.units == "si" else ""
-        there = ", ".join(f"{time:.9g}{unit}" for time in sorted(times[nearest[:MOST_LISTED]]))
-        raise CaseError(f"the run has no snapshot at {start.at:.9g}{unit}; nearest: {there}", where="start.at")
+        listing = ", ".join(f"{time:.9g}{unit}" for time in sorted(times[nearest[:MOST_LISTED]]))
+        raise CaseError(f"the run has no snapshot at {start.at:.9g}{unit}; nearest: {listing}", where="start.at")
     snapshot = read_snapshot(files[int(nearest[0])], lazily=True)
     text = str(snapshot.metadata.get("case", ""))
     try:
@@ -104,8 +104,8 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
     """Raise an error unless kinematics, units, spacing, planes and scheme of the run suit the case."""
     start: Any = case.start
     parent = origin.case
-    needed = {"same": case.kinematics, "revolved": "axisymmetric", "extruded": "plane_strain"}[start.mapping]
-    if parent.kinematics != needed:
+    required = {"same": case.kinematics, "revolved": "axisymmetric", "extruded": "plane_strain"}[start.mapping]
+    if parent.kinematics != required:
         ways = {
             "axisymmetric": " in the same kinematics, or `as: revolved`",
             "plane_strain": " in the same kinematics, or `as: extruded`",
@@ -121,14 +121,14 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
     if abs(parent.resolution / case.resolution - 1.0) > SAME_TIME:
         fault = f"{case.resolution:g} is not that of the run, {parent.resolution:g}, whose particles stand so far apart"
         raise CaseError(fault, where="resolution")
-    kept = {"same": "xyz", "revolved": "x", "extruded": "xy"}[start.mapping]
-    planes = [plane for plane in case.symmetry if plane.axis in kept]
+    axes = {"same": "xyz", "revolved": "x", "extruded": "xy"}[start.mapping]
+    planes = [plane for plane in case.symmetry if plane.axis in axes]
     if sorted(map(str, planes)) != sorted(map(str, parent.symmetry)):
-        raise CaseError(f"planes of symmetry across {', '.join(kept[: case.dim])} must be those of the run", "symmetry")
-    others = [plane for plane in case.symmetry if plane.axis not in kept]
-    if start.mapping == "revolved" and any(plane.at != 0.0 for plane in others):
+        raise CaseError(f"planes of symmetry across {', '.join(axes[: case.dim])} must be those of the run", "symmetry")
+    added_planes = [plane for plane in case.symmetry if plane.axis not in axes]
+    if start.mapping == "revolved" and any(plane.at != 0.0 for plane in added_planes):
         raise CaseError("planes of symmetry across y and z must be at 0, where the axis of the run is", "symmetry")
-    sides = {plane.keep: plane.at for plane in others}
+    sides = {plane.keep: plane.at for plane in added_planes}
     if start.mapping == "extruded" and len(sides) == 2 and sides["below"] - sides["above"] != start.width:
         raise CaseError("is not the distance between the planes of symmetry across z", where="start.width")
     if case.initial_loads and case.initial_loads == parent.initial_loads:
@@ -139,23 +139,23 @@ def _refuse_other_model(case: Case, origin: Origin) -> None:
 def _refuse_other_bodies(case: Case, origin: Origin) -> None:
     """Raise an error where a body of the run is missing, or its particles lack what the case needs of them."""
     fields = origin.snapshot.fields
-    lacking = [name for name in BASE_FIELDS if name not in fields]
-    if lacking:
-        raise CaseError(f"its snapshots lack '{lacking[0]}': `output.fields` left it out", where="start.run")
+    missing = [name for name in BASE_FIELDS if name not in fields]
+    if missing:
+        raise CaseError(f"its snapshots lack '{missing[0]}': `output.fields` left it out", where="start.run")
     for name, before in origin.case.bodies.items():
         where = f"bodies.{name}"
         if name not in case.bodies:
             message = f"that run has the body '{name}' and this case has not; describe it as there, or use `base`"
             raise CaseError(message, where="start.run")
-        now = case.bodies[name]
-        _refuse_other_rigidity(now, before, f"{where}.rigid")
-        for what, there, here in (
-            ("density", before.material.density, now.material.density),
-            ("eos.type", before.material.eos.type, now.material.eos.type),
+        child = case.bodies[name]
+        _refuse_other_rigidity(child, before, f"{where}.rigid")
+        for key, old_value, new_value in (
+            ("density", before.material.density, child.material.density),
+            ("eos.type", before.material.eos.type, child.material.eos.type),
         ):
-            if there != here:
-                raise CaseError(f"is {there} in the run, and {here} here", where=f"{where}.material.{what}")
-        old, new = (material_of(body.material, body.internal_energy) for body in (before, now))
+            if old_value != new_value:
+                raise CaseError(f"is {old_value} in the run, and {new_value} here", where=f"{where}.material.{key}")
+        old, new = (material_of(body.material, body.internal_energy) for body in (before, child))
         for field in _history_of(new, case):
             if field not in fields or field not in _history_of(old, origin.case):
                 fault = f"needs the history variable '{field}', which the run does not have for this body"
@@ -164,25 +164,25 @@ def _refuse_other_bodies(case: Case, origin: Origin) -> None:
             raise CaseError("its damage model has a history, and is not that of the run", f"{where}.material.damage")
 
 
-def _refuse_other_rigidity(now: Body, before: Body, where: str) -> None:
+def _refuse_other_rigidity(body: Body, before: Body, where: str) -> None:
     """Raise an error where a body is rigid in one of both runs, or has another mass; freedom and motion may differ."""
-    if now.rigid is None or before.rigid is None:
-        if now.rigid is not before.rigid:
+    if body.rigid is None or before.rigid is None:
+        if body.rigid is not before.rigid:
             raise CaseError("a body that starts from another run is rigid in both runs or in none", where=where)
         return
-    if now.rigid.mass != before.rigid.mass:
+    if body.rigid.mass != before.rigid.mass:
         raise CaseError("is the mass of the run; give the same", where=f"{where}.mass")
-    if len(now.rigid.inertia) > 1:
+    if len(body.rigid.inertia) > 1:
         message = "is about axes that have turned with the body in the run; leave it out"
         raise CaseError(message, where=f"{where}.inertia")
 
 
 def _history_of(material: Material, case: Case) -> tuple[str, ...]:
     """Return the fields that the particles of a material carry beside those of all."""
-    found = HISTORY if material.has_history else ()
-    found = (*found, *CRACK) if material.fracture is not None else found
-    found = (*found, *AXES) if material.has_axes else found
-    return (*found, "thickness") if case.kinematics == "plane_stress" else found
+    names = HISTORY if material.has_history else ()
+    names = (*names, *CRACK) if material.fracture is not None else names
+    names = (*names, *AXES) if material.has_axes else names
+    return (*names, "thickness") if case.kinematics == "plane_stress" else names
 
 
 def carried_fields(case: Case, origin: Origin) -> dict[str, dict[str, np.ndarray]]:
@@ -211,28 +211,28 @@ Fields = dict[str, np.ndarray]
 def _revolve(fields: Fields, body: np.ndarray, planes: Sequence[SymmetryPlane]) -> tuple[Fields, np.ndarray]:
     """Return the particles of a revolved axisymmetric run on the kept side of symmetry planes, and their bodies."""
     radius, part = abs(fields["position"][:, 1]), 2 ** len({plane.axis for plane in planes})
-    around = 2.0 * np.pi * radius / fields["spacing"]
-    counts = part * np.maximum(np.rint(around / part), 2 if part == 1 else 1).astype(np.int64)
+    n_around = 2.0 * np.pi * radius / fields["spacing"]
+    counts = part * np.maximum(np.rint(n_around / part), 2 if part == 1 else 1).astype(np.int64)
     ring = np.repeat(np.arange(len(radius)), counts)
     first = np.cumsum(counts) - counts
     share = (np.arange(len(radius)) * GOLDEN) % 1.0 if part == 1 else np.full(len(radius), 0.5)
     angle = 2.0 * np.pi * (np.arange(len(ring)) - first[ring] + share[ring]) / counts[ring]
     cos, sin = np.cos(angle), np.sin(angle)
-    kept = np.ones(len(ring), bool)
+    selected = np.ones(len(ring), bool)
     for plane in planes:
-        across = cos if plane.axis == "y" else sin
-        kept &= (across > 0.0) == (plane.keep == "above")
-    ring, cos, sin, angle = ring[kept], cos[kept], sin[kept], angle[kept]
+        coordinate = cos if plane.axis == "y" else sin
+        selected &= (coordinate > 0.0) == (plane.keep == "above")
+    ring, cos, sin, angle = ring[selected], cos[selected], sin[selected], angle[selected]
     new = {}
     for name, values in fields.items():
-        taken, rank = values[ring], _rank(name)
+        mapped, rank = values[ring], _rank(name)
         if rank == "vector":
-            taken = np.stack([taken[:, 0], taken[:, 1] * cos, taken[:, 1] * sin], axis=1)
+            mapped = np.stack([mapped[:, 0], mapped[:, 1] * cos, mapped[:, 1] * sin], axis=1)
         elif rank == "symmetric":
-            taken = _turned_stress(taken, cos, sin)
+            mapped = _turned_stress(mapped, cos, sin)
         elif rank == "quaternion":
-            taken = _turned_axes(taken, angle)
-        new[name] = taken / counts[ring] if name == "mass" else taken
+            mapped = _turned_axes(mapped, angle)
+        new[name] = mapped / counts[ring] if name == "mass" else mapped
     return new, body[ring]
 
 
@@ -261,12 +261,12 @@ def _extrude(fields: Fields, body: np.ndarray, width: float, case: Case) -> tupl
     of, z = np.repeat(np.arange(len(body)), count), np.tile(z, len(body))
     new = {}
     for name, values in fields.items():
-        taken, rank = values[of], _rank(name)
+        mapped, rank = values[of], _rank(name)
         if rank == "vector":
-            taken = np.column_stack([taken, z if name == "position" else np.zeros(len(of))])
+            mapped = np.column_stack([mapped, z if name == "position" else np.zeros(len(of))])
         elif rank == "symmetric":
-            taken = np.column_stack([taken, np.zeros((len(of), 2))])
-        new[name] = taken * (width / count) if name == "mass" else taken
+            mapped = np.column_stack([mapped, np.zeros((len(of), 2))])
+        new[name] = mapped * (width / count) if name == "mass" else mapped
     return new, body[of]
 
 
