@@ -62,43 +62,43 @@ def _sections(scene: Scene, length: float) -> tuple[float, float, list[float], l
     """Return the initial diameter, x of the foot's surface, and distances from it with the diameters there [m]."""
     assert scene.start is not None
     rows, fields = members(scene.start, scene.shot.roles, PROJECTILE), scene.start.fields
-    first = _spread(fields["position"][rows, 1:], fields["mass"][rows])
+    spread_initial = _spread(fields["position"][rows, 1:], fields["mass"][rows])
     volume = float((fields["mass"][rows] / fields["density"][rows]).sum())
     width = volume / length if scene.space == 2 else float(np.sqrt(4.0 * volume / length / np.pi))
     main = scene.projectile
-    x, across, mass = scene.position[main, 0], scene.position[main, 1:], scene.now.fields["mass"][main]
+    x, lateral, mass = scene.position[main, 0], scene.position[main, 1:], scene.now.fields["mass"][main]
 
-    def diameter(chosen: np.ndarray) -> float:
-        return width * _spread(across[chosen], mass[chosen]) / first
+    def diameter(rows: np.ndarray) -> float:
+        return width * _spread(lateral[rows], mass[rows]) / spread_initial
 
     foot = diameter(x > x.max() - FOOT_THICKNESS * scene.spacing)
     power = 1.0 if scene.space == 2 else 2.0
     thinning = min((width / foot) ** power, 1.0) if foot > 0.0 else 1.0  # a tip may be one particle
     surface = float(x.max()) + 0.5 * scene.spacing * thinning
     distance, profile = [0.0], [foot]
-    number = np.floor((surface - x) / scene.spacing).astype(int)
-    for k in np.unique(number):
-        chosen = number == k
-        if chosen.sum() >= FEWEST_IN_SLICE:
-            distance.append(float(np.average(surface - x[chosen], weights=mass[chosen])))
-            profile.append(diameter(chosen))
+    layer = np.floor((surface - x) / scene.spacing).astype(int)
+    for k in np.unique(layer):
+        part = layer == k
+        if part.sum() >= FEWEST_IN_SLICE:
+            distance.append(float(np.average(surface - x[part], weights=mass[part])))
+            profile.append(diameter(part))
     return width, surface, distance, profile
 
 
 def _require_bar(scene: Scene) -> None:
     """Raise `UndefinedMeasureError` if the projectile is not a bar."""
-    needed = {"velocity", "mass", "density"}
-    if scene.start is None or not needed <= scene.start.fields.keys() or "mass" not in scene.now.fields:
+    names = {"velocity", "mass", "density"}
+    if scene.start is None or not names <= scene.start.fields.keys() or "mass" not in scene.now.fields:
         raise UndefinedMeasureError("a single snapshot does not contain the bar before the impact")
     rows = members(scene.start, scene.shot.roles, PROJECTILE)
     mass, velocity = scene.start.fields["mass"][rows], scene.start.fields["velocity"][rows]
     mean = np.average(velocity, axis=0, weights=mass)
     if not mean[0] > 0.5 * np.sqrt(np.average((velocity**2).sum(axis=1), weights=mass)):
         raise UndefinedMeasureError("the projectile does not move as a whole towards a target")
-    own = float(np.ptp(scene.start.fields["position"][rows, 1]))
+    width = float(np.ptp(scene.start.fields["position"][rows, 1]))
     if scene.has_target:
-        across = scene.start.fields["position"][scene.start.body == scene.target, 1]
-        refuse_if(np.ptp(across) > PLATE_WIDTH * own + scene.spacing, "no bar on a rigid wall or an equal bar")
+        y = scene.start.fields["position"][scene.start.body == scene.target, 1]
+        refuse_if(np.ptp(y) > PLATE_WIDTH * width + scene.spacing, "no bar on a rigid wall or an equal bar")
     share = float(scene.now.fields["mass"][scene.projectile].sum() / scene.shot_mass)
     refuse_if(share < LEAST_SHARE, f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
 
@@ -117,18 +117,18 @@ def _motion_note(scene: Scene) -> str:
     return f"the bar still moves at {100.0 * share:.2g} % of its impact velocity" if share > REST_SPEED else ""
 
 
-def _spread(across: np.ndarray, mass: np.ndarray) -> float:
+def _spread(lateral: np.ndarray, mass: np.ndarray) -> float:
     """Return the root-mean-square distance from the centre of mass [m]."""
-    middle = np.average(across, axis=0, weights=mass)
-    return float(np.sqrt(np.average(((across - middle) ** 2).sum(axis=1), weights=mass)))
+    middle = np.average(lateral, axis=0, weights=mass)
+    return float(np.sqrt(np.average(((lateral - middle) ** 2).sum(axis=1), weights=mass)))
 
 
 def _undeformed_length(distance: np.ndarray, diameter: np.ndarray, width: float, final: float) -> float:
     """Return the length from the rear over which the diameter is below `DEFORMED_DIAMETER` of the initial one [m]."""
-    wide = np.flatnonzero(diameter > DEFORMED_DIAMETER * width)
-    if len(wide) == 0:
+    deformed = np.flatnonzero(diameter > DEFORMED_DIAMETER * width)
+    if len(deformed) == 0:
         return final
-    last = wide[-1]
+    last = deformed[-1]
     if last + 1 >= len(diameter):
         return 0.0
     share = (diameter[last] - DEFORMED_DIAMETER * width) / (diameter[last] - diameter[last + 1])

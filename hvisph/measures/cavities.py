@@ -31,8 +31,8 @@ def void_fraction(scene: Scene) -> Result:
     outline, voids = _voids(position, scene.spacing)
     cavities = len(_cavities(*_voids(start, scene.spacing))) if len(start) else 0
     if cavities:
-        own = np.isin(scipy.ndimage.label(voids)[0], _cavities(outline, voids)[:cavities])
-        outline, voids = outline & ~own, voids & ~own
+        initial_voids = np.isin(scipy.ndimage.label(voids)[0], _cavities(outline, voids)[:cavities])
+        outline, voids = outline & ~initial_voids, voids & ~initial_voids
     area = int(outline.sum())
     edge = area - int(scipy.ndimage.binary_erosion(outline).sum())
     return Result(float(voids.sum()) / area, scatter=0.5 * edge / area)
@@ -94,16 +94,16 @@ def radii(scene: Scene) -> Outcomes:
     """Return inner and outer radius of the shell's largest fragment, undefined if that no longer surrounds it [m]."""
     shell = _find_shell(scene)
     fragments = scene.fragments(shell.body)
-    rows, whole = fragments[0].particles, np.concatenate([fragment.particles for fragment in fragments])
-    mass, across = scene.now.fields["mass"], scene.position[:, shell.axes]
-    centre = np.average(across[whole], axis=0, weights=mass[whole])
-    mass, flat = mass[rows], across[rows] - np.average(across[rows], axis=0, weights=mass[rows])
-    aside = np.hypot.reduce(np.average(across[rows] - centre, axis=0, weights=mass))
-    if aside > HOLLOW_SHARE * np.hypot.reduce(across[rows] - centre, axis=1).mean():
+    rows, all_rows = fragments[0].particles, np.concatenate([fragment.particles for fragment in fragments])
+    mass, lateral = scene.now.fields["mass"], scene.position[:, shell.axes]
+    centre = np.average(lateral[all_rows], axis=0, weights=mass[all_rows])
+    mass, flat = mass[rows], lateral[rows] - np.average(lateral[rows], axis=0, weights=mass[rows])
+    offset = np.hypot.reduce(np.average(lateral[rows] - centre, axis=0, weights=mass))
+    if offset > HOLLOW_SHARE * np.hypot.reduce(lateral[rows] - centre, axis=1).mean():
         raise UndefinedMeasureError("the hollow body has broken: its largest fragment lies beside the middle")
     volume = float((mass / scene.now.fields["density"][rows]).sum())
-    along = [axis for axis in range(scene.now.dimensions) if axis not in shell.axes]
-    for axis in along:
+    axial = [axis for axis in range(scene.now.dimensions) if axis not in shell.axes]
+    for axis in axial:
         volume /= float(np.ptp(scene.position[rows, axis])) + scene.spacing
     square = float(np.average((flat**2).sum(axis=1), weights=mass)) + _particle_spread(scene, rows, len(shell.axes))
     inner, outer = np.sqrt(max(square - volume / (2.0 * np.pi), 0.0)), np.sqrt(square + volume / (2.0 * np.pi))

@@ -61,8 +61,8 @@ class Row:
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON: SI throughout."""
-        more = {"source": str(self.source), "differences": self.differences, "missed": self.missed}
-        return asdict(self) | more
+        comparison = {"source": str(self.source), "differences": self.differences, "missed": self.missed}
+        return asdict(self) | comparison
 
 
 def row(name: str, source: str | os.PathLike[str]) -> Row:
@@ -75,17 +75,17 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
         return _finished_row(name, path, reader.read_summary(path))
     measured = measure(path)
     status = "unfinished" if (path / file_names.CASE).is_file() else "snapshot"
-    plain = measured.as_dict()["measures"]
-    return Row(name, path, measured.title, status, None, measured.time, plain, {}, {}, {})
+    results = measured.as_dict()["measures"]
+    return Row(name, path, measured.title, status, None, measured.time, results, {}, {}, {})
 
 
 def _finished_row(name: str, path: Path, summary: Plain) -> Row:
     columns = {"value": "expected", "tolerance": "tolerance", "source": "source"}
     expected = {entry["name"]: entry for entry in summary["expected"]}
     published = {name: {column: entry[key] for column, key in columns.items()} for name, entry in expected.items()}
-    same = ("title", "status", "failure", "end_time", "measures", "conservation")
+    keys = ("title", "status", "failure", "end_time", "measures", "conservation")
     cost = {key: summary[key] for key in COST}
-    return Row(name, path, **{key: summary[key] for key in same}, cost=cost, published=published)
+    return Row(name, path, **{key: summary[key] for key in keys}, cost=cost, published=published)
 
 
 def shown_measures(rows: Iterable[Row]) -> list[str]:

@@ -180,11 +180,11 @@ def crater_volume(impact: Impact, wall: Wall) -> float:
     """Return the crater's volume by Holsapple [m^3], by the normal velocity; infinite without strength and gravity."""
     ground, ratio = GROUNDS[wall.ground], wall.density / impact.density
     weight = impact.gravity * 0.5 * impact.diameter / impact.normal**2 * ratio ** (-1 / 3)
-    held = weight + (ground.strength / (wall.density * impact.normal**2)) ** (1.0 + 0.5 * ground.exponent)
-    if held == 0.0:
+    resistance = weight + (ground.strength / (wall.density * impact.normal**2)) ** (1.0 + 0.5 * ground.exponent)
+    if resistance == 0.0:
         return inf
     power = 3.0 * ground.exponent / (2.0 + ground.exponent)
-    return float(ground.coefficient * held**-power * impact.mass / wall.density)
+    return float(ground.coefficient * resistance**-power * impact.mass / wall.density)
 
 
 def rock_crater_diameter(impact: Impact, wall: Wall) -> float:
@@ -202,8 +202,8 @@ def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float)
     sigma = strength / KSI
 
     def slow(v: float) -> float:
-        held = t_w * sqrt(sigma / 40.0) + t_b
-        return float((held / (0.6 * cos(angle) ** (5 / 3) * sqrt(rho_p) * v ** (2 / 3))) ** (18 / 19))
+        thickness = t_w * sqrt(sigma / 40.0) + t_b
+        return float((thickness / (0.6 * cos(angle) ** (5 / 3) * sqrt(rho_p) * v ** (2 / 3))) ** (18 / 19))
 
     def fast(v: float) -> float:
         shield = 3.918 * t_w ** (2 / 3) * rho_p ** (-1 / 3) * rho_b ** (-1 / 9) * gap ** (1 / 3)
@@ -240,16 +240,16 @@ def critical_diameter_of_cloth(shield: ClothShield, impact: Impact, strength: fl
     rho_p, cosine, sigma = impact.density * 1e-3, cos(impact.obliquity), strength / KSI / 40.0
     areal, t_w = sum(bumper.areal_density for bumper in front) * 0.1, wall.thickness / CM
     gap = (sum(plate.gap for plate in impact.walls) + sum(plate.thickness for plate in front[1:])) / CM
-    held = shield.low * (t_w * sqrt(sigma) + 0.37 * areal) / (cosine ** (4 / 3) * sqrt(rho_p))
+    diameter = shield.low * (t_w * sqrt(sigma) + 0.37 * areal) / (cosine ** (4 / 3) * sqrt(rho_p))
     broken = shield.high * (wall.areal_density * 0.1 / rho_p) ** (1 / 3) * gap ** (2 / 3) * sigma ** (1 / 6)
     broken /= cosine**shield.high_power
     slow, fast = shield.slow / cosine**shield.slow_power, shield.fast / cosine**shield.fast_power
     v = impact.speed / KM
     if v <= slow:
-        return float(held * v ** (-2 / 3) * CM)
+        return float(diameter * v ** (-2 / 3) * CM)
     if v >= fast:
         return float(broken * v ** (-1 / 3) * CM)
-    return float(np.interp(v, (slow, fast), (held * slow ** (-2 / 3), broken * fast ** (-1 / 3))) * CM)
+    return float(np.interp(v, (slow, fast), (diameter * slow ** (-2 / 3), broken * fast ** (-1 / 3))) * CM)
 
 
 def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
@@ -313,7 +313,7 @@ def _single_wall(impact: Impact) -> Iterator[Correlation]:
     yield correlation("crater", wall.name, depth)
     if len(impact.walls) == 1:
         states = {3.0: "no incipient spall", 2.2: "incipient spall", 1.8: "detached spall", 0.0: "perforated"}
-        text = next(text for least, text in states.items() if wall.thickness >= least * depth)
+        text = next(text for ratio, text in states.items() if wall.thickness >= ratio * depth)
         yield correlation("wall", wall.name, 1.8 * depth, text)
 
 
@@ -337,8 +337,8 @@ def _whipple(impact: Impact) -> Iterator[Correlation]:
         wall = replace(wall, gap=min(wall.gap, HONEYCOMB_GAP * wall.cell))
     if bumper.alloy is None or wall.alloy is None or wall.gap <= 0.0 or not 1.0 * KM <= impact.speed <= 15.0 * KM:
         return
-    least = 0.25 if wall.gap < 30.0 * impact.diameter else 0.20
-    thin = bumper.thickness / impact.diameter < least * impact.density / bumper.density
+    share = 0.25 if wall.gap < 30.0 * impact.diameter else 0.20
+    thin = bumper.thickness / impact.diameter < share * impact.density / bumper.density
     if thin and impact.normal >= 7.0 * KM:
         return  # too thin a bumper to break the sphere: the curve does not hold there
     critical = critical_diameter(impact, bumper, wall, wall.alloy.strength)

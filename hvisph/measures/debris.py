@@ -69,18 +69,18 @@ class Arrivals:
 def arrivals(scene: Scene, rows: np.ndarray, x: float) -> Arrivals:
     """Return which of the particles `rows` reach the plane at `x` [m], where and when."""
     velocity, mass = scene.now.fields["velocity"][rows], scene.now.fields["mass"][rows]
-    ahead = x - scene.position[rows, 0]
-    reach = (velocity[:, 0] > 0.0) & (ahead >= 0.0)
-    velocity, flight = velocity[reach], ahead[reach] / velocity[reach, 0]
-    own = mass[reach]
+    distance = x - scene.position[rows, 0]
+    reach = (velocity[:, 0] > 0.0) & (distance >= 0.0)
+    velocity, flight = velocity[reach], distance[reach] / velocity[reach, 0]
+    mass_arriving = mass[reach]
     return Arrivals(
         x,
         scene.lateral[rows[reach]] + flight[:, None] * velocity[:, 1:],
         scene.now.time + flight,
-        own,
-        own * velocity[:, 0],
-        0.5 * own * (velocity**2).sum(axis=1),
-        float(own.sum() / mass.sum()),
+        mass_arriving,
+        mass_arriving * velocity[:, 0],
+        0.5 * mass_arriving * (velocity**2).sum(axis=1),
+        float(mass_arriving.sum() / mass.sum()),
     )
 
 
@@ -110,9 +110,9 @@ def plane_loads(load: Arrivals, is_round: bool, spacing: float) -> Plain:
     }
 
 
-def _durations(load: Arrivals, bins: np.ndarray, number: int, whole: float) -> np.ndarray:
+def _durations(load: Arrivals, bins: np.ndarray, number: int, total: float) -> np.ndarray:
     """Return the duration of the load in each bin [s], to 99 % of its mass; with one particle, of the whole load."""
-    lengths = np.full(number, whole if whole > 0.0 else np.inf)
+    lengths = np.full(number, total if total > 0.0 else np.inf)
     order = np.argsort(bins, kind="stable")
     starts = np.searchsorted(bins[order], np.arange(number + 1))
     for k in range(number):
@@ -249,14 +249,14 @@ def _launch(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndar
     normal = np.array(plate.basis[0])
     velocity, depth = scene.now.fields["velocity"], plate.depth(scene.position)
     rows = np.flatnonzero((depth < -EJECTA_HEIGHT * scene.spacing) & (velocity @ normal < 0.0))
-    height, up = -depth[rows], -(velocity[rows] @ normal)
-    along = velocity[rows] @ np.array(plate.basis[1:]).reshape(-1, len(normal)).T
+    height, rise = -depth[rows], -(velocity[rows] @ normal)
+    tangential = velocity[rows] @ np.array(plate.basis[1:]).reshape(-1, len(normal)).T
     pull = gravity_towards_layer(scene, normal)
-    first = np.sqrt(np.maximum(up**2 + 2.0 * pull * height, 0.0))
-    since = 2.0 * height / (first + up)
-    place = plate.in_plane(scene.position[rows]) - along * since[:, None]
-    across = np.sqrt((along**2).sum(axis=1))
-    return rows, np.hypot(first, across), np.arctan2(first, across), np.sqrt((place**2).sum(axis=1))
+    first = np.sqrt(np.maximum(rise**2 + 2.0 * pull * height, 0.0))
+    flight_time = 2.0 * height / (first + rise)
+    place = plate.in_plane(scene.position[rows]) - tangential * flight_time[:, None]
+    tangential_speed = np.sqrt((tangential**2).sum(axis=1))
+    return rows, np.hypot(first, tangential_speed), np.arctan2(first, tangential_speed), np.sqrt((place**2).sum(axis=1))
 
 
 def gravity_towards_layer(scene: Scene, normal: np.ndarray) -> float:
@@ -293,29 +293,29 @@ def ejecta(scene: Scene) -> Outcomes:
     initial_momentum = float((scene.start.fields["mass"][shot] * before).sum())
     rows, *_ = _launch(scene, plate)
     mass = scene.now.fields["mass"][rows]
-    carried = -mass * (scene.now.fields["velocity"][rows] @ normal)
+    momentum = -mass * (scene.now.fields["velocity"][rows] @ normal)
     own = scene.now.body[rows] == scene.target
-    both, escapes = own | scene.is_projectile[rows], _escapes(scene, plate)
+    ejected, escapes = own | scene.is_projectile[rows], _escapes(scene, plate)
     variants: dict[str, Outcome] = dict.fromkeys(("all", "target", "escaping"), "the projectile has no momentum")
     if initial_momentum > 0.0:
-        chosen = {"all": both, "target": own, "escaping": escapes if isinstance(escapes, str) else both & escapes}
-        for name, which in chosen.items():
-            gain = 0.0 if isinstance(which, str) else float(carried[which].sum()) / initial_momentum
+        masks = {"all": ejected, "target": own, "escaping": escapes if isinstance(escapes, str) else ejected & escapes}
+        for name, rows_or_reason in masks.items():
+            gain = 0.0 if isinstance(rows_or_reason, str) else float(momentum[rows_or_reason].sum()) / initial_momentum
             beta = Result(1.0 + gain, discretization=scene.discretization * gain)
-            variants[name] = which if isinstance(which, str) else beta
-    return {"beta": variants, "ejecta_mass": float(mass[own].sum()), "ejecta_momentum": float(carried[own].sum())}
+            variants[name] = rows_or_reason if isinstance(rows_or_reason, str) else beta
+    return {"beta": variants, "ejecta_mass": float(mass[own].sum()), "ejecta_momentum": float(momentum[own].sum())}
 
 
 @measures("layer", "ejecta_angle", "ejecta_radius", needs=("motion",))
 def launch(scene: Scene, plate: Plate) -> Outcomes:
     """Return the mass-mean angle [rad] and radius [m] at which the ejecta of a layer left its struck face."""
     rows, _, angle, radius = _launch(scene, plate)
-    own = scene.now.body[rows] == plate.body
-    refuse_if(not own.any(), "nothing rises from the struck face")
-    mass = scene.now.fields["mass"][rows][own]
+    of_layer = scene.now.body[rows] == plate.body
+    refuse_if(not of_layer.any(), "nothing rises from the struck face")
+    mass = scene.now.fields["mass"][rows][of_layer]
     return {
-        "ejecta_angle": float(mass @ angle[own] / mass.sum()),
-        "ejecta_radius": float(mass @ radius[own] / mass.sum()),
+        "ejecta_angle": float(mass @ angle[of_layer] / mass.sum()),
+        "ejecta_radius": float(mass @ radius[of_layer] / mass.sum()),
     }
 
 
@@ -329,21 +329,21 @@ def ejecta_over_speed(scene: Scene) -> dict[str, list[float]]:
     except UndefinedMeasureError:
         return {}
     rows, speed, angle, radius = _launch(scene, plate)
-    own = (scene.now.body[rows] == scene.target) & (speed > 0.0)
-    if not own.any():
+    of_target = (scene.now.body[rows] == scene.target) & (speed > 0.0)
+    if not of_target.any():
         return {}
-    rows, speed, angle, radius = (values[own] for values in (rows, speed, angle, radius))
-    mass, along = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
+    rows, speed, angle, radius = (values[of_target] for values in (rows, speed, angle, radius))
+    mass, v = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
     bins = np.floor(BINS_PER_DECADE * np.log10(speed) + 1e-9).astype(int)
     first, bins = int(bins.min()), bins - bins.min()
     own_mass = np.bincount(bins, mass)
     table: dict[str, np.ndarray] = {"speed": 10.0 ** ((first + np.arange(len(own_mass))) / BINS_PER_DECADE)}
-    kept = own_mass > 0.0
-    for name, values in (("mass", own_mass), ("momentum", np.bincount(bins, -mass * along))):
+    occupied = own_mass > 0.0
+    for name, values in (("mass", own_mass), ("momentum", np.bincount(bins, -mass * v))):
         table[name] = np.cumsum(values[::-1])[::-1]
     for name, values in (("angle", angle), ("radius", radius)):
-        table[name] = np.bincount(bins, mass * values) / np.where(kept, own_mass, 1.0)
-    return {name: values[kept].tolist() for name, values in table.items()}
+        table[name] = np.bincount(bins, mass * values) / np.where(occupied, own_mass, 1.0)
+    return {name: values[occupied].tolist() for name, values in table.items()}
 
 
 def _struck_plate(scene: Scene) -> Plate:

@@ -28,23 +28,23 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
     classes = np.floor(np.log(spacing / spacing.min()) / np.log(EQUAL_SPACING))
     members = [np.flatnonzero(classes == k) for k in np.unique(classes)]
     trees = [scipy.spatial.cKDTree(position[rows], balanced_tree=False, compact_nodes=False) for rows in members]
-    near = [min(NEAREST_LINK, link) * spacing[rows].min() for rows in members]
-    found = [
+    reaches = [min(NEAREST_LINK, link) * spacing[rows].min() for rows in members]
+    links = [
         rows[tree.query_pairs(reach, output_type="ndarray")]
-        for rows, tree, reach in zip(members, trees, near, strict=True)
+        for rows, tree, reach in zip(members, trees, reaches, strict=True)
     ]
-    labels = _components(len(position), np.concatenate(found))
+    labels = _components(len(position), np.concatenate(links))
     # of all other links one end is outside the largest group; coarse reaches are not searched among fine particles
-    apart = labels != np.bincount(labels).argmax()
-    found = [np.zeros((0, 2), np.int64)]
-    for outer in filter(len, (rows[apart[rows]] for rows in members)):
+    outside = labels != np.bincount(labels).argmax()
+    links = [np.zeros((0, 2), np.int64)]
+    for outer in filter(len, (rows[outside[rows]] for rows in members)):
         tree = scipy.spatial.cKDTree(position[outer])
-        for rows, other in zip(members, trees, strict=True):
+        for rows, inner in zip(members, trees, strict=True):
             reach = 0.5 * link * float(spacing[outer].max() + spacing[rows].max())
-            pairs = tree.sparse_distance_matrix(other, reach, output_type="ndarray")
+            pairs = tree.sparse_distance_matrix(inner, reach, output_type="ndarray")
             ends = np.column_stack([outer[pairs["i"]], rows[pairs["j"]]])
-            found.append(ends[pairs["v"] <= 0.5 * link * spacing[ends].sum(axis=1)])
-    labels = _components(int(labels.max()) + 1, labels[np.concatenate(found)])[labels]
+            links.append(ends[pairs["v"] <= 0.5 * link * spacing[ends].sum(axis=1)])
+    labels = _components(int(labels.max()) + 1, labels[np.concatenate(links)])[labels]
     return by_size(labels)
 
 
@@ -120,13 +120,13 @@ class Groups:
         """Return the indices of the particles of a group."""
         return self.rows[self.starts[number] : self.starts[number] + self.counts[number]]
 
-    def contain(self, chosen: np.ndarray) -> np.ndarray:
-        """Return whether each group holds any of the particles `chosen`, a mask over the snapshot's."""
-        return np.logical_or.reduceat(chosen[self.rows], self.starts) if len(self) else np.zeros(0, bool)
+    def contain(self, mask: np.ndarray) -> np.ndarray:
+        """Return whether each group holds any particle of a `mask` over those of the snapshot."""
+        return np.logical_or.reduceat(mask[self.rows], self.starts) if len(self) else np.zeros(0, bool)
 
-    def particles_of(self, chosen: np.ndarray) -> np.ndarray:
-        """Return the indices of the particles of the groups `chosen` (a mask), group after group."""
-        return self.rows[np.repeat(chosen, self.counts)]
+    def particles_of(self, mask: np.ndarray) -> np.ndarray:
+        """Return the indices of the particles of the groups of a `mask`, group after group."""
+        return self.rows[np.repeat(mask, self.counts)]
 
 
 @dataclass(frozen=True)
@@ -149,8 +149,8 @@ class Fragments(Sequence[Fragment]):
         """Return the fragments that groups of a snapshot's particles are."""
         rows, starts = groups.rows, groups.starts
         if not len(groups):
-            empty = np.zeros((0, snapshot.dimensions))
-            return cls(body, groups, np.zeros(0), empty, empty, empty)
+            none = np.zeros((0, snapshot.dimensions))
+            return cls(body, groups, np.zeros(0), none, none, none)
         position = snapshot.fields["position"][rows].reshape(len(rows), -1)
         velocity = np.full_like(position, np.nan)
         if "velocity" in snapshot.fields:
@@ -159,10 +159,10 @@ class Fragments(Sequence[Fragment]):
         if "mass" in snapshot.fields:
             weight = snapshot.fields["mass"][rows]
             mass = np.add.reduceat(weight, starts)
-        whole = np.add.reduceat(weight, starts)[:, None]
+        total = np.add.reduceat(weight, starts)[:, None]
         with np.errstate(invalid="ignore", divide="ignore"):  # groups without mass have no mean
-            centre = np.add.reduceat(weight[:, None] * position, starts) / whole
-            mean = np.add.reduceat(weight[:, None] * velocity, starts) / whole
+            centre = np.add.reduceat(weight[:, None] * position, starts) / total
+            mean = np.add.reduceat(weight[:, None] * velocity, starts) / total
         extent = np.maximum.reduceat(position, starts) - np.minimum.reduceat(position, starts)
         return cls(body, groups, mass, centre, mean, extent)
 
@@ -172,8 +172,8 @@ class Fragments(Sequence[Fragment]):
     @property
     def heaviest(self) -> Fragment:
         """The heaviest fragment; one of lighter particles may have more of them in axisymmetric and graded bodies."""
-        most = self.masses.max()  # of those as heavy, but for rounding, the one of most particles
-        return self[int(np.argmax(self.masses >= (1.0 - 1e-9) * most))]
+        largest_mass = self.masses.max()  # of those as heavy, but for rounding, the one of most particles
+        return self[int(np.argmax(self.masses >= (1.0 - 1e-9) * largest_mass))]
 
     @overload
     def __getitem__(self, number: int) -> Fragment: ...
@@ -232,9 +232,9 @@ class BodyFragments:
         """Return how many fragments have `fewest` particles or more."""
         return int((self.counts >= fewest).sum())
 
-    def share(self, chosen: np.ndarray | Sequence[int]) -> float:
-        """Return the share of the body's mass in the fragments `chosen` (mask or indices); NaN without masses."""
-        return float(self.masses[chosen].sum() / self.mass) if self.mass > 0.0 else float("nan")
+    def share(self, rows: np.ndarray | Sequence[int]) -> float:
+        """Return the share of the body's mass in the fragments `rows` (mask or indices); NaN without masses."""
+        return float(self.masses[rows].sum() / self.mass) if self.mass > 0.0 else float("nan")
 
     @cached_property
     def distribution(self) -> "MassDistribution":
@@ -248,20 +248,20 @@ class BodyFragments:
     def as_dict(self, fewest: int = FEWEST_PARTICLES) -> Plain:
         """Return the plain form for JSON; fragments below `fewest` particles are summed up under `smaller`."""
         single, small = self.counts == 1, self.counts < fewest
-        listed = []
+        entries = []
         for index, (fragment, role) in enumerate(zip(self.fragments, self.roles, strict=True)):
             if fragment.count >= fewest:
                 entry = {"role": role, "particles": fragment.count, "mass": _plain(fragment.mass)}
                 entry["mass_share"] = _plain(self.share([index]))
                 kinds = ("velocity", "speed", "centre", "extent")
-                listed.append(entry | {kind: _plain(getattr(fragment, kind)) for kind in kinds})
+                entries.append(entry | {name: _plain(getattr(fragment, name)) for name in kinds})
         return {
             "body": self.body,
             "number": len(self),
             "mass": _plain(self.mass),
             "largest_mass_share": _plain(self.share([0])),
             "single_particles": {"number": int(single.sum()), "mass": _plain(float(self.masses[single].sum()))},
-            "fragments": listed,
+            "fragments": entries,
             "smaller": {
                 "below_particles": fewest,
                 "number": int(small.sum()),

@@ -27,43 +27,43 @@ AT_REST = 1e-6  # share of the highest speed below which a body is at rest
 def roles_of(start: Snapshot | None, now: Snapshot, of_case: Sequence[str | None] = ()) -> tuple[str, ...]:
     """Return the role of every body, in their order, from a run's first snapshot, if it is known, and the present one.
 
-    `given` holds the roles of the case. Otherwise the first body that moves at the start is the projectile, and with it
+    `of_case` are the roles in the case. Otherwise the first body that moves at the start is the projectile, and with it
     those of the same velocity, unless all have it; every other body is a layer, unless it lies behind the projectile.
     Where nothing moves, or the start is not known, the first body is the projectile and all others are layers.
     """
     count = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
-    known = [*of_case, *[None] * count][:count]
-    if PROJECTILE in known or start is None or "velocity" not in start.fields:
-        roles = [PROJECTILE if body == 0 and PROJECTILE not in known else LAYER for body in range(count)]
-        return tuple(role or roles[body] for body, role in enumerate(known))
+    stated = [*of_case, *[None] * count][:count]
+    if PROJECTILE in stated or start is None or "velocity" not in start.fields:
+        roles = [PROJECTILE if body == 0 and PROJECTILE not in stated else LAYER for body in range(count)]
+        return tuple(role or roles[body] for body, role in enumerate(stated))
     velocity = np.array([_mean(start, "velocity", start.body == body) for body in range(count)])
     speed = np.sqrt((velocity**2).sum(axis=1))
     moves = speed > AT_REST * speed.max(initial=0.0)
-    free = [body for body in range(count) if known[body] is None]
+    free = [body for body in range(count) if stated[body] is None]
     first = next((body for body in free if moves[body]), free[0] if free else 0)
-    alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= AT_REST * speed[first]
-    if alike[free].all() or not moves[first]:  # two bodies at rest do not strike each other
-        alike[:] = False
-    alike[first] = True
-    roles = [PROJECTILE if alike[body] else LAYER for body in range(count)]
+    is_shot = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= AT_REST * speed[first]
+    if is_shot[free].all() or not moves[first]:  # two bodies at rest do not strike each other
+        is_shot[:] = False
+    is_shot[first] = True
+    roles = [PROJECTILE if is_shot[body] else LAYER for body in range(count)]
     for body in range(count) if moves[first] else ():
-        along = start.fields["position"].reshape(start.count, -1) @ (velocity[first] - velocity[body])
-        own, projectile = along[start.body == body], along[alike[start.body]]
-        if roles[body] == LAYER and len(own) and len(projectile) and own.max() < projectile.min():  # wholly behind it
+        position = start.fields["position"].reshape(start.count, -1) @ (velocity[first] - velocity[body])
+        part, projectile = position[start.body == body], position[is_shot[start.body]]
+        if roles[body] == LAYER and len(part) and len(projectile) and part.max() < projectile.min():  # wholly behind it
             roles[body] = OTHER
-    return tuple(role or roles[body] for body, role in enumerate(known))
+    return tuple(role or roles[body] for body, role in enumerate(stated))
 
 
 def shot_direction(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
     """Return the unit vector (dim,) along which the projectile nears the first layer; x where nothing moves."""
-    along = np.eye(start.dimensions)[0]
+    direction = np.eye(start.dimensions)[0]
     if "velocity" not in start.fields:
-        return along
+        return direction
     velocity = mean_of(start, "velocity", roles, PROJECTILE)
     velocity = velocity - mean_of(start, "velocity", roles, LAYER)
     speed = float(np.sqrt((velocity**2).sum()))
     size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
-    return velocity / speed if speed > AT_REST * size else along
+    return velocity / speed if speed > AT_REST * size else direction
 
 
 def mean_of(snapshot: Snapshot, field: str, roles: Sequence[str], role: str) -> np.ndarray:
@@ -73,20 +73,20 @@ def mean_of(snapshot: Snapshot, field: str, roles: Sequence[str], role: str) -> 
 
 def members(snapshot: Snapshot, roles: Sequence[str], role: str) -> np.ndarray:
     """Return whether each particle (n,) is of a body of this role."""
-    return np.isin(snapshot.body, [body for body, own in enumerate(roles) if own == role])
+    return np.isin(snapshot.body, [body for body, body_role in enumerate(roles) if body_role == role])
 
 
 def line_of(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
     """Return the lateral coordinates of the shot line (dim - 1,) [m]: the projectile's centre, or the origin."""
-    chosen = members(start, roles, PROJECTILE)
+    projectile = members(start, roles, PROJECTILE)
     lateral = start.fields["position"].reshape(start.count, -1)[:, 1:]
-    return np.asarray(lateral[chosen].mean(axis=0)) if chosen.any() else np.zeros(lateral.shape[1])
+    return np.asarray(lateral[projectile].mean(axis=0)) if projectile.any() else np.zeros(lateral.shape[1])
 
 
-def _mean(snapshot: Snapshot, field: str, chosen: np.ndarray) -> np.ndarray:
-    """Return the mass mean of a field over the particles `chosen` (a mask); zeros where there are none."""
-    values, mass = snapshot.fields[field].reshape(snapshot.count, -1)[chosen], snapshot.fields.get("mass")
-    weights = np.ones(len(values)) if mass is None else mass[chosen]
+def _mean(snapshot: Snapshot, field: str, mask: np.ndarray) -> np.ndarray:
+    """Return the mass mean of a field over the particles of a `mask` (n,); zeros where there are none."""
+    values, mass = snapshot.fields[field].reshape(snapshot.count, -1)[mask], snapshot.fields.get("mass")
+    weights = np.ones(len(values)) if mass is None else mass[mask]
     return np.average(values, axis=0, weights=weights) if len(values) else np.zeros(values.shape[1])
 
 
@@ -111,9 +111,9 @@ class Shot:
         """Whether the shot's axes are others than the case's."""
         return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
 
-    def at_moment(self, moved: Sequence[PlainMapping]) -> "Shot":
+    def at_moment(self, moved_planes: Sequence[PlainMapping]) -> "Shot":
         """Return the shot with planes of symmetry where they are now, see `Whole.at_moment`."""
-        return replace(self, whole=self.whole.at_moment(moved)) if moved else self
+        return replace(self, whole=self.whole.at_moment(moved_planes)) if moved_planes else self
 
     def in_frame(self, snapshot: Snapshot) -> Snapshot:
         """Return the whole model in the axes of the shot, which move along with its layers."""
@@ -136,9 +136,9 @@ class Shot:
     def from_dict(cls, plain: PlainMapping) -> "Shot":
         """Return the shot with the plain form `plain`; raises `OutputError` where it is damaged."""
         try:
-            known: Plain = {name: None if plain[name] is None else to_tuples(plain[name]) for name in NUMBERS}
+            values: Plain = {name: None if plain[name] is None else to_tuples(plain[name]) for name in NUMBERS}
             roles, plates = tuple(map(str, plain["roles"])), tuple(map(Plate.from_dict, plain["plates"]))
-            return cls(roles, Whole.from_dict(plain["whole"]), plates=plates, **known)
+            return cls(roles, Whole.from_dict(plain["whole"]), plates=plates, **values)
         except (KeyError, TypeError, ValueError) as error:
             raise OutputError(f"the snapshot's metadata on the shot are damaged ({error!r})") from error
 
@@ -181,15 +181,15 @@ def spacing_of(snapshot: Snapshot) -> float:
 
 
 def _plates(framed: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
-    def places(chosen: np.ndarray) -> np.ndarray:  # of the whole no more than needed is held
-        return np.asarray(framed.fields["position"].reshape(framed.count, -1)[chosen])
+    def places(rows: np.ndarray) -> np.ndarray:  # of the whole no more than needed is held
+        return np.asarray(framed.fields["position"].reshape(framed.count, -1)[rows])
 
     projectile, plates = places(members(framed, roles, PROJECTILE)), []
     for body in (body for body, role in enumerate(roles) if role == LAYER):
-        own = np.flatnonzero(framed.body == body)
-        if len(own):
-            place = places(own)
-            sizes = own_spacings(framed, own, spacing)
+        ids = np.flatnonzero(framed.body == body)
+        if len(ids):
+            place = places(ids)
+            sizes = own_spacings(framed, ids, spacing)
             plate = plate_of(body, place, axis, spacing, sizes)
             plate = with_openings(plate, place, projectile, sizes, spacing)
             plates.append((float(place[:, 0].mean()), plate))
@@ -212,26 +212,26 @@ def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
     and z they are the case's own.
     """
     dim = start.dimensions
-    along = shot_direction(start, roles)
-    if np.abs(along - np.eye(dim)[0]).max() < PARALLEL:
-        along = np.eye(dim)[0]
+    direction = shot_direction(start, roles)
+    if np.abs(direction - np.eye(dim)[0]).max() < PARALLEL:
+        direction = np.eye(dim)[0]
     if dim == 1:
         return np.eye(1)  # layers differ by their order
     if dim == 2:
-        return np.array([along, [-along[1], along[0]]])
-    across = _lateral_axis(start, roles, along)
-    if along[0] == 1.0 and np.sort(np.abs(across))[:2].max() < PARALLEL:
+        return np.array([direction, [-direction[1], direction[0]]])
+    lateral = _lateral_axis(start, roles, direction)
+    if direction[0] == 1.0 and np.sort(np.abs(lateral))[:2].max() < PARALLEL:
         return np.eye(3)
-    return np.array([along, across, np.cross(along, across)])
+    return np.array([direction, lateral, np.cross(direction, lateral)])
 
 
-def _lateral_axis(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.ndarray:
+def _lateral_axis(start: Snapshot, roles: tuple[str, ...], direction: np.ndarray) -> np.ndarray:
     """Return a direction across the shot line fixed to the layers: along an edge, or midway between two corners."""
-    chosen = members(start, roles, LAYER)
-    chosen = chosen if chosen.any() else np.ones(start.count, bool)
-    flat = start.fields["position"][np.flatnonzero(chosen)[np.argsort(start.id[chosen])]]
+    layers = members(start, roles, LAYER)
+    layers = layers if layers.any() else np.ones(start.count, bool)
+    flat = start.fields["position"][np.flatnonzero(layers)[np.argsort(start.id[layers])]]
     flat -= flat.mean(axis=0)
-    flat -= (flat @ along)[:, None] * along
+    flat -= (flat @ direction)[:, None] * direction
     values, vectors = np.linalg.eigh(flat.T @ flat)
     distance = np.sqrt((flat**2).sum(axis=1))
     corner = flat[int(np.argmax(distance >= (1.0 - 1e-9) * distance.max()))]
@@ -239,8 +239,8 @@ def _lateral_axis(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) ->
         edge = vectors[:, 2] * (1.0 if corner @ vectors[:, 2] >= 0.0 else -1.0)
     else:  # round or square: the farthest particle is on a diagonal
         corner = corner / np.sqrt((corner**2).sum())
-        edge = (corner - np.cross(along, corner)) / np.sqrt(2.0)
-    edge = edge - (edge @ along) * along
+        edge = (corner - np.cross(direction, corner)) / np.sqrt(2.0)
+    edge = edge - (edge @ direction) * direction
     return np.asarray(edge / np.sqrt((edge**2).sum()))
 
 

@@ -54,9 +54,9 @@ def crater_lip_diameter(scene: Scene) -> Result:
     require_hole(scene)
     means, errors = [], []
     for side in scene.target_sides:
-        near = side[scene.radius[side] < LIP_REACH * scene.width]
-        refuse_if(len(near) == 0, "no attached particle of the target is near the shot line")
-        radius = scene.radius[_front_most(scene, near, LIP_PARTICLES[scene.now.dimensions])]
+        candidates = side[scene.radius[side] < LIP_REACH * scene.width]
+        refuse_if(len(candidates) == 0, "no attached particle of the target is near the shot line")
+        radius = scene.radius[_front_most(scene, candidates, LIP_PARTICLES[scene.now.dimensions])]
         means.append(radius.mean())
         errors.append(standard_error(radius))
     share = 2.0 / len(means)
@@ -72,12 +72,12 @@ def extension(scene: Scene) -> Result:
     """
     half_width = max(min(AXIS_STRIP, 0.2 * scene.width), 2.0 * scene.spacing)
     three_d = scene.now.dimensions == 3
-    across = scene.radius[scene.projectile] if three_d else scene.lateral[scene.projectile, 0]
+    lateral = scene.radius[scene.projectile] if three_d else scene.lateral[scene.projectile, 0]
     low = 0.0 if three_d else -half_width
-    inside = (across >= low) & (across < half_width)
+    inside = (lateral >= low) & (lateral < half_width)
     refuse_if(not inside.any(), "the projectile's main body has left the shot line")
     number = max(1, round((half_width - low) / (2.0 * scene.spacing)))
-    bins = np.minimum(((across[inside] - low) * number / (half_width - low)).astype(int), number - 1)
+    bins = np.minimum(((lateral[inside] - low) * number / (half_width - low)).astype(int), number - 1)
     x = scene.position[scene.projectile[inside], 0]
     rear, front = np.full(number, np.inf), np.full(number, -np.inf)
     np.minimum.at(rear, bins, x)
@@ -107,8 +107,8 @@ def require_hole(scene: Scene) -> None:
     require_normal_impact(scene)
     state = layer_state(scene, scene.target).state
     if state in (NO, NOT_YET):
-        yet = " yet" if state == NOT_YET else ""
-        raise UndefinedMeasureError(f"'{scene.name(scene.target)}' is not perforated{yet}: there is no hole's lip")
+        suffix = " yet" if state == NOT_YET else ""
+        raise UndefinedMeasureError(f"'{scene.name(scene.target)}' is not perforated{suffix}: there is no hole's lip")
 
 
 def length_of(scene: Scene, x: np.ndarray) -> float:
@@ -149,8 +149,8 @@ def _bin_diameters(scene: Scene) -> np.ndarray:
         return np.array([edge for edge in _round_edges(scene, bins, number) if np.isfinite(edge)])
     edges = np.full((len(scene.target_sides), number), np.inf)
     for edge, side in zip(edges, scene.target_sides, strict=True):
-        within = side[bins[side] >= 0]
-        np.minimum.at(edge, bins[within], scene.radius[within])
+        rows = side[bins[side] >= 0]
+        np.minimum.at(edge, bins[rows], scene.radius[rows])
     diameter = edges.sum(axis=0) * (2.0 / len(edges))  # one side of a half model stands for both
     return diameter[np.isfinite(diameter)]
 
@@ -160,12 +160,12 @@ def _round_edges(scene: Scene, bins: np.ndarray, number: int) -> list[float]:
     side = scene.target_sides[0]
     edges = []
     for k in range(number):
-        within = side[bins[side] == k]
-        if len(within) == 0:
+        rows = side[bins[side] == k]
+        if len(rows) == 0:
             continue
-        radius = scene.radius[within]
+        radius = scene.radius[rows]
         sectors = int(np.clip(2.0 * np.pi * radius.min() / (4.0 * scene.spacing), 1, 32))
-        angle = np.arctan2(scene.lateral[within, 1], scene.lateral[within, 0])
+        angle = np.arctan2(scene.lateral[rows, 1], scene.lateral[rows, 0])
         sector = np.minimum(((angle / (2.0 * np.pi) + 0.5) * sectors).astype(int), sectors - 1)
         edge = np.full(sectors, np.inf)
         np.minimum.at(edge, sector, radius)
@@ -173,14 +173,14 @@ def _round_edges(scene: Scene, bins: np.ndarray, number: int) -> list[float]:
     return edges
 
 
-def _front_most(scene: Scene, near: np.ndarray, number: int) -> np.ndarray:
-    """Return the `number` particles of `near` with the largest x; of a flat face, those at the hole."""
-    x = scene.position[near, 0]
+def _front_most(scene: Scene, candidates: np.ndarray, number: int) -> np.ndarray:
+    """Return the `number` particles of `candidates` with the largest x; of a flat face, those at the hole."""
+    x = scene.position[candidates, 0]
     limit = np.sort(x)[-min(number, len(x))]
     tie = np.abs(x - limit) <= 1e-6 * scene.spacing
-    ahead, level = near[(x > limit) & ~tie], near[tie]
+    foremost, level = candidates[(x > limit) & ~tie], candidates[tie]
     level = level[np.argsort(scene.radius[level], kind="stable")]
-    return np.concatenate([ahead, level[: number - len(ahead)]])
+    return np.concatenate([foremost, level[: number - len(foremost)]])
 
 
 def standard_error(sample: np.ndarray) -> float:
@@ -194,12 +194,12 @@ def plug(scene: Scene) -> Outcomes:
     number = plug_of(scene)
     if number is None:
         raise UndefinedMeasureError("no group of the target is detached and flies on")
-    found = scene.fragments(scene.target)[number]
-    speed = scene.now.fields["velocity"][found.particles, 0]
+    fragment = scene.fragments(scene.target)[number]
+    speed = scene.now.fields["velocity"][fragment.particles, 0]
     return {
-        "plug_velocity": Result(float(found.velocity[0]), scatter=float(speed.std() / math.sqrt(found.count))),
-        "plug_width": float(found.extent[1:].mean()),
-        "plug_thickness": float(found.extent[0]),
+        "plug_velocity": Result(float(fragment.velocity[0]), scatter=float(speed.std() / math.sqrt(fragment.count))),
+        "plug_width": float(fragment.extent[1:].mean()),
+        "plug_thickness": float(fragment.extent[0]),
     }
 
 
@@ -208,14 +208,14 @@ def lip(scene: Scene) -> Outcomes:
     """Return twice the mean radius of the lip, its mean height and its largest height over the rear face [m]."""
     require_hole(scene)
     attached = scene.groups(scene.target).particles_of(scene.attached_groups(scene.target))
-    near = attached[scene.radius[attached] <= 2.0 * scene.width]
-    around = FRONT_PARTICLES if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
-    refuse_if(len(near) < around, "too few particles of the plate are left near the shot line")
-    x = scene.position[near, 0]
-    front = np.lexsort((scene.radius[near], -x))[:around]  # by radius where they are level
+    candidates = attached[scene.radius[attached] <= 2.0 * scene.width]
+    count = FRONT_PARTICLES if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
+    refuse_if(len(candidates) < count, "too few particles of the plate are left near the shot line")
+    x = scene.position[candidates, 0]
+    front = np.lexsort((scene.radius[candidates], -x))[:count]  # by radius where they are level
     heights = x[front] - scene.face - scene.thickness
-    radii = scene.radius[near[front]]
-    error = 1.0 / math.sqrt(around)
+    radii = scene.radius[candidates[front]]
+    error = 1.0 / math.sqrt(count)
     return {
         "impact_diameter": Result(2.0 * float(radii.mean()), scatter=2.0 * float(radii.std()) * error),
         "lip_height": Result(float(heights.mean()), scatter=float(heights.std()) * error),
@@ -226,15 +226,15 @@ def lip(scene: Scene) -> Outcomes:
 @measures("run", "target_fragments", needs=("layer", "motion"))
 def target_fragments(scene: Scene) -> Result:
     """Return the number of detached fragments of the first layer, with a note on failed mass that is not."""
-    groups, held = scene.groups(scene.target), scene.attached_groups(scene.target)
+    groups, attached = scene.groups(scene.target), scene.attached_groups(scene.target)
     damage, note = scene.now.fields.get("damage"), ""
     if damage is not None:
-        rows = groups.particles_of(held)
+        rows = groups.particles_of(attached)
         mass = scene.now.fields["mass"]
         share = float(mass[rows][damage[rows] >= 1.0].sum()) / max(float(mass[scene.is_target].sum()), 1e-300)
         if share > UNCOUNTED_SHARE:
             note = f"{100.0 * share:.2g} % of its mass has failed and is not detached: rubble is not counted"
-    return Result(float((~held & (groups.counts >= FEWEST_PARTICLES)).sum()), note=note)
+    return Result(float((~attached & (groups.counts >= FEWEST_PARTICLES)).sum()), note=note)
 
 
 def plug_of(scene: Scene) -> int | None:

@@ -83,7 +83,7 @@ class Measures:
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON: SI units throughout."""
-        plain = self._head() | {
+        content = self._head() | {
             "answer": self.answer,
             "measures": plain_results(self.results),
             "bodies": self.bodies,
@@ -93,20 +93,20 @@ class Measures:
             "whole": self.whole.as_dict(),
         }
         if self.ejecta:
-            plain["ejecta"] = self.ejecta
+            content["ejecta"] = self.ejecta
         if self.profile:
-            plain["profile"] = self.profile
+            content["profile"] = self.profile
         if self.series:
-            plain["series"] = [moment.as_dict() for moment in self.series]
-        return plain
+            content["series"] = [moment.as_dict() for moment in self.series]
+        return content
 
     def fragments_as_dict(self, fewest: int = FEWEST_PARTICLES) -> Plain:
         """Return the fragments of `fewest` particles or more in their plain form for JSON, others summed up; in SI."""
-        plain = self._head() | {"mass_unit": self.mass_unit}
-        plain["bodies"] = [part.as_dict(fewest) for part in self.fragments]
+        content = self._head() | {"mass_unit": self.mass_unit}
+        content["bodies"] = [part.as_dict(fewest) for part in self.fragments]
         if self.series:
-            plain["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
-        return plain
+            content["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
+        return content
 
     def _head(self) -> Plain:
         return {"source": self.source, "title": self.title, "time": self.time, "step": self.step}
@@ -158,15 +158,15 @@ def body_table(scene: Scene) -> dict[str, Plain]:
     velocity = velocity + np.array(scene.shot.drift or (0.0,))
     table = {}
     for body in scene.now.present:
-        own = scene.now.body == body
-        mass = scene.now.fields["mass"][own]
-        whole = float(mass.sum())
-        mean = mass @ velocity[own] / whole if whole > 0.0 else np.zeros(velocity.shape[1])
-        mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[own]).max(initial=0.0), mean, 0.0)
-        energy = 0.5 * float(mass @ (velocity[own] ** 2).sum(axis=1))
-        values = np.array([whole, *mean, energy])
+        rows = scene.now.body == body
+        mass = scene.now.fields["mass"][rows]
+        total = float(mass.sum())
+        mean = mass @ velocity[rows] / total if total > 0.0 else np.zeros(velocity.shape[1])
+        mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[rows]).max(initial=0.0), mean, 0.0)
+        energy = 0.5 * float(mass @ (velocity[rows] ** 2).sum(axis=1))
+        values = np.array([total, *mean, energy])
         if np.isfinite(values).all():
-            table[scene.name(body)] = {"mass": whole, "velocity": mean.tolist(), "kinetic_energy": energy}
+            table[scene.name(body)] = {"mass": total, "velocity": mean.tolist(), "kinetic_energy": energy}
     return table
 
 
@@ -177,15 +177,15 @@ def debris(scene: Scene) -> tuple[BodyFragments, ...]:
         fragments = scene.fragments(body)
         roles = _roles(scene, body, fragments)
         elsewhere = scene.shot.is_rotated or scene.shot.drift
-        own = replace(fragments, back=scene.shot.case_axes(scene.now.time)) if elsewhere else fragments
-        pieces.append(BodyFragments(scene.name(body), own, roles))
+        moved_fragments = replace(fragments, back=scene.shot.case_axes(scene.now.time)) if elsewhere else fragments
+        pieces.append(BodyFragments(scene.name(body), moved_fragments, roles))
     return tuple(pieces)
 
 
 def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
     roles = [""] * len(fragments)
     if body == scene.target:
-        roles = ["attached" if holds else "" for holds in scene.attached_groups(body)]
+        roles = ["attached" if is_attached else "" for is_attached in scene.attached_groups(body)]
         plug = plug_of(scene)
         if plug is not None:
             roles[plug] = "plug"
@@ -194,10 +194,10 @@ def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
     return tuple(roles)
 
 
-def undefined_measures(now: Snapshot, reason: str) -> Measures:
+def undefined_measures(moment: Snapshot, reason: str) -> Measures:
     """Return the measures of a snapshot that cannot be measured: all undefined, with the reason."""
-    results = {name: undefined_result(CATALOGUE[name].unit, reason) for name in reported_measures(now.dimensions)}
-    return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)
+    results = {name: undefined_result(CATALOGUE[name].unit, reason) for name in reported_measures(moment.dimensions)}
+    return Measures("", str(moment.metadata.get("title", "")), moment.time, moment.step, results, moment.dimensions)
 
 
 def recent_moments(times: Sequence[float], end: float) -> list[int]:
@@ -216,15 +216,15 @@ def add_variation(results: Results, end: float, earlier: Sequence[tuple[float, R
     """
     varied = dict(results)
     for name, result in results.items():
-        known = [(time, before[name]) for time, before in earlier if name in before]
+        values_before = [(time, before[name]) for time, before in earlier if name in before]
         if result.variants:
-            parts = [(time, before.variants) for time, before in known]
+            parts = [(time, before.variants) for time, before in values_before]
             result = replace(result, variants=add_variation(result.variants, end, parts))
             varied[name] = result
-        values = [before.value for _, before in known if before.value is not None]
+        values = [before.value for _, before in values_before if before.value is not None]
         if result.value is None or result.time is not None or name in ("perforated", "perforation_time") or not values:
             continue
-        span = end - min(time for time, _ in known)
+        span = end - min(time for time, _ in values_before)
         share = min(1.0, VARIATION_PERIOD * end / span) if span > 0.0 else 1.0
         variation = 0.5 * share * (max(*values, result.value) - min(*values, result.value))
         varied[name] = replace(result, variation=variation)
@@ -260,77 +260,77 @@ def measure(
         raise CaseError(f"{at!r} is no time; allowed: a time in seconds, or 'all'", where="at")
     convention = reader.Convention(names or {}, units)
 
-    def read(file: Path) -> Snapshot:
+    def read_file(file: Path) -> Snapshot:
         snapshot = reader.read_snapshot(file, convention, lazily=True)
         if witness is not None:
             snapshot.metadata["witness"] = witness
         return snapshot
 
     if path.is_file():
-        return measure_snapshot(read(path), source=str(path))
+        return measure_snapshot(read_file(path), source=str(path))
     files = reader.snapshots_in(path)
-    first = read(files[0])
+    first = read_file(files[0])
     start = first if first.step == 0 else None  # the start is unknown where the first snapshots are gone
     # a folder of another code's files has no history; a damaged one is an error
     history = reader.read_history(path) if (path / file_names.HISTORY).exists() else None
     if at == "all":
-        return _measure_series(files, None if start is None else InitialReference(start), history, str(path), read)
+        return _measure_series(files, None if start is None else InitialReference(start), history, str(path), read_file)
     if at is not None:
         times = (reader.read_time(file, convention) for file in files)
-        number = min(enumerate(times), key=lambda known: abs(known[1] - float(at)))[0]
+        number = min(enumerate(times), key=lambda entry: abs(entry[1] - float(at)))[0]
         files = files[: number + 1]
-    return measure_in_time(read(files[-1]), files, start, history, str(path), read)
+    return measure_in_time(read_file(files[-1]), files, start, history, str(path), read_file)
 
 
 def measure_in_time(
-    now: Snapshot,
+    moment: Snapshot,
     files: Sequence[Path],
     start: Snapshot | None = None,
     history: History | None = None,
     source: str = "",
-    read: Read | None = None,
+    read_file: Read | None = None,
 ) -> Measures:
     """Measure one moment with temporal scatter and times of perforation and exit, which follow from earlier ones.
 
     `files` are the snapshots up to it in order of time, `start` is the first of them, if it is the run's first, and
-    `read` reads one of them; `history` and `source` are as in `measure_snapshot`.
+    `read_file` reads one of them; `history` and `source` are as in `measure_snapshot`.
     """
     initial = None if start is None else InitialReference(start)
-    read = read or partial(reader.read_snapshot, lazily=True)
-    scene = Scene.from_snapshot(now, initial)
+    read_file = read_file or partial(reader.read_snapshot, lazily=True)
+    scene = Scene.from_snapshot(moment, initial)
     scene.history = history
     if files:
         last = len(files) - 1
-        scene.timeline = Timeline(_loader(files, initial, read), len(files), {last: Moment(lambda: scene)})
+        scene.timeline = Timeline(_loader(files, initial, read_file), len(files), {last: Moment(lambda: scene)})
     measured = measure_scene(scene, source)
     earlier = [file for file in files if file.stem != file_names.POST_MORTEM][:-1]
     if not earlier:
         return measured
-    recent = [read(earlier[-1])]
+    recent = [read_file(earlier[-1])]
     for file in reversed(earlier[-MOST_MOMENTS:-1] if recent[0].count < LARGE_SNAPSHOT else ()):
-        before = read(file)
-        if before.time < (1.0 - VARIATION_PERIOD) * now.time:
+        before = read_file(file)
+        if before.time < (1.0 - VARIATION_PERIOD) * moment.time:
             break
         recent.append(before)
     return _add_variation(measured, [measure_snapshot(snapshot, initial) for snapshot in reversed(recent)])
 
 
-def _loader(files: Sequence[Path], initial: InitialReference | None, read: Read) -> Callable[[int], Scene]:
+def _loader(files: Sequence[Path], initial: InitialReference | None, read_file: Read) -> Callable[[int], Scene]:
     """Return a function that loads the scene of a snapshot by its number; of a large run it keeps only one."""
-    return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read(files[number]), initial))
+    return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read_file(files[number]), initial))
 
 
 def _measure_series(
-    files: Sequence[Path], initial: InitialReference | None, history: History | None, source: str, read: Read
+    files: Sequence[Path], initial: InitialReference | None, history: History | None, source: str, read_file: Read
 ) -> Measures:
     """Measure all snapshots of a run; the last result contains the series."""
-    load, known = _loader(files, initial, read), dict[int, Moment]()
+    load, moments = _loader(files, initial, read_file), dict[int, Moment]()
     series: list[Measures] = []
     for number, file in enumerate(files):
-        scene = Scene.from_snapshot(read(file), initial)
+        scene = Scene.from_snapshot(read_file(file), initial)
         scene.history = history
-        known[number] = moment = Moment(lambda scene=scene: scene)  # type: ignore[misc]
-        scene.timeline = Timeline(load, number + 1, known, series=True)
+        moments[number] = moment = Moment(lambda scene=scene: scene)  # type: ignore[misc]
+        scene.timeline = Timeline(load, number + 1, moments, series=True)
         measured = measure_scene(scene, source)
         for body in scene.layers:
             moment.state(body)
@@ -339,16 +339,16 @@ def _measure_series(
     return replace(series[-1], series=tuple(series))
 
 
-def _add_variation(now: Measures, earlier: Sequence[Measures]) -> Measures:
+def _add_variation(measured: Measures, earlier: Sequence[Measures]) -> Measures:
     """Return measures with their range over the last tenth of the run."""
-    earlier = [earlier[number] for number in recent_moments([moment.time for moment in earlier], now.time)]
+    earlier = [earlier[number] for number in recent_moments([moment.time for moment in earlier], measured.time)]
     if not earlier:
-        return now
+        return measured
     before = [(moment.time, moment.sections) for moment in earlier]
     varied = {
-        name: add_variation(results, now.time, [(time, sections.get(name, {})) for time, sections in before])
-        for name, results in now.sections.items()
+        name: add_variation(results, measured.time, [(time, sections.get(name, {})) for time, sections in before])
+        for name, results in measured.sections.items()
     }
-    layers = tuple(replace(layer, results=varied[f"layer.{layer.body}"]) for layer in now.layers)
-    cloud = replace(now.cloud, results=varied["cloud"])
-    return replace(now, results=varied["run"], layers=layers, projectile=varied["projectile"], cloud=cloud)
+    layers = tuple(replace(layer, results=varied[f"layer.{layer.body}"]) for layer in measured.layers)
+    cloud = replace(measured.cloud, results=varied["cloud"])
+    return replace(measured, results=varied["run"], layers=layers, projectile=varied["projectile"], cloud=cloud)

@@ -34,30 +34,30 @@ class Rim:
 
 def rim_at_start(start: Snapshot, plate: Plate, spacing: float) -> Rim:
     """Return the rim of a layer at the start, and those of its parts that do not reach there; `spacing` is dx [m]."""
-    own = np.flatnonzero(start.body == plate.body)
-    position = start.fields["position"][own]
+    rows = np.flatnonzero(start.body == plate.body)
+    position = start.fields["position"][rows]
     outer = plate.is_beyond(plate.in_plane(position), RIM_SHARE)
     if plate.pieces > 1:
-        groups = connected_groups(position, own_spacings(start, own, spacing))
+        groups = connected_groups(position, own_spacings(start, rows, spacing))
         for group in range(groups.max() + 1):
             part = groups == group
             if not outer[part].any():
-                alone = plate_of(plate.body, position[part], position[part, 1:].mean(axis=0), spacing)
-                outer[part] = alone.is_beyond(alone.in_plane(position[part]), RIM_SHARE)
-    return Rim(start.id[own][outer], position[outer])
+                piece = plate_of(plate.body, position[part], position[part, 1:].mean(axis=0), spacing)
+                outer[part] = piece.is_beyond(piece.in_plane(position[part]), RIM_SHARE)
+    return Rim(start.id[rows][outer], position[outer])
 
 
-def rim_between(own: np.ndarray, lateral: np.ndarray, main: np.ndarray, axis: np.ndarray) -> np.ndarray:
+def rim_between(layer: np.ndarray, lateral: np.ndarray, main: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Return which particles are the rim of a layer now, between the edges of its main bodies, shape (n,).
 
-    `own` says which are the layer's (n,), `main` holds the indices of the main bodies, `lateral` coordinates from the
+    `layer` says which are the layer's (n,), `main` holds the indices of the main bodies, `lateral` coordinates from the
     shot line (n, dim - 1), and `axis` those of that line (dim - 1,) [m].
     """
     low, high = lateral[main].min(axis=0), lateral[main].max(axis=0)
     basis = tuple(map(tuple, np.eye(len(axis) + 1).tolist()))
     flat = Plate(-1, basis, 0.0, 1.0, tuple(axis.tolist()), tuple(low.tolist()), tuple(high.tolist()))
-    rim, outward = own.copy(), flat.outward(lateral[own])
-    rim[own] = (outward >= RIM_SHARE) & (outward <= 1.0)
+    rim, outward = layer.copy(), flat.outward(lateral[layer])
+    rim[layer] = (outward >= RIM_SHARE) & (outward <= 1.0)
     return rim
 
 
@@ -70,11 +70,11 @@ class InitialReference:
         self._start_in_frame: tuple[Shot, Snapshot] | None = None
         self.rims: dict[int, Rim] = {}
 
-    def shot(self, now: Snapshot) -> Shot:
+    def shot(self, snapshot: Snapshot) -> Shot:
         """Return the shot that a snapshot is a moment of; only how many bodies that has can differ."""
-        bodies = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
+        bodies = max(len(snapshot.bodies), int(snapshot.body.max(initial=-1)) + 1)
         if bodies not in self._shots:
-            self._shots[bodies] = shot_of(self.start, now)
+            self._shots[bodies] = shot_of(self.start, snapshot)
         return self._shots[bodies]
 
     def start_in_frame(self, shot: Shot) -> Snapshot:
@@ -132,17 +132,17 @@ class Scene:
             self.shot = shot_of(self.start, self.now)
 
     @classmethod
-    def from_snapshot(cls, now: Snapshot, initial: InitialReference | Snapshot | None = None) -> "Scene":
+    def from_snapshot(cls, snapshot: Snapshot, initial: InitialReference | Snapshot | None = None) -> "Scene":
         """Return the scene of a snapshot as a file holds it; `initial` is the run's first one, or its reference."""
-        moved = now.metadata.get("moved_planes", ())
+        moved_planes = snapshot.metadata.get("moved_planes", ())
         if initial is None:
-            shot = shot_of(None, now).at_moment(moved)
-            return cls(shot.in_frame(now), None, shot)
+            shot = shot_of(None, snapshot).at_moment(moved_planes)
+            return cls(shot.in_frame(snapshot), None, shot)
         initial = initial if isinstance(initial, InitialReference) else InitialReference(initial)
-        shot = initial.shot(now)
+        shot = initial.shot(snapshot)
         start = initial.start_in_frame(shot)
-        shot = shot.at_moment(moved)
-        return cls(start if now is initial.start else shot.in_frame(now), start, shot, initial)
+        shot = shot.at_moment(moved_planes)
+        return cls(start if snapshot is initial.start else shot.in_frame(snapshot), start, shot, initial)
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -214,8 +214,8 @@ class Scene:
         """Indices of the bodies that are layers and have particles, in the order along the shot line."""
         ordered = [plate.body for plate in self.shot.plates]
         ordered += [body for body, role in enumerate(self.shot.roles) if role == "layer" and body not in ordered]
-        present = set(self.now.present)
-        return tuple(body for body in ordered if body in present)
+        bodies = set(self.now.present)
+        return tuple(body for body in ordered if body in bodies)
 
     @property
     def has_motion(self) -> bool:
@@ -306,16 +306,16 @@ class Scene:
         """Connected groups of the projectile, all its bodies together."""
         bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
         if not bodies:
-            empty = np.zeros(0, dtype=np.int64)
-            return Fragments.from_groups(self.now, Groups.from_labels(empty, empty), -1)
+            none = np.zeros(0, dtype=np.int64)
+            return Fragments.from_groups(self.now, Groups.from_labels(none, none), -1)
         return self.fragments(*bodies)
 
     @cached_property
     def shot_mass(self) -> float:
         """Mass of the projectile at the start, or of its particles now [kg; kg/m in 2D, kg/m^2 in 1D]."""
-        own = zip(self.shot.masses, self.shot.roles, strict=False)
-        known = float(sum(mass for mass, role in own if role == PROJECTILE))
-        return known or float(self.now.fields["mass"][self.is_projectile].sum())
+        masses = zip(self.shot.masses, self.shot.roles, strict=False)
+        initial = float(sum(mass for mass, role in masses if role == PROJECTILE))
+        return initial or float(self.now.fields["mass"][self.is_projectile].sum())
 
     @cached_property
     def discretization(self) -> float:
@@ -353,13 +353,13 @@ class Scene:
         With a known start and permanent numbers these are the particles there at the start, and parts of a layer that
         do not reach its edges have rims of their own; else those there now, within the edges of the main bodies.
         """
-        own = self.now.body == body
+        layer = self.now.body == body
         if self.now.dimensions == 1:
-            return np.zeros_like(own)
+            return np.zeros_like(layer)
         if self.plate(body) is not None and self.permanent:
-            return np.isin(self.now.id, self.first_rim(body).numbers) & own
+            return np.isin(self.now.id, self.first_rim(body).numbers) & layer
         main = np.concatenate(self.target_sides) if body == self.target else self.groups(body).particles(0)
-        return rim_between(own, self.lateral, main, self.axis)
+        return rim_between(layer, self.lateral, main, self.axis)
 
     @property
     def permanent(self) -> bool:
@@ -368,10 +368,10 @@ class Scene:
 
     def first_rim(self, body: int) -> Rim:
         """Return a layer's rim at the start, which is known."""
-        known = self.initial.rims if self.initial else {}
-        if body not in known:
+        rims = self.initial.rims if self.initial else {}
+        if body not in rims:
             plate = self.plate(body)
             assert plate is not None
             assert self.start is not None
-            known[body] = rim_at_start(self.start, plate, self.spacing)
-        return known[body]
+            rims[body] = rim_at_start(self.start, plate, self.spacing)
+        return rims[body]

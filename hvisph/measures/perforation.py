@@ -69,19 +69,19 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
     if closed and loose[fixed].any():
         rows = fixed[~loose[fixed]]
         labels = connected_groups(scene.position[rows], scene.spacings(rows))
-        held = rows[np.isin(labels, labels[scene.rim(plate.body)[rows]])]  # by the rim, without loose rubble
-        if len(held) and not _is_closed(scene, plate, held):
-            fixed, closed = held, False
+        supported = rows[np.isin(labels, labels[scene.rim(plate.body)[rows]])]  # by the rim, without loose rubble
+        if len(supported) and not _is_closed(scene, plate, supported):
+            fixed, closed = supported, False
     if not closed:
         depth, inside = plate.depth(scene.position), np.zeros(scene.now.count, bool)
         if len(fixed):  # between the outermost attached ones along the normal, and none of them
             inside = (depth >= depth[fixed].min()) & (depth <= depth[fixed].max())
             inside[fixed] = False
-        within = np.flatnonzero(inside & ~loose)
+        candidates = np.flatnonzero(inside & ~loose)
         speed = scene.shot.speed
         if speed is None:
             speed = float(np.sqrt((scene.now.fields["velocity"] ** 2).sum(axis=1).max()))
-        stuck = within[np.abs(_relative_velocity(scene, plate, within, fixed)) < STUCK_SPEED_SHARE * speed]
+        stuck = candidates[np.abs(_relative_velocity(scene, plate, candidates, fixed)) < STUCK_SPEED_SHARE * speed]
         if len(fixed) == 0 or len(stuck) == 0 or _is_open(scene, plate, np.concatenate([fixed, stuck])):
             return Perforation(YES, "", fixed)
     reason = "its attached part has no opening" if closed else "a fragment is stuck in it"
@@ -103,12 +103,12 @@ def _is_closed(scene: Scene, plate: Plate, fixed: np.ndarray) -> bool:
 
 def _is_loose(scene: Scene) -> np.ndarray:
     """Return which particles are loose failed material, shape (n,); none if damage or initial density is unknown."""
-    now, start = scene.now, scene.start
-    if start is None or not scene.permanent or not now.fields.keys() >= {"damage", "density"} <= start.fields.keys():
-        return np.zeros(now.count, dtype=bool)
+    state, start = scene.now, scene.start
+    if start is None or not scene.permanent or not state.fields.keys() >= {"damage", "density"} <= start.fields.keys():
+        return np.zeros(state.count, dtype=bool)
     place = scene.rows_at_start(slice(None))
-    thin = now.fields["density"] < LOOSE_DENSITY * start.fields["density"][place]
-    return np.asarray((now.fields["damage"] >= 1.0) & thin)
+    thin = state.fields["density"] < LOOSE_DENSITY * start.fields["density"][place]
+    return np.asarray((state.fields["damage"] >= 1.0) & thin)
 
 
 def _normal_velocity(scene: Scene, plate: Plate) -> np.ndarray:
@@ -119,35 +119,35 @@ def _relative_velocity(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.n
     """Return normal velocities of `rows` relative to the nearest attached particle [m/s]: a plate may vibrate."""
     if len(rows) == 0:
         return np.zeros(0)
-    along = _normal_velocity(scene, plate)
+    velocity = _normal_velocity(scene, plate)
     _, nearest = scipy.spatial.cKDTree(scene.position[fixed]).query(scene.position[rows])
-    return np.asarray(along[rows] - along[fixed][nearest])
+    return np.asarray(velocity[rows] - velocity[fixed][nearest])
 
 
 def _approaching_energy(scene: Scene, plate: Plate, fixed: np.ndarray) -> float:
     """Return the share of kinetic energy that other bodies carry along the normal towards the attached part."""
     depth, mass = plate.depth(scene.position), scene.now.fields["mass"]
-    own = fixed if len(fixed) else np.flatnonzero(scene.now.body == plate.body)
-    along = _normal_velocity(scene, plate)
-    approach = along - np.average(along[own], weights=mass[own])
+    rows = fixed if len(fixed) else np.flatnonzero(scene.now.body == plate.body)
+    velocity = _normal_velocity(scene, plate)
+    approach = velocity - np.average(velocity[rows], weights=mass[rows])
     rear = max(plate.thickness, float(depth[fixed].max(initial=0.0)))  # also of a bulge
     coming = (scene.now.body != plate.body) & (depth < rear) & (approach > 0.0)
     energy = 0.5 * float((scene.now.fields["mass"] * np.where(coming, approach, 0.0) ** 2).sum())
-    whole = scene.shot.energy
-    if whole is None:
-        whole = 0.5 * float((scene.now.fields["mass"][:, None] * scene.now.fields["velocity"] ** 2).sum())
-    return energy / whole if whole > 0.0 else 0.0
+    initial_energy = scene.shot.energy
+    if initial_energy is None:
+        initial_energy = 0.5 * float((scene.now.fields["mass"][:, None] * scene.now.fields["velocity"] ** 2).sum())
+    return energy / initial_energy if initial_energy > 0.0 else 0.0
 
 
 @memoize
 def is_behind(scene: Scene, plate: Plate) -> bool:
     """Whether half of the projectile's mass or more is behind a layer's rear face, which moves along with its rim."""
-    own = np.flatnonzero(scene.is_projectile)
-    mass = scene.now.fields["mass"][own]
+    rows = np.flatnonzero(scene.is_projectile)
+    mass = scene.now.fields["mass"][rows]
     if not mass.sum() > 0.0:
         return False
     rear = plate.thickness + float(_rim_displacement(scene, plate) @ np.array(plate.basis[0]))
-    return weighted_quantile(plate.depth(scene.position[own]), mass, 0.5) > rear
+    return weighted_quantile(plate.depth(scene.position[rows]), mass, 0.5) > rear
 
 
 def _is_open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
@@ -155,23 +155,23 @@ def _is_open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
     place = place_of(plate, scene.position[solid], scene.spacings(solid), scene.spacing)
     if not plate.open or scene.start is None:
         return is_open(plate, place, scene.spacing)
-    own = np.flatnonzero(scene.start.body == plate.body)
-    position = scene.start.fields["position"][own] + _rim_displacement(scene, plate)
+    rows = np.flatnonzero(scene.start.body == plate.body)
+    position = scene.start.fields["position"][rows] + _rim_displacement(scene, plate)
     return has_opened(
         plate,
         place,
-        place_of(plate, position, own_spacings(scene.start, own, scene.spacing), scene.spacing),
+        place_of(plate, position, own_spacings(scene.start, rows, scene.spacing), scene.spacing),
         scene.spacing,
     )
 
 
 def _rim_displacement(scene: Scene, plate: Plate) -> np.ndarray:
     """Return the mean displacement of a layer's rim since the start, shape (dim,) [m]."""
-    now = np.flatnonzero(scene.rim(plate.body))
-    if scene.start is None or len(now) == 0:
+    rows = np.flatnonzero(scene.rim(plate.body))
+    if scene.start is None or len(rows) == 0:
         return np.zeros(scene.now.dimensions)
-    began = scene.first_rim(plate.body) if scene.permanent else Rim(scene.start.id, scene.start.fields["position"])
-    before = np.isin(began.numbers, scene.now.id[now])
-    if before.sum() != len(now):
+    initial = scene.first_rim(plate.body) if scene.permanent else Rim(scene.start.id, scene.start.fields["position"])
+    before = np.isin(initial.numbers, scene.now.id[rows])
+    if before.sum() != len(rows):
         return np.zeros(scene.now.dimensions)
-    return np.asarray(scene.position[now].mean(axis=0) - began.position[before].mean(axis=0))
+    return np.asarray(scene.position[rows].mean(axis=0) - initial.position[before].mean(axis=0))

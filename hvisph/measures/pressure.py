@@ -62,8 +62,8 @@ def _axis(position: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
     return position[:, 1:].mean(axis=0) if axis is None else np.asarray(axis, dtype=float)
 
 
-def peak(history: Mapping[str, np.ndarray] | None, column: str, sign: float, until: float = np.inf) -> Result:
-    """Return the largest `sign` times a column up to time `until` [s]; its scatter is the step to its neighbours."""
+def peak(history: Mapping[str, np.ndarray] | None, column: str, sign: float, end: float = np.inf) -> Result:
+    """Return the largest `sign` times a column up to time `end` [s]; its scatter is the step to its neighbours."""
     if history is None:
         raise UndefinedMeasureError("there is no history: a single snapshot, or files of another code")
     refuse_if(column not in history or "time" not in history, f"the history has no column '{column}'")
@@ -72,12 +72,12 @@ def peak(history: Mapping[str, np.ndarray] | None, column: str, sign: float, unt
         value = sign * np.asarray(history[column], dtype=float)
     except ValueError:
         raise UndefinedMeasureError(f"column '{column}' of the history holds something else than numbers") from None
-    kept = np.isfinite(value) & (time <= until * (1.0 + 1e-12))
-    time, value = time[kept], value[kept]
+    valid = np.isfinite(value) & (time <= end * (1.0 + 1e-12))
+    time, value = time[valid], value[valid]
     refuse_if(len(value) == 0, f"column '{column}' of the history has no value up to this time")
     at = int(np.argmax(value))
-    around = value[max(at - 1, 0) : at + 2]
-    return Result(max(float(value[at]), 0.0), scatter=float(np.abs(around - value[at]).max()), time=float(time[at]))
+    neighbours = value[max(at - 1, 0) : at + 2]
+    return Result(max(float(value[at]), 0.0), scatter=float(np.abs(neighbours - value[at]).max()), time=float(time[at]))
 
 
 LEAST_FALL = 0.03  # of the highest velocity: smaller decreases are oscillations
@@ -98,11 +98,11 @@ def pull_back(scene: Scene) -> Outcomes:
             reason = f"the history has no column '{column}'"
             continue
         velocity = float(surface["sign"]) * np.asarray(history[column], float)
-        found = _fall(np.asarray(history["time"], float), velocity, scene.now.time)
-        if found is None:
+        signal = _fall(np.asarray(history["time"], float), velocity, scene.now.time)
+        if signal is None:
             reason = f"the velocity of gauge '{name}' shows no pull-back"
             continue
-        time, fall, spread = found
+        time, fall, spread = signal
         half = 0.5 * float(surface["impedance"])
         return {
             "pull_back_velocity": Result(fall, scatter=spread, time=time),
@@ -111,28 +111,28 @@ def pull_back(scene: Scene) -> Outcomes:
     raise UndefinedMeasureError(reason)
 
 
-def _fall(time: np.ndarray, velocity: np.ndarray, until: float) -> tuple[float, float, float] | None:
+def _fall(time: np.ndarray, velocity: np.ndarray, end: float) -> tuple[float, float, float] | None:
     """Return the time of the minimum before the spall signal [s], the decrease from the peak and its scatter [m/s]."""
-    kept = np.isfinite(velocity) & (time <= until * (1.0 + 1e-12))
-    time, velocity = time[kept], velocity[kept]
+    valid = np.isfinite(velocity) & (time <= end * (1.0 + 1e-12))
+    time, velocity = time[valid], velocity[valid]
     if len(velocity) < 5:
         return None
-    peak = least = 0
+    peak = valley = 0
     highest = float(velocity.max())
     for k in range(1, len(velocity)):
-        fall = velocity[peak] - velocity[least]
-        if fall > LEAST_FALL * highest and velocity[k] - velocity[least] > LEAST_RISE * fall:
-            around = np.concatenate(
+        fall = velocity[peak] - velocity[valley]
+        if fall > LEAST_FALL * highest and velocity[k] - velocity[valley] > LEAST_RISE * fall:
+            deviations = np.concatenate(
                 [
                     velocity[max(peak - 1, 0) : peak + 2] - velocity[peak],
-                    velocity[max(least - 1, 0) : least + 2] - velocity[least],
+                    velocity[max(valley - 1, 0) : valley + 2] - velocity[valley],
                 ]
             )
-            return float(time[least]), float(fall), float(np.abs(around).max())
+            return float(time[valley]), float(fall), float(np.abs(deviations).max())
         if velocity[k] > velocity[peak]:
-            peak = least = k
-        elif velocity[k] < velocity[least]:
-            least = k
+            peak = valley = k
+        elif velocity[k] < velocity[valley]:
+            valley = k
     return None
 
 
@@ -157,13 +157,13 @@ def plateau_measures(scene: Scene) -> Outcomes:
     if timeline is None or timeline.series:
         best = plateau(scene)
     else:
-        known = []
+        plateaus = []
         for number in range(timeline.count):
             moment = scene if number == timeline.count - 1 else timeline.load(number)
             if moment.now.time <= scene.now.time:
                 with suppress(UndefinedMeasureError):
-                    known.append((moment.now.time, plateau(moment)))
-        best = before_release(known) if known else plateau(scene)
+                    plateaus.append((moment.now.time, plateau(moment)))
+        best = before_release(plateaus) if plateaus else plateau(scene)
     return {"plateau_stress": best.stress, "interface_velocity": best.velocity}
 
 
@@ -180,18 +180,18 @@ def plateau(scene: Scene) -> Plateau:
     level = 0.5 * float(np.median(stress[(projectile | target) & (stress > 0.1 * top)]))
     reach = min(_reach(x[body] - interface, stress[body], level) for body in (projectile, target))
     distance = np.abs(x - interface)
-    chosen = (projectile | target) & (distance >= PLATEAU_BEGIN * scene.spacing) & (distance <= PLATEAU_END * reach)
-    refuse_if(chosen.sum() < FEWEST_IN_PLATEAU, "the compressed region is too short, or releases have overtaken it")
-    velocity = scene.now.fields["velocity"].reshape(len(x), -1)[chosen, 0]
-    return Plateau(_mean(stress[chosen]), _mean(velocity), int(chosen.sum()))
+    rows = (projectile | target) & (distance >= PLATEAU_BEGIN * scene.spacing) & (distance <= PLATEAU_END * reach)
+    refuse_if(rows.sum() < FEWEST_IN_PLATEAU, "the compressed region is too short, or releases have overtaken it")
+    velocity = scene.now.fields["velocity"].reshape(len(x), -1)[rows, 0]
+    return Plateau(_mean(stress[rows]), _mean(velocity), int(rows.sum()))
 
 
 def before_release(plateaus: Sequence[tuple[float, Plateau]]) -> Plateau:
     """Return the longest plateau, before releases from the free faces reached it, from times [s] and plateaus."""
-    highest = max(found.stress.value or 0.0 for _, found in plateaus)
-    whole = min(UNRELEASED_SHARE * highest, highest)  # in tension only the least
+    highest = max(p.stress.value or 0.0 for _, p in plateaus)
+    threshold = min(UNRELEASED_SHARE * highest, highest)  # in tension only the least
     time, best = max(
-        ((time, found) for time, found in plateaus if (found.stress.value or 0.0) >= whole),
+        ((time, p) for time, p in plateaus if (p.stress.value or 0.0) >= threshold),
         key=lambda pair: (pair[1].count, pair[0]),
     )
     return Plateau(replace(best.stress, time=time), replace(best.velocity, time=time), best.count)
@@ -219,11 +219,11 @@ def temperatures(scene: Scene) -> Outcomes:
     layers = np.isin(scene.now.body, scene.layers)
 
     def value(rows: np.ndarray, maximum: bool = False) -> Outcome:
-        known = rows & np.isfinite(fields["temperature"])
-        if not known.any():
+        defined = rows & np.isfinite(fields["temperature"])
+        if not defined.any():
             return "its material has no heat capacity" if rows.any() else "there is no layer"
-        own, weights = fields["temperature"][known], fields["mass"][known]
-        return weighted_quantile(own, weights, QUANTILE) if maximum else float(np.average(own, weights=weights))
+        values, weights = fields["temperature"][defined], fields["mass"][defined]
+        return weighted_quantile(values, weights, QUANTILE) if maximum else float(np.average(values, weights=weights))
 
     return {
         "projectile_temperature": value(scene.is_projectile),
@@ -242,23 +242,23 @@ def phase_fractions(entropy: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray
 @measures("run", "melt", "vapour", needs=("motion",))
 def phases(scene: Scene) -> Outcomes:
     """Return the masses of melt and vapour of projectile and layers [kg]."""
-    known: Sequence[Sequence[float] | None] = scene.now.metadata.get("entropies") or ()
-    refuse_if(not known or "entropy" not in scene.now.fields, "no material has `melting: {entropies: ...}`")
-    levels = np.array([[np.nan] * 5 if values is None else values for values in known])[scene.now.material]
+    entropies: Sequence[Sequence[float] | None] = scene.now.metadata.get("entropies") or ()
+    refuse_if(not entropies or "entropy" not in scene.now.fields, "no material has `melting: {entropies: ...}`")
+    levels = np.array([[np.nan] * 5 if values is None else values for values in entropies])[scene.now.material]
     fractions = phase_fractions(scene.now.fields["entropy"], levels)
     layers = np.isin(scene.now.body, scene.layers)
     bodies = {"all": scene.is_projectile | layers, "projectile": scene.is_projectile, "target": layers}
 
     def mass(rows: np.ndarray, fraction: np.ndarray) -> Outcome:
-        own = rows & np.isfinite(fraction)
-        if not own.any():
+        defined = rows & np.isfinite(fraction)
+        if not defined.any():
             return (
                 "its material has no `melting: {entropies: ...}`, or is in a late stage"
                 if rows.any()
                 else "there is no layer"
             )
-        note = "" if own.sum() == rows.sum() else "materials without entropies, or in a late stage, are left out"
-        return Result(float((scene.now.fields["mass"][own] * fraction[own]).sum()), note=note)
+        note = "" if defined.sum() == rows.sum() else "materials without entropies, or in a late stage, are left out"
+        return Result(float((scene.now.fields["mass"][defined] * fraction[defined]).sum()), note=note)
 
     return {
         name: {body: mass(rows, fraction) for body, rows in bodies.items()}

@@ -25,11 +25,11 @@ def retention_reason(scene: Scene) -> str:
     if not scene.layers:
         return "there is no layer"
     for body in scene.layers:
-        plate, found = scene.plate(body), layer_state(scene, body)
+        plate, state_of_layer = scene.plate(body), layer_state(scene, body)
         if plate is None:
-            return found.reason
-        if found.state in (NO, NOT_YET):
-            return f"'{scene.name(body)}' is not perforated{' yet' if found.state == NOT_YET else ''}"
+            return state_of_layer.reason
+        if state_of_layer.state in (NO, NOT_YET):
+            return f"'{scene.name(body)}' is not perforated{' yet' if state_of_layer.state == NOT_YET else ''}"
         if not is_behind(scene, plate):
             return f"half of the projectile's mass is not behind '{scene.name(body)}' yet"
     return ""
@@ -92,8 +92,8 @@ def _axial(snapshot: Snapshot) -> np.ndarray:
 
 
 def _momentum(scene: Scene, snapshot: Snapshot, role: str) -> float:
-    chosen = members(snapshot, scene.shot.roles, role)
-    return float((snapshot.fields["mass"][chosen] * _axial(snapshot)[chosen]).sum())
+    rows = members(snapshot, scene.shot.roles, role)
+    return float((snapshot.fields["mass"][rows] * _axial(snapshot)[rows]).sum())
 
 
 @measures("projectile", "residual_mass", needs=("motion",))
@@ -115,9 +115,9 @@ def residual_angle(scene: Scene) -> float:
 @measures("projectile", "fragment_mass_fraction", needs=("motion",))
 def fragment_mass_fraction(scene: Scene) -> Outcomes:
     """Return the mass fractions of the heaviest fragment and of all large ones."""
-    masses, whole = scene.shot_groups.masses, scene.shot_mass
-    large = np.flatnonzero(masses >= LARGE_FRAGMENT_SHARE * whole)
-    return {"heaviest": scene.shot_groups.heaviest.mass / whole, "large_fragments": sum(masses[large].tolist()) / whole}
+    masses, total = scene.shot_groups.masses, scene.shot_mass
+    large = np.flatnonzero(masses >= LARGE_FRAGMENT_SHARE * total)
+    return {"heaviest": scene.shot_groups.heaviest.mass / total, "large_fragments": sum(masses[large].tolist()) / total}
 
 
 @measures("projectile", "projectile_length", "eroded_length", "residual_length", needs=("motion",))
@@ -125,10 +125,10 @@ def lengths(scene: Scene) -> Outcomes:
     """Return length of the heaviest fragment, lost length of the projectile, and residual length [m]."""
     refuse_if(reason := fragmentation_reason(scene), reason)
     length = length_of(scene, scene.position[scene.shot_groups.heaviest.particles, 0])
-    unknown = "a single snapshot does not contain the initial length"
+    reason_of_start = "a single snapshot does not contain the initial length"
     return {
         "projectile_length": length,
-        "eroded_length": unknown if scene.start is None else initial_length(scene) - length,
+        "eroded_length": reason_of_start if scene.start is None else initial_length(scene) - length,
         "residual_length": retention_reason(scene) or length,
     }
 

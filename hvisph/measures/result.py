@@ -57,10 +57,10 @@ class Result:
     @property
     def uncertainty_by(self) -> dict[str, float]:
         """The uncertainty by kind, in `unit`: ``spacing``, ``discretization``, ``scatter`` and ``variation``."""
-        kinds = {kind: getattr(self, kind) for kind in ("spacing", "discretization", "scatter", "variation")}
+        kinds = {name: getattr(self, name) for name in ("spacing", "discretization", "scatter", "variation")}
         if self.unit != "m":
             del kinds["spacing"]
-        return {kind: size for kind, size in kinds.items() if size is not None and self.value is not None}
+        return {name: size for name, size in kinds.items() if size is not None and self.value is not None}
 
     @property
     def uncertainty(self) -> float | None:
@@ -74,8 +74,8 @@ class Result:
         if self.value is None or self.variation is None:
             return self.final
         kinds = self.uncertainty_by
-        rest = float(np.hypot(kinds.get("spacing", 0.0), kinds.get("scatter", 0.0)))
-        return self.final and self.variation <= max(rest, SETTLED_CHANGE * abs(self.value))
+        noise = float(np.hypot(kinds.get("spacing", 0.0), kinds.get("scatter", 0.0)))
+        return self.final and self.variation <= max(noise, SETTLED_CHANGE * abs(self.value))
 
     def as_dict(self) -> Plain:
         """Return the plain form for JSON; optional entries appear only where they have a value."""
@@ -96,10 +96,10 @@ class Result:
         """Return the result with the plain form `plain`."""
         at, kinds = plain.get("resolution", {}), plain.get("uncertainty_by", {})
         scatter = kinds.get("scatter", None if kinds else plain.get("uncertainty"))
-        known = {key: plain[key] for key in ("value", "unit", "time", "reason", "note") if key in plain} | at
-        known |= {key: kinds[key] for key in ("discretization", "variation") if key in kinds}
+        values = {key: plain[key] for key in ("value", "unit", "time", "reason", "note") if key in plain} | at
+        values |= {key: kinds[key] for key in ("discretization", "variation") if key in kinds}
         variants = {name: cls.from_dict(variant) for name, variant in plain.get("variants", {}).items()}
-        result = cls(**known, scatter=scatter, variants=variants)
+        result = cls(**values, scatter=scatter, variants=variants)
         return replace(result, final=plain.get("settled", True) or not result.settled)
 
 
@@ -145,14 +145,14 @@ class Entry:
     def outcomes(self, scene: Scene, *subject: Plate) -> Outcomes:
         """Return what the function finds, or the reason for all of its measures."""
         for need in self.needs:
-            present, reason = MISSING[need]
-            if not present(scene):
+            is_present, reason = MISSING[need]
+            if not is_present(scene):
                 return dict.fromkeys(self.names, reason)
         try:
-            found = self.function(scene, *subject)
+            outcome = self.function(scene, *subject)
         except UndefinedMeasureError as reason:
             return dict.fromkeys(self.names, str(reason))
-        return found if isinstance(found, Mapping) and self.names[0] in found else {self.names[0]: found}
+        return outcome if isinstance(outcome, Mapping) and self.names[0] in outcome else {self.names[0]: outcome}
 
 
 ENTRIES: dict[str, list[Entry]] = {section: [] for section in SECTIONS}
@@ -181,15 +181,15 @@ def evaluate(
 ) -> dict[str, Result]:
     """Return the measures of a section in the catalogue's order; `reason`: why all are undefined, if they are."""
     dim, rows = scene.now.dimensions, SECTIONS[section]
-    chosen = names or reported_measures(dim, section)
+    listed = names or reported_measures(dim, section)
     found: dict[str, Outcome | Mapping[str, Outcome]] = {}
     for entry in entries()[section]:
         if reason or not any(dim in rows[name].dims for name in entry.names):
             found |= dict.fromkeys(entry.names, reason or f"it is undefined in {dim}D")
-        elif not set(chosen).isdisjoint(entry.names):
+        elif not set(listed).isdisjoint(entry.names):
             found |= entry.outcomes(scene, *subject)
     outcomes = {
-        name: found[name] if dim in rows[name].dims else f"it is undefined in {dim}D" for name in rows if name in chosen
+        name: found[name] if dim in rows[name].dims else f"it is undefined in {dim}D" for name in rows if name in listed
     }
     return {name: complete(rows[name], outcome, scene) for name, outcome in outcomes.items()}
 

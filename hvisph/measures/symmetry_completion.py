@@ -90,9 +90,9 @@ class Whole:
 
         def mirror(name: str, values: np.ndarray) -> np.ndarray:
             if name in ("position", "velocity"):
-                own = values.reshape(count, -1)
+                vectors = values.reshape(count, -1)
                 shift = offsets if name == "position" else np.zeros_like(offsets)
-                return (own[None] * signs[:, None] + shift[:, None]).reshape(images * count, -1)
+                return (vectors[None] * signs[:, None] + shift[:, None]).reshape(images * count, -1)
             tiled = np.tile(values, (images, *[1] * (values.ndim - 1)))
             return tiled / images if self.revolution and name == "mass" else tiled
 
@@ -116,16 +116,16 @@ class Whole:
         if not self.mirrors or len(labels) == 0:
             return labels
         bits = np.arange(self.images)
-        apart = np.zeros(int(labels.max()) + 1, dtype=np.int64)  # the planes that a group does not touch, as bits
+        free_planes = np.zeros(int(labels.max()) + 1, dtype=np.int64)  # the planes that a group does not touch, as bits
         for number, mirror in enumerate(self.mirrors):
-            nearest = np.full(len(apart), np.inf)
+            nearest = np.full(len(free_planes), np.inf)
             np.minimum.at(nearest, labels, np.abs(position[:, mirror.axis] - mirror.at) - 0.5 * reach)
             if not self.revolution:
-                apart |= np.where(nearest > 0.0, 1 << number, 0)
-        keys = (labels[None] * self.images + (bits[:, None] & apart[labels][None])).ravel()
-        used = np.zeros(len(apart) * self.images, dtype=bool)
-        used[keys] = True
-        return np.asarray((np.cumsum(used) - 1)[keys])
+                free_planes |= np.where(nearest > 0.0, 1 << number, 0)
+        keys = (labels[None] * self.images + (bits[:, None] & free_planes[labels][None])).ravel()
+        occupied = np.zeros(len(free_planes) * self.images, dtype=bool)
+        occupied[keys] = True
+        return np.asarray((np.cumsum(occupied) - 1)[keys])
 
 
 def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Whole:
@@ -139,7 +139,7 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
         planes = [Mirror(axis, 0.0) for axis in range(1, position.shape[1]) if _half(position[:, axis], spacing)]
     shot = position[projectile]
     moving = start.fields["velocity"].reshape(start.count, -1)[projectile] if "velocity" in start.fields else None
-    kept = []
+    mirrors = []
     for plane in planes:
         touching = np.abs(shot[:, plane.axis] - plane.at) <= TOUCHING * spacing
         if not touching.any():
@@ -151,8 +151,8 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
             or not mean[plane.axis] > 1e-9 * mean.max(initial=0.0)
             or (abs(float(moving[touching, plane.axis].mean())) <= 0.5 * mean[plane.axis])
         ):
-            kept.append(plane)
-    return Whole(tuple(kept))
+            mirrors.append(plane)
+    return Whole(tuple(mirrors))
 
 
 def _half(coordinate: np.ndarray, spacing: float) -> bool:

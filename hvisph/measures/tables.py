@@ -65,8 +65,8 @@ def rows(
         result = value if isinstance(value, Result) else Result(value)
         table.append(_row(name, result, by_name.get(name), unitless))
         if variants:
-            further = [*result.variants.items()][1:]
-            table += [_row(f"{name}.{variant}", other, None, unitless) for variant, other in further]
+            variant_results = [*result.variants.items()][1:]
+            table += [_row(f"{name}.{variant}", part, None, unitless) for variant, part in variant_results]
     return table
 
 
@@ -86,7 +86,7 @@ def _row(name: str, result: Result, entry: PlainMapping | None, unitless: bool) 
 def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, str, str, str]]:
     """Return every body's name, mass, velocity (and Gurney's, if driven) and kinetic energy as text."""
     correlations = plain.get("correlations") or []
-    known = {entry["quantity"].removeprefix(FINAL_VELOCITY): entry["value"] for entry in correlations}
+    gurney = {entry["quantity"].removeprefix(FINAL_VELOCITY): entry["value"] for entry in correlations}
     table = []
     for name, body in (plain.get("bodies") or {}).items():
         space = 3 if plain["whole"]["kind"] == "revolution" else len(body["velocity"])
@@ -101,7 +101,7 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
         turns = body.get("angular_velocity") or [0.0]
         rate = sum(component * component for component in turns) ** 0.5
         velocity += f", turning at {rate:.4g}{'' if unitless else ' rad/s'}" if rate > 0.0 else ""
-        velocity += f", Gurney {known[name]:.4g} m/s" if name in known else ""
+        velocity += f", Gurney {gurney[name]:.4g} m/s" if name in gurney else ""
         unit = "kJ" if energy >= KILOJOULES else "J"
         table.append((name, quantity(body["mass"], "g"), velocity, quantity(energy, unit)))
     return table
@@ -109,20 +109,20 @@ def body_rows(plain: PlainMapping, unitless: bool = False) -> list[tuple[str, st
 
 def headline(summary: PlainMapping) -> Plain:
     """Return the main measures for the kind of case, those with an expected value first."""
-    struck = [layer for layer in summary.get("layers") or [] if (layer["measures"]["impulse"]["value"] or 0.0) != 0.0]
-    decisive = struck[-1] if struck else None
+    loaded = [layer for layer in summary.get("layers") or [] if (layer["measures"]["impulse"]["value"] or 0.0) != 0.0]
+    decisive = loaded[-1] if loaded else None
     sections = {"layer": decisive, "projectile": summary.get("projectile"), "cloud": summary.get("cloud")}
-    found: Plain = dict(summary["measures"])
+    results: Plain = dict(summary["measures"])
     for section, content in sections.items():
         for name, result in ((content or {}).get("measures") or {}).items():
-            found[f"{section}.{name}"] = result | {"note": (content or {}).get("body", section)}
-    known = {name for name, result in found.items() if result["value"] is not None}
-    kind = next((kind for kind in ("bar", "plate impact", "shell") if HEADLINES[kind][0] in known), "")
+            results[f"{section}.{name}"] = result | {"note": (content or {}).get("body", section)}
+    defined = {name for name, result in results.items() if result["value"] is not None}
+    kind = next((kind for kind in ("bar", "plate impact", "shell") if HEADLINES[kind][0] in defined), "")
     if not kind and decisive is not None:
         kind = "perforation" if decisive["measures"]["perforated"]["value"] else "crater"
-    names = [entry["name"] for entry in summary["expected"] if entry["name"] in found]
-    names += [name for name in HEADLINES.get(kind, tuple(summary["measures"])) if name in known and name not in names]
-    return {name.rpartition(".")[2]: found[name] for name in names[: max(MOST_HEADLINES, len(summary["expected"]))]}
+    names = [entry["name"] for entry in summary["expected"] if entry["name"] in results]
+    names += [name for name in HEADLINES.get(kind, tuple(summary["measures"])) if name in defined and name not in names]
+    return {name.rpartition(".")[2]: results[name] for name in names[: max(MOST_HEADLINES, len(summary["expected"]))]}
 
 
 def _format_measure(name: str, value: float | None, spread: float | None, display: NumberFormat) -> str:
@@ -138,8 +138,8 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
     display = display.scale_to(max(abs(value), abs(spread or 0.0)))
     # a size may be too small for the digits of its kind, and known better: of dust, or of a gas
     last, size = 10.0**-display.decimals, abs(value) * display.factor
-    known = abs(spread or 0.0) * display.factor < 0.5 * last
-    is_tiny = display.unit not in UNSCALED_UNITS and known and NEGLIGIBLE < size < 10.0 * last
+    is_exact = abs(spread or 0.0) * display.factor < 0.5 * last
+    is_tiny = display.unit not in UNSCALED_UNITS and is_exact and NEGLIGIBLE < size < 10.0 * last
     fixed = display.decimals >= 0 and not is_tiny
 
     def number(figure: float) -> str:
@@ -148,8 +148,8 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
         return text if float(text) else text.lstrip("-")  # zero has no sign
 
     # an uncertainty that rounds to zero is not shown
-    shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
-    return f"{number(value)}{shown} {display.unit}".rstrip()
+    spread_text = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
+    return f"{number(value)}{spread_text} {display.unit}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -190,8 +190,8 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
         rows.append(row)
     valued = {name for row in rows for name, (_, value) in row.items() if value is not None}
     inner = ("projectile.", "cloud.", "layer.")
-    kept = (cell for row in rows for cell in row.items() if cell[0] in valued or not cell[0].startswith(inner))
-    units = {name: unit for name, (unit, _) in kept}
+    cells = (cell for row in rows for cell in row.items() if cell[0] in valued or not cell[0].startswith(inner))
+    units = {name: unit for name, (unit, _) in cells}
     return {
         name: Column(unit, np.array([row.get(name, (unit, None))[1] for row in rows], float))
         for name, unit in units.items()
@@ -203,9 +203,9 @@ def _cells(head: str, results: Mapping[str, Result]) -> dict[str, tuple[str, flo
     cells: dict[str, tuple[str, float | None]] = {}
     for name, result in results.items():
         cells[f"{head}{name}"] = result.unit, result.value
-        for variant, other in [*result.variants.items()][1:]:
-            if other.value is not None:
-                cells[f"{head}{name}.{variant}"] = other.unit, other.value
+        for variant, value in [*result.variants.items()][1:]:
+            if value.value is not None:
+                cells[f"{head}{name}.{variant}"] = value.unit, value.value
     return cells
 
 

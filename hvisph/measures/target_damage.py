@@ -40,52 +40,52 @@ class Opening:
         return float(np.pi * (self.radii**2).mean())
 
 
-def opening(across: np.ndarray, centre: np.ndarray, spacing: float) -> Opening | None:
-    """Return the opening about `centre` among particles at `across` [m]; None where they do not enclose one."""
+def opening(lateral: np.ndarray, centre: np.ndarray, spacing: float) -> Opening | None:
+    """Return the opening about `centre` among particles at `lateral` [m]; None where they do not enclose one."""
     centre = np.array(centre, dtype=float)
     radii, number = np.zeros(0), FEWEST_SECTORS
     for _ in range(CENTRING_ITERATIONS):
-        radii_found = _radii(across - centre, number)
+        radii_found = _radii(lateral - centre, number)
         if radii_found is None:
             return None
         radii = np.maximum(radii_found - 0.5 * spacing, 0.0)
-        centre += _centroid(radii, across.shape[1])
+        centre += _centroid(radii, lateral.shape[1])
         number = int(np.clip(np.pi * radii_found.mean() / spacing, FEWEST_SECTORS, MOST_SECTORS)) // 8 * 8
         # particles far outside the edge are no part of it
-        across = across[((across - centre) ** 2).sum(axis=1) <= (2.5 * radii_found.max() + 4.0 * spacing) ** 2]
+        lateral = lateral[((lateral - centre) ** 2).sum(axis=1) <= (2.5 * radii_found.max() + 4.0 * spacing) ** 2]
     return Opening(radii, centre)
 
 
-def openings(plate: Plate, depth: np.ndarray, across: np.ndarray, spacing: float) -> list[Opening]:
+def openings(plate: Plate, depth: np.ndarray, lateral: np.ndarray, spacing: float) -> list[Opening]:
     """Return the enclosed openings in slices from the struck to the rear face of the undeformed plate."""
     number = max(1, round(plate.thickness / max(spacing, plate.thickness / 8.0)))
     bins = np.floor(depth * number / plate.thickness + 1e-9).astype(int)
     holes, basis = [], np.array(plate.basis)
     for k in range(number):
         on_line = (k + 0.5) / number * plate.thickness * basis[1:, 0] / basis[0, 0]  # where the shot line is
-        enclosed = opening(across[bins == k], on_line, spacing)
+        enclosed = opening(lateral[bins == k], on_line, spacing)
         if enclosed is not None:
             holes.append(enclosed)
     return holes
 
 
-def _radii(across: np.ndarray, number: int) -> np.ndarray | None:
+def _radii(lateral: np.ndarray, number: int) -> np.ndarray | None:
     """Return the least distance from the origin in each of `number` sectors; None where nothing is enclosed."""
-    if len(across) == 0:
+    if len(lateral) == 0:
         return None
-    if across.shape[1] == 1:
-        low, high = across[across[:, 0] < 0.0, 0], across[across[:, 0] >= 0.0, 0]
+    if lateral.shape[1] == 1:
+        low, high = lateral[lateral[:, 0] < 0.0, 0], lateral[lateral[:, 0] >= 0.0, 0]
         return np.array([high.min(), -low.max()]) if len(low) and len(high) else None
-    radius = np.sqrt((across**2).sum(axis=1))
-    place = np.arctan2(across[:, 1], across[:, 0]) / (2.0 * np.pi) * number
+    radius = np.sqrt((lateral**2).sum(axis=1))
+    place = np.arctan2(lateral[:, 1], lateral[:, 0]) / (2.0 * np.pi) * number
     edge = np.full(number, np.inf)
     for shift in (-BORDER_WIDTH, BORDER_WIDTH):
         np.minimum.at(edge, np.floor(place + shift).astype(int) % number, radius)
-    empty = ~np.isfinite(edge)
-    if not empty.any():
+    gaps = ~np.isfinite(edge)
+    if not gaps.any():
         return edge
-    beside = np.roll(edge, 1), np.roll(edge, -1)
-    edge[empty] = 0.5 * (beside[0] + beside[1])[empty]
+    neighbours = np.roll(edge, 1), np.roll(edge, -1)
+    edge[gaps] = 0.5 * (neighbours[0] + neighbours[1])[gaps]
     return edge if np.isfinite(edge).all() else None
 
 
@@ -125,9 +125,9 @@ def hole(scene: Scene, plate: Plate) -> Outcomes:
     the layer's normal is the diameter then.
     """
     _require(scene, plate, perforated=True)
-    fixed, depth, across = _attached_particles(scene, plate)
-    slices = openings(plate, depth, across, scene.spacing)
-    clear = opening(across, np.zeros(across.shape[1]), scene.spacing)
+    fixed, depth, lateral = _attached_particles(scene, plate)
+    slices = openings(plate, depth, lateral, scene.spacing)
+    clear = opening(lateral, np.zeros(lateral.shape[1]), scene.spacing)
     size = float(clear.diameters.mean()) if clear is not None else 0.0
     means = np.array([slice_.diameters.mean() for slice_ in slices])
     variants: dict[str, Outcome] = {"mass_loss": _diameter_by_mass(scene, plate)}
@@ -154,14 +154,14 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
     if clear is None or not clear.diameters.mean() > 0.0:
         return False
     width, inner = float(clear.diameters.mean()), float(clear.radii.max())
-    depth, across = plate.depth(scene.position[fixed]), plate.in_plane(scene.position[fixed])
+    depth, lateral = plate.depth(scene.position[fixed]), plate.in_plane(scene.position[fixed])
     if float(np.mean([slice_.diameters.mean() for slice_ in slices])) > WIDENING * width:
-        edge = depth[np.sqrt((across**2).sum(axis=1)) < inner + 2.0 * scene.spacing]
+        edge = depth[np.sqrt((lateral**2).sum(axis=1)) < inner + 2.0 * scene.spacing]
         outside = (edge < -0.5 * scene.spacing) | (edge > plate.thickness + 0.5 * scene.spacing)
         if len(edge) and outside.all():
             return True
     sizes = np.broadcast_to(np.asarray(scene.spacings(fixed)) ** scene.now.dimensions, len(fixed))
-    radius = np.sqrt(((across - clear.centre) ** 2).sum(axis=1))
+    radius = np.sqrt(((lateral - clear.centre) ** 2).sum(axis=1))
     for slice_ in slices:
         outer = float(slice_.radii.mean())
         if float(slice_.diameters.mean()) > LOCAL_WIDENING * width and outer > inner:
@@ -201,20 +201,20 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     loose material.
     """
     _require(scene, plate, perforated=False)
-    rows, depth, across = _attached_particles(scene, plate)
-    spacing, own = scene.spacing, np.broadcast_to(scene.spacings(rows), len(rows))
-    half = 0.5 * own
+    rows, depth, points = _attached_particles(scene, plate)
+    spacing, dx = scene.spacing, np.broadcast_to(scene.spacings(rows), len(rows))
+    half = 0.5 * dx
     if scene.start is not None and isinstance(scene.spacings(rows), np.ndarray):  # the longest edges, also along a face
         place = scene.start.fields["position"][scene.rows_at_start(rows)]
         half = np.minimum(half, np.maximum(plate.depth(place), 0.5 * spacing))
-    bulge = float((depth + 0.5 * own)[~plate.is_beyond(across, RIM_SHARE)].max(initial=0.0)) - plate.thickness
+    bulge = float((depth + 0.5 * dx)[~plate.is_beyond(points, RIM_SHARE)].max(initial=0.0)) - plate.thickness
     velocity = scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
     flies = (depth < -2.0 * spacing) & (velocity * scene.now.time < depth)
     if emptied:
         flies |= _is_loose(scene, plate, rows, velocity)
-    rows, depth, across, velocity, own, half = (values[~flies] for values in (rows, depth, across, velocity, own, half))
-    refuse_if(plate.is_beyond(across, RIM_SHARE).all(), "nothing of the layer is left within its rim")
-    surface, mean, middle = front_surface(depth - half, across, own / spacing, CELL * spacing)
+    rows, depth, points, velocity, dx, half = (values[~flies] for values in (rows, depth, points, velocity, dx, half))
+    refuse_if(plate.is_beyond(points, RIM_SHARE).all(), "nothing of the layer is left within its rim")
+    surface, mean, middle = front_surface(depth - half, points, dx / spacing, CELL * spacing)
     inner = ~plate.is_beyond(middle, RIM_SHARE)
     surface, mean, middle = surface[inner], mean[inner], middle[inner]
     radius = np.sqrt((middle**2).sum(axis=1))
@@ -224,15 +224,15 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     else:
         area = np.full(len(radius), (CELL * spacing) ** (scene.now.dimensions - 1))
     hollow = area * np.maximum(mean, 0.0)
-    first = (depth > -own) & (depth < own)
+    first = (depth > -dx) & (depth < dx)
     place = place_of(plate, scene.position[rows[first]], scene.spacings(rows[first]), spacing)
     place = place[(place[:, 0] >= 0.0) & (place[:, 0] < spacing), 1:]
-    wide = opening(place, np.zeros(place.shape[1]), spacing)
-    whole = deepest < spacing or wide is None
-    diameter: Outcome = "the struck face is whole" if whole or wide is None else float(wide.diameters.mean())
-    rim_diameter: Outcome = "the struck face is whole" if whole else "no rim stands out of the struck face"
+    mouth = opening(place, np.zeros(place.shape[1]), spacing)
+    is_intact = deepest < spacing or mouth is None
+    diameter: Outcome = "the struck face is whole" if is_intact or mouth is None else float(mouth.diameters.mean())
+    rim_diameter: Outcome = "the struck face is whole" if is_intact else "no rim stands out of the struck face"
     crest = 0.0
-    if not whole:
+    if not is_intact:
         centre = hollow @ middle / hollow.sum()
         bins = np.floor(np.sqrt(((middle - centre) ** 2).sum(axis=1)) / (CELL * spacing)).astype(int)
         weights = np.bincount(bins, area)
@@ -241,10 +241,10 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
         if crest > 0.5 * spacing:
             rim_diameter = 2.0 * (float(np.flatnonzero(weights > 0.0)[profile.argmin()]) + 0.5) * CELL * spacing
     reach = float(radius[surface >= FLOOR_SHARE * deepest].max(initial=0.0))  # none where the face is whole
-    floor = (depth >= FLOOR_SHARE * deepest) & (depth < deepest + CELL * own) & ((across**2).sum(axis=1) <= reach**2)
+    floor = (depth >= FLOOR_SHARE * deepest) & (depth < deepest + CELL * dx) & ((points**2).sum(axis=1) <= reach**2)
     edge = scene.rim(plate.body)[rows]
-    rest = float(velocity[edge].mean()) if edge.any() else 0.0
-    speed = float(velocity[floor].mean()) - rest if floor.any() else 0.0
+    rim_velocity = float(velocity[edge].mean()) if edge.any() else 0.0
+    speed = float(velocity[floor].mean()) - rim_velocity if floor.any() else 0.0
     return Crater(deepest, float(hollow.sum()), diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.now.time)
 
 
@@ -258,13 +258,13 @@ def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray
     place = scene.start.fields["position"].reshape(scene.start.count, -1)[scene.rows_at_start(rows)]
     pull = gravity_towards_layer(scene, np.array(plate.basis[0])) or EARTH_GRAVITY
     edge = scene.rim(plate.body)[rows]
-    rest = float(velocity[edge].mean()) if edge.any() else 0.0
-    rises = rest - velocity > np.sqrt(2.0 * max(pull, 0.0) * np.maximum(plate.depth(place), 0.0))
+    rim_velocity = float(velocity[edge].mean()) if edge.any() else 0.0
+    rises = rim_velocity - velocity > np.sqrt(2.0 * max(pull, 0.0) * np.maximum(plate.depth(place), 0.0))
     loose = (scene.now.fields.get("damage", np.zeros(scene.now.count))[rows] >= 1.0) & rises
-    holds = np.flatnonzero(~loose)
+    intact = np.flatnonzero(~loose)
     sizes = scene.spacings(rows)
-    groups = connected_groups(place[holds], sizes[holds] if isinstance(sizes, np.ndarray) else sizes, NEAREST_LINK)
-    loose[holds] = ~np.isin(groups, groups[edge[holds]])
+    groups = connected_groups(place[intact], sizes[intact] if isinstance(sizes, np.ndarray) else sizes, NEAREST_LINK)
+    loose[intact] = ~np.isin(groups, groups[edge[intact]])
     return loose
 
 
@@ -274,31 +274,31 @@ def _transient(scene: Scene, plate: Plate) -> Crater | str:
     if timeline is None or not timeline.series:
         return "needs all moments: measure with `--at all`"
     timeline.moment(timeline.count - 1).craters[plate.body] = crater_of(scene, plate)
-    known = [timeline.moment(k).craters for k in range(timeline.count)]
-    return max((craters[plate.body] for craters in known if plate.body in craters), key=lambda found: found.volume)
+    moments = [timeline.moment(k).craters for k in range(timeline.count)]
+    return max((craters[plate.body] for craters in moments if plate.body in craters), key=lambda c: c.volume)
 
 
 @measures("layer", "crater_depth", "crater_outer_diameter", "crater_volume", "bulge_height")
 def crater(scene: Scene, plate: Plate) -> Outcomes:
     """Return the crater's depth, diameter and volume and the rear's bulge; not final while the floor moves on."""
-    now = crater_of(scene, plate)
-    grows = now.depth > scene.spacing and now.floor_speed * scene.now.time > GROWTH_SHARE * now.depth
-    note = f"still grows: its floor moves on at {now.floor_speed:.3g} m/s" if grows else ""
-    to_rim = now.rim_diameter if isinstance(now.rim_diameter, str) else now.depth + now.rim_height
+    current = crater_of(scene, plate)
+    grows = current.depth > scene.spacing and current.floor_speed * scene.now.time > GROWTH_SHARE * current.depth
+    note = f"still grows: its floor moves on at {current.floor_speed:.3g} m/s" if grows else ""
+    to_rim = current.rim_diameter if isinstance(current.rim_diameter, str) else current.depth + current.rim_height
     variants: dict[str, dict[str, Outcome]] = {
-        "depth": {"face": Result(now.depth, note=note, final=not grows), "rim": to_rim},
-        "diameter": {"face": now.diameter, "rim": now.rim_diameter},
-        "volume": {"face": now.volume},
+        "depth": {"face": Result(current.depth, note=note, final=not grows), "rim": to_rim},
+        "diameter": {"face": current.diameter, "rim": current.rim_diameter},
+        "volume": {"face": current.volume},
     }
     largest = _transient(scene, plate)
     emptied = crater_of(scene, plate, True) if scene.start is not None and scene.has_motion else None
     for name, by_definition in variants.items():
         by_definition["emptied"] = getattr(emptied, name) if emptied else "needs the start and velocities"
-        found = largest if isinstance(largest, str) else getattr(largest, name)
+        value = largest if isinstance(largest, str) else getattr(largest, name)
         time = getattr(largest, "time", None)
-        by_definition["transient"] = found if isinstance(found, str) else Result(found, time=time)
+        by_definition["transient"] = value if isinstance(value, str) else Result(value, time=time)
     names = {"crater_depth": "depth", "crater_outer_diameter": "diameter", "crater_volume": "volume"}
-    return {name: variants[quantity] for name, quantity in names.items()} | {"bulge_height": now.bulge}
+    return {name: variants[quantity] for name, quantity in names.items()} | {"bulge_height": current.bulge}
 
 
 @measures("layer", "spall_mass", "spall_thickness", "spall_velocity")
@@ -306,23 +306,23 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
     """Return mass, thickness and velocity of the spall: detached fragments that move away behind the layer."""
     _require(scene, plate, perforated=False, reason="the layer is perforated: its fragments are in the cloud")
     fixed, *_ = _attached_particles(scene, plate)
-    along = np.array(plate.basis[0])
-    mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ along
-    rest = float(np.average(velocity[fixed], weights=mass[fixed]))
-    depth, across = plate.depth(scene.position), plate.in_plane(scene.position)
+    normal = np.array(plate.basis[0])
+    mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ normal
+    rim_velocity = float(np.average(velocity[fixed], weights=mass[fixed]))
+    depth, lateral = plate.depth(scene.position), plate.in_plane(scene.position)
 
     def rear(piece: np.ndarray) -> float:
         """Return the greatest depth of attached particles at the place of a fragment, across the layer [m]."""
-        low, high = across[piece].min(axis=0), across[piece].max(axis=0)
-        there = ((across[fixed] >= low) & (across[fixed] <= high)).all(axis=1)
-        return float(depth[fixed][there].max(initial=-np.inf))
+        low, high = lateral[piece].min(axis=0), lateral[piece].max(axis=0)
+        covered = ((lateral[fixed] >= low) & (lateral[fixed] <= high)).all(axis=1)
+        return float(depth[fixed][covered].max(initial=-np.inf))
 
     parts = scene.fragments(plate.body)
-    loose = np.flatnonzero(~scene.attached_groups(plate.body) & (parts.groups.counts >= FEWEST_PARTICLES))
+    detached = np.flatnonzero(~scene.attached_groups(plate.body) & (parts.groups.counts >= FEWEST_PARTICLES))
     pieces = [
         piece
-        for piece in map(parts.__getitem__, loose.tolist())
-        if piece.velocity @ along > rest
+        for piece in map(parts.__getitem__, detached.tolist())
+        if piece.velocity @ normal > rim_velocity
         and plate.depth(piece.centre) > 0.5 * plate.thickness
         and plate.depth(piece.centre) > rear(piece.particles)
     ]
@@ -351,10 +351,10 @@ def lips(scene: Scene, plate: Plate) -> Outcomes:
 @measures("layer", "mass_loss")
 def mass_loss(scene: Scene, plate: Plate) -> float:
     """Return the mass of the layer that is not attached to its rim any more [kg]."""
-    mass, known = scene.now.fields["mass"], scene.shot.masses
-    before = known[plate.body] if len(known) > plate.body else float(mass[scene.now.body == plate.body].sum())
-    lost = max(before - float(mass[_attached_particles(scene, plate)[0]].sum()), 0.0)
-    return 0.0 if lost < 1e-9 * before else lost
+    mass, masses = scene.now.fields["mass"], scene.shot.masses
+    before = masses[plate.body] if len(masses) > plate.body else float(mass[scene.now.body == plate.body].sum())
+    loss = max(before - float(mass[_attached_particles(scene, plate)[0]].sum()), 0.0)
+    return 0.0 if loss < 1e-9 * before else loss
 
 
 def _diameter_by_mass(scene: Scene, plate: Plate) -> Outcome:

@@ -63,26 +63,26 @@ class Plate:
         """Return coordinates in the plane (n, dim - 1) from where the shot line enters [m]."""
         return np.asarray(position @ np.array(self.basis[1:]).reshape(-1, position.shape[1]).T - np.array(self.entry))
 
-    def outward(self, across: np.ndarray) -> np.ndarray:
+    def outward(self, points: np.ndarray) -> np.ndarray:
         """Return the distance of points in the plane from the shot line over that of the edge (n,); 1 is on an edge."""
-        if across.shape[1] == 0:
-            return np.zeros(len(across))
+        if points.shape[1] == 0:
+            return np.zeros(len(points))
         if self.edges:
-            share = np.zeros(len(across))
+            share = np.zeros(len(points))
             for direction, distance in zip(DIRECTIONS, self.edges, strict=True):
                 if distance > 0.0:
-                    np.maximum(share, across @ direction / distance, out=share)
+                    np.maximum(share, points @ direction / distance, out=share)
             return share
-        reach = np.where(across > 0.0, self.high, -np.array(self.low))
-        share = np.divide(np.abs(across), reach, out=np.zeros_like(across), where=reach > 0.0)
+        reach = np.where(points > 0.0, self.high, -np.array(self.low))
+        share = np.divide(np.abs(points), reach, out=np.zeros_like(points), where=reach > 0.0)
         return np.asarray(share.max(axis=1))
 
-    def is_beyond(self, across: np.ndarray, share: float) -> np.ndarray:
+    def is_beyond(self, points: np.ndarray, share: float) -> np.ndarray:
         """Return whether the distance of points in the plane is a `share` of that of the edge or more, shape (n,)."""
-        out = np.ones(len(across), dtype=bool)
+        out = np.ones(len(points), dtype=bool)
         if self.edges and min(self.edges) > 0.0:  # points nearer than the nearest edge are not
-            out = (across**2).sum(axis=1) >= (share * min(self.edges) * (1.0 - 1e-9)) ** 2
-        out[out] = self.outward(across[out]) >= share
+            out = (points**2).sum(axis=1) >= (share * min(self.edges) * (1.0 - 1e-9)) ** 2
+        out[out] = self.outward(points[out]) >= share
         return np.asarray(out)
 
     @classmethod
@@ -101,29 +101,29 @@ def to_tuples(value: object) -> Any:
 
 
 def plate_of(
-    body: int, position: np.ndarray, axis: np.ndarray, spacing: float, own: float | np.ndarray | None = None
+    body: int, position: np.ndarray, axis: np.ndarray, spacing: float, sizes: float | np.ndarray | None = None
 ) -> Plate:
     """Return a layer's geometry by its initial positions (n, dim) and the shot line's place `axis` [m].
 
-    `own` is the spacing of its particles, or of each its own (n,), `spacing` is dx [m], which all have unless given.
+    `sizes` is the spacing of its particles, or of each its own (n,), `spacing` is dx [m], which all have unless given.
     """
     basis = _basis(_normal(position, spacing))
     normal = basis[0]
     depth, flat = position @ normal, position @ basis[1:].T
     middle = 0.5 * (depth.min() + depth.max())
-    off = np.sqrt(((flat - _crossing(basis, axis, middle)) ** 2).sum(axis=1))
+    distance = np.sqrt(((flat - _crossing(basis, axis, middle)) ** 2).sum(axis=1))
     # as thick as it is along the shot line; one that the line misses, as a whole
-    near = off <= off.min() + 1.5 * spacing
-    size = np.broadcast_to(spacing if own is None else own, len(depth))[near]
-    near = depth[near]
-    front = float((near - 0.5 * size).min())
+    struck = distance <= distance.min() + 1.5 * spacing
+    size = np.broadcast_to(spacing if sizes is None else sizes, len(depth))[struck]
+    depth = depth[struck]
+    front = float((depth - 0.5 * size).min())
     entry = _crossing(basis, axis, front)
     flat -= entry
     return Plate(
         body,
         tuple(map(tuple, basis.tolist())),
         front,
-        float(np.ptp(near) + 0.5 * (size[near.argmin()] + size[near.argmax()])),
+        float(np.ptp(depth) + 0.5 * (size[depth.argmin()] + size[depth.argmax()])),
         tuple(entry.tolist()),
         tuple(flat.min(axis=0).tolist()),
         tuple(flat.max(axis=0).tolist()),
@@ -147,17 +147,17 @@ def _crossing(basis: np.ndarray, axis: np.ndarray, depth: float) -> np.ndarray:
 def _normal(position: np.ndarray, spacing: float) -> np.ndarray:
     """Return a plate's normal on the side that the shot flies to; x for other bodies and for grazing shots."""
     dim = position.shape[1]
-    along = np.eye(dim)[0]
+    x_axis = np.eye(dim)[0]
     if dim == 1 or len(position) <= dim:
-        return along
+        return x_axis
     centred = position - position.mean(axis=0)
     vectors = np.linalg.eigh(centred.T @ centred)[1]
     extents = np.ptp(centred @ vectors, axis=0) + spacing
     normal = vectors[:, 0]
     if extents[0] > PLATE_LIKE * extents[1:].min() or abs(normal[0]) < 0.02:
-        return along
+        return x_axis
     normal = normal * np.sign(normal[0])
-    return along if np.abs(normal - along).max() < PARALLEL else normal
+    return x_axis if np.abs(normal - x_axis).max() < PARALLEL else normal
 
 
 def _basis(normal: np.ndarray) -> np.ndarray:
@@ -167,10 +167,10 @@ def _basis(normal: np.ndarray) -> np.ndarray:
         return np.ones((1, 1))
     if dim == 2:
         return np.array([normal, [-normal[1], normal[0]]])
-    along = np.eye(3)[0]
-    if np.abs(normal - along).max() < PARALLEL:
+    x_axis = np.eye(3)[0]
+    if np.abs(normal - x_axis).max() < PARALLEL:
         return np.eye(3)
-    first = along - normal[0] * normal
+    first = x_axis - normal[0] * normal
     first /= np.sqrt((first**2).sum())
     return np.array([normal, first, np.cross(normal, first)])
 
@@ -215,17 +215,17 @@ class Grid:
 
     def clearance(self, place: np.ndarray) -> np.ndarray:
         """Return the distance [m] from the nearest particle of every cell within the edges, and beyond the faces."""
-        far = scipy.ndimage.distance_transform_edt(~self.fill(place)) * self.cell
-        return np.asarray(far[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
+        distance = scipy.ndimage.distance_transform_edt(~self.fill(place)) * self.cell
+        return np.asarray(distance[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
 
     def free(self, place: np.ndarray, reach: float) -> np.ndarray:
         """Return where `clearance` is more than `reach`, a few cells [m]: the same at less cost."""
-        cells, near = self.fill(place), np.zeros(self.shape, dtype=bool)
+        cells, occupied = self.fill(place), np.zeros(self.shape, dtype=bool)
         steps = range(-int(reach / self.cell) - 1, int(reach / self.cell) + 2)
         for step in product(steps, repeat=len(self.shape)):
             if np.sqrt(float(sum(k * k for k in step))) * self.cell <= reach:
-                near |= np.roll(cells, step, tuple(range(len(step))))  # pads are wider than that
-        return np.asarray(~near[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
+                occupied |= np.roll(cells, step, tuple(range(len(step))))  # pads are wider than that
+        return np.asarray(~occupied[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
 
     @cached_property
     def edge_mask(self) -> np.ndarray:
@@ -251,22 +251,22 @@ class Grid:
         return slice(int(first) + self.pad, int(last) + self.pad + 1)
 
 
-def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacing: float) -> np.ndarray:
+def place_of(plate: Plate, position: np.ndarray, sizes: float | np.ndarray, spacing: float) -> np.ndarray:
     """Return depth and coordinates in the plane [m] of particles at `position` (n, dim) in the axes of the shot.
 
-    `own` is their spacing, or of each its own (n,), `spacing` is dx [m]: a particle of k dx stands for k^dim places.
+    `sizes` is their spacing, or of each its own (n,), `spacing` is dx [m]: a particle of k dx stands for k^dim places.
     """
     place = np.empty((len(position), position.shape[1]))
     place[:, 0], place[:, 1:] = plate.depth(position), plate.in_plane(position)
-    if not isinstance(own, np.ndarray):
+    if not isinstance(sizes, np.ndarray):
         return place
-    number = np.maximum(np.ceil(own / spacing - 0.3), 1.0).astype(int)
+    number = np.maximum(np.ceil(sizes / spacing - 0.3), 1.0).astype(int)
     parts = []
     for count in np.unique(number):
-        chosen = number == count
+        rows = number == count
         steps = np.meshgrid(*[(np.arange(count) + 0.5) / count - 0.5] * place.shape[1], indexing="ij")
         offsets = np.stack([step.ravel() for step in steps], axis=1)
-        spread = place[chosen, None] + own[chosen, None, None] * offsets
+        spread = place[rows, None] + sizes[rows, None, None] * offsets
         parts.append(spread.reshape(-1, place.shape[1]))
     return np.concatenate(parts)
 
@@ -280,23 +280,23 @@ def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
 def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: float) -> bool:
     """Return whether places `solid` now leave a path that those of the start, `before`, did not (n, dim) [m]."""
     grid = Grid.about(plate, spacing, [solid, before], BALL_RADIUS + NEW_PATH_WIDENING)
-    least = np.full_like(now := grid.clearance(solid), BALL_RADIUS * spacing)
-    within = grid.layer_slice(before)
-    least[within] = np.maximum(least[within], grid.clearance(before)[within] + NEW_PATH_WIDENING * spacing)
-    return grid.connects_sides(now > least)
+    required = np.full_like(clearance := grid.clearance(solid), BALL_RADIUS * spacing)
+    layer = grid.layer_slice(before)
+    required[layer] = np.maximum(required[layer], grid.clearance(before)[layer] + NEW_PATH_WIDENING * spacing)
+    return grid.connects_sides(clearance > required)
 
 
 def with_openings(
-    plate: Plate, position: np.ndarray, projectile: np.ndarray, own: float | np.ndarray, spacing: float
+    plate: Plate, position: np.ndarray, projectile: np.ndarray, sizes: float | np.ndarray, spacing: float
 ) -> Plate:
     """Return a layer with its initial openings: open or not, also along the shot line, and in how many parts.
 
     `position` and `projectile` are its particles and the projectile's at the start (n, dim) in the axes of the shot
-    [m], `own` is the spacing of its particles, or of each its own (n,), `spacing` is dx [m].
+    [m], `sizes` is the spacing of its particles, or of each its own (n,), `spacing` is dx [m].
     """
     if position.shape[1] == 1:
         return plate
-    place = place_of(plate, position, own, spacing)
+    place = place_of(plate, position, sizes, spacing)
     grid = Grid.about(plate, spacing, [place])
     cells = grid.fill(place)
     free = grid.free(place, BALL_RADIUS * spacing)
@@ -304,7 +304,7 @@ def with_openings(
         return plate
     _, pieces = scipy.ndimage.label(cells, structure=np.ones([3] * cells.ndim))
     if pieces > 1:  # of cells, which may be more than of particles linked at 2 dx
-        pieces = len(np.unique(connected_groups(position, own)))
+        pieces = len(np.unique(connected_groups(position, sizes)))
     if not (opened := grid.connects_sides(free)):
         return replace(plate, pieces=max(pieces, 1))
     distance = scipy.spatial.cKDTree(position[:, 1:]).query(
@@ -314,7 +314,7 @@ def with_openings(
 
 
 def front_surface(
-    front: np.ndarray, across: np.ndarray, size: np.ndarray, cell: float
+    front: np.ndarray, lateral: np.ndarray, size: np.ndarray, cell: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the surface in each cell of the plane that holds particles of `size` (n,) [dx].
 
@@ -322,31 +322,31 @@ def front_surface(
     wide, of which a gap counts as deep as a cell is wide at most [m]; and its middle, (cells, dim - 1) [m].
     """
     level = np.maximum(np.ceil(np.log2(size) - 0.3), 0.0).astype(np.int64)
-    foremost, place = _cover(front, across, level, cell)
-    foremost_of_columns, columns = _cover(front, across, level, 0.5 * cell)
+    foremost, place = _cover(front, lateral, level, cell)
+    foremost_of_columns, columns = _cover(front, lateral, level, 0.5 * cell)
     low, extent = place.min(axis=0), np.ptp(place, axis=0) + 1
     cells, halves = (np.ravel_multi_index(tuple((at - low).T), tuple(extent)) for at in (place, columns // 2))
     owner = np.searchsorted(cells, halves)
-    least = front[foremost]
-    top = np.minimum(front[foremost_of_columns], (least + cell * 2.0 ** level[foremost])[owner])
-    count = np.bincount(owner, minlength=len(least))  # none where a column of wider particles is empty
-    mean = np.where(count > 0, np.bincount(owner, top, len(least)) / np.maximum(count, 1), least)
-    return least, mean, (place + 0.5) * cell
+    surface = front[foremost]
+    top = np.minimum(front[foremost_of_columns], (surface + cell * 2.0 ** level[foremost])[owner])
+    count = np.bincount(owner, minlength=len(surface))  # none where a column of wider particles is empty
+    mean = np.where(count > 0, np.bincount(owner, top, len(surface)) / np.maximum(count, 1), surface)
+    return surface, mean, (place + 0.5) * cell
 
 
-def _cover(front: np.ndarray, across: np.ndarray, level: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
+def _cover(front: np.ndarray, lateral: np.ndarray, level: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the foremost particle of each cell and the cells' places, in order, shape (cells, dim - 1).
 
     A particle of spacing 2^`level` dx (n,) fills a cell 2^`level` times as wide.
     """
     rows, places = [], []
     for value in np.unique(level):
-        own, width = np.flatnonzero(level == value), 1 << int(value)
-        place = np.floor(across[own] / (cell * width) + 1e-9).astype(np.int64)
-        first = _first_by_place(place, front[own])
-        steps = np.indices((width,) * across.shape[1]).reshape(across.shape[1], -1).T
-        places.append((place[first, None] * width + steps).reshape(-1, across.shape[1]))
-        rows.append(np.repeat(own[first], len(steps)))
+        rows_of_level, width = np.flatnonzero(level == value), 1 << int(value)
+        place = np.floor(lateral[rows_of_level] / (cell * width) + 1e-9).astype(np.int64)
+        first = _first_by_place(place, front[rows_of_level])
+        steps = np.indices((width,) * lateral.shape[1]).reshape(lateral.shape[1], -1).T
+        places.append((place[first, None] * width + steps).reshape(-1, lateral.shape[1]))
+        rows.append(np.repeat(rows_of_level[first], len(steps)))
     row, place = np.concatenate(rows), np.concatenate(places)
     first = _first_by_place(place, front[row])
     return row[first], place[first]

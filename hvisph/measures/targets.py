@@ -52,22 +52,22 @@ class LayerMeasures:
 
 def layer_measures(scene: Scene) -> tuple[LayerMeasures, ...]:
     """Return the measures of every layer, in the order along the shot line."""
-    found = []
+    layers = []
     for body in scene.layers:
         plate, state = scene.plate(body), layer_state(scene, body)
         reason = state.reason if plate is None or state.attached is None else ""
         results = evaluate("layer", scene, *([] if plate is None else [plate]), reason=reason)
         obliquity = None if plate is None else plate.obliquity
-        found.append(LayerMeasures(scene.name(body), state.state, results, obliquity, state.opening))
-    return tuple(found)
+        layers.append(LayerMeasures(scene.name(body), state.state, results, obliquity, state.opening))
+    return tuple(layers)
 
 
 @measures("layer", "perforated")
 def layer_perforation(scene: Scene, plate: Plate) -> float:
     """Return whether a layer is perforated: 1 or 0."""
-    found = layer_state(scene, plate.body)
-    refuse_if(found.state not in (YES, NO), f"{NOT_YET}: {found.reason}" if found.state else found.reason)
-    return float(found.state == YES)
+    state = layer_state(scene, plate.body)
+    refuse_if(state.state not in (YES, NO), f"{NOT_YET}: {state.reason}" if state.state else state.reason)
+    return float(state.state == YES)
 
 
 @measures("run", "perforated")
@@ -84,8 +84,8 @@ def target_perforation(scene: Scene) -> float:
 
 def perforation_text(layers: Sequence[LayerMeasures], unitless: bool = False) -> str:
     """Return a line that states which layers are perforated, in order along the shot line; empty where undefined."""
-    known = (layer for layer in layers if layer.state or layer.opening)
-    return "; ".join(f"{layer.body}: {_layer_text(layer, unitless)}" for layer in known)
+    defined = (layer for layer in layers if layer.state or layer.opening)
+    return "; ".join(f"{layer.body}: {_layer_text(layer, unitless)}" for layer in defined)
 
 
 def _layer_text(layer: LayerMeasures, unitless: bool) -> str:
@@ -136,8 +136,8 @@ def loaded_diameter(scene: Scene, plate: Plate) -> float:
     """Return the diameter about the shot line that holds 90 % of the mass that has arrived [m]."""
     refuse_if(not is_struck(scene, plate), "nothing has reached the layer")
     rows = arrived_particles(scene, plate)
-    across = np.sqrt((plate.in_plane(scene.position[rows]) ** 2).sum(axis=1))
-    return 2.0 * weighted_quantile(across, scene.now.fields["mass"][rows], LOADED_MASS_SHARE) + scene.spacing
+    radius = np.sqrt((plate.in_plane(scene.position[rows]) ** 2).sum(axis=1))
+    return 2.0 * weighted_quantile(radius, scene.now.fields["mass"][rows], LOADED_MASS_SHARE) + scene.spacing
 
 
 @measures("layer", "mean_pressure", needs=("start",))
@@ -148,16 +148,16 @@ def mean_pressure(scene: Scene, plate: Plate) -> float:
         raise UndefinedMeasureError("a single moment does not contain the time of the first arrival")
     number = scene.layers.index(plate.body)
     first = timeline.first(lambda moment: moment.struck[number])
-    since = timeline.moment(0).time if first is None else timeline.interval(first)[0]
-    refuse_if(not scene.now.time > since, "nothing has reached the layer")
+    arrival = timeline.moment(0).time if first is None else timeline.interval(first)[0]
+    refuse_if(not scene.now.time > arrival, "nothing has reached the layer")
     area = 0.25 * np.pi * width**2 if scene.space == 3 else width
-    return float(impulse(scene, plate) / (area * (scene.now.time - since)))
+    return float(impulse(scene, plate) / (area * (scene.now.time - arrival)))
 
 
 def _momentum(snapshot: Snapshot, plate: Plate) -> float:
-    own = snapshot.body == plate.body
-    along = snapshot.fields["velocity"][own] @ np.array(plate.basis[0])
-    return float((snapshot.fields["mass"][own] * along).sum())
+    layer = snapshot.body == plate.body
+    velocity = snapshot.fields["velocity"][layer] @ np.array(plate.basis[0])
+    return float((snapshot.fields["mass"][layer] * velocity).sum())
 
 
 class Moment:
@@ -165,13 +165,13 @@ class Moment:
 
     def __init__(self, scene: Callable[[], Scene]):
         self.scene = scene
-        now = scene()
-        self.time = now.now.time
-        known = now.now.dimensions > 1 and now.has_motion
-        known = known and float(now.now.fields["mass"][now.is_projectile].sum()) > 0.0
-        plates = [now.plate(body) if known else None for body in now.layers]
-        self.passed = tuple(plate is not None and is_behind(now, plate) for plate in plates)
-        self.struck = tuple(plate is not None and is_struck(now, plate) for plate in plates)
+        current = scene()
+        self.time = current.now.time
+        defined = current.now.dimensions > 1 and current.has_motion
+        defined = defined and float(current.now.fields["mass"][current.is_projectile].sum()) > 0.0
+        plates = [current.plate(body) if defined else None for body in current.layers]
+        self.passed = tuple(plate is not None and is_behind(current, plate) for plate in plates)
+        self.struck = tuple(plate is not None and is_struck(current, plate) for plate in plates)
         self._states: dict[int, str] = {}
         self.craters: dict[int, Any] = {}  # of layers, where all moments are measured
 
@@ -212,27 +212,27 @@ class Timeline:
             self.known[number] = Moment(lambda: self.load(number))
         return self.known[number]
 
-    def first(self, holds: Callable[[Moment], bool]) -> int | None:
+    def first(self, condition: Callable[[Moment], bool]) -> int | None:
         """Return the first moment from which on a condition holds; None where it has always held or never."""
         before, after = 0, self.count - 1
-        if self.count < 2 or holds(self.moment(before)) or not holds(self.moment(after)):
+        if self.count < 2 or condition(self.moment(before)) or not condition(self.moment(after)):
             return None
         while after - before > 1:
             middle = (before + after) // 2
-            before, after = (before, middle) if holds(self.moment(middle)) else (middle, after)
+            before, after = (before, middle) if condition(self.moment(middle)) else (middle, after)
         return after
 
     def interval(self, number: int) -> tuple[float, float]:
         """Return the middle of the time between a moment and the one before, and half of it [s]."""
-        early, late = self.moment(number - 1).time, self.moment(number).time
-        return 0.5 * (early + late), 0.5 * (late - early)
+        begin, end = self.moment(number - 1).time, self.moment(number).time
+        return 0.5 * (begin + end), 0.5 * (end - begin)
 
 
 @measures("layer", "perforation_time")
 def perforation_time(scene: Scene, plate: Plate) -> Result:
     """Return the time at which a layer was perforated [s], to half the interval of the snapshots."""
-    found, timeline = layer_state(scene, plate.body), scene.timeline
-    refuse_if(found.state != YES, f"not perforated: {found.reason}" if found.state else found.reason)
+    state, timeline = layer_state(scene, plate.body), scene.timeline
+    refuse_if(state.state != YES, f"not perforated: {state.reason}" if state.state else state.reason)
     opened = None if timeline is None else timeline.first(lambda moment: moment.state(plate.body) == YES)
     if timeline is None or opened is None:
         raise UndefinedMeasureError("a single moment does not contain the time")
@@ -243,9 +243,9 @@ def perforation_time(scene: Scene, plate: Plate) -> Result:
 @measures("layer", "exit_time", "exit_velocity", "exit_mass_fraction", "exit_length")
 def exit_of_the_projectile(scene: Scene, plate: Plate) -> Outcomes:
     """Return the time [s] at which half of the projectile's mass was behind a layer, and its state at that moment."""
-    found, timeline = layer_state(scene, plate.body), scene.timeline
-    if found.state != YES and not found.opening:
-        raise UndefinedMeasureError(f"not perforated: {found.reason}")
+    state, timeline = layer_state(scene, plate.body), scene.timeline
+    if state.state != YES and not state.opening:
+        raise UndefinedMeasureError(f"not perforated: {state.reason}")
     if timeline is None:
         raise UndefinedMeasureError("a single moment does not contain the time")
     number = scene.layers.index(plate.body)
