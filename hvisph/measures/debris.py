@@ -239,6 +239,9 @@ def _angles(scene: Scene, rows: np.ndarray) -> np.ndarray:
     return np.asarray(np.arctan2(np.sqrt((velocity[:, 1:] ** 2).sum(axis=1)), velocity[:, 0]))
 
 
+# Relative error of mass and momentum of ejecta over dx/w, w being the width of the projectile: 2.5 to 3.5 in granite,
+# porous basalt and aluminium that are struck at 6 km/s, by extrapolation from 4, 8 and 16 particles across.
+EJECTA_ERROR = 3.0
 EJECTA_HEIGHT = 2.0  # [dx]; least height of ejecta over the struck face, above the disorder of a free surface
 BINS_PER_DECADE = 10  # bins of the launch speed
 
@@ -296,14 +299,16 @@ def ejecta(scene: Scene) -> Outcomes:
     momentum = -mass * (scene.now.fields["velocity"][rows] @ normal)
     own = scene.now.body[rows] == scene.target
     ejected, escapes = own | scene.is_projectile[rows], _escapes(scene, plate)
+    error = min(EJECTA_ERROR * scene.spacing / scene.width, 1.0) if scene.width > 0.0 else 0.0
     variants: dict[str, Outcome] = dict.fromkeys(("all", "target", "escaping"), "the projectile has no momentum")
     if initial_momentum > 0.0:
         masks = {"all": ejected, "target": own, "escaping": escapes if isinstance(escapes, str) else ejected & escapes}
         for name, rows_or_reason in masks.items():
             gain = 0.0 if isinstance(rows_or_reason, str) else float(momentum[rows_or_reason].sum()) / initial_momentum
-            beta = Result(1.0 + gain, discretization=scene.discretization * gain)
+            beta = Result(1.0 + gain, discretization=error * gain)
             variants[name] = rows_or_reason if isinstance(rows_or_reason, str) else beta
-    return {"beta": variants, "ejecta_mass": float(mass[own].sum()), "ejecta_momentum": float(momentum[own].sum())}
+    sums = {"ejecta_mass": float(mass[own].sum()), "ejecta_momentum": float(momentum[own].sum())}
+    return {"beta": variants} | {name: Result(value, discretization=error * value) for name, value in sums.items()}
 
 
 @measures("layer", "ejecta_angle", "ejecta_radius", needs=("motion",))

@@ -19,6 +19,7 @@ from .result import Result
 # Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
 UNSCALED_UNITS = ("", "%", "deg")
 NEGLIGIBLE = 1e-6
+LARGEST_FIXED = 1e6  # numbers above it are shown by powers of ten
 KILOJOULES = 1e4  # [J]; kinetic energies above it are shown in kJ
 MOST_HEADLINES = 8  # measures printed at the end of a run
 _TIME = NumberFormat("time", "t", "us", 2)
@@ -136,11 +137,11 @@ def _format_number(value: float | None, spread: float | None, display: NumberFor
         return "-"
 
     display = display.scale_to(max(abs(value), abs(spread or 0.0)))
-    # a size may be too small for the digits of its kind, and known better: of dust, or of a gas
+    # a size may be too small for the digits of its kind, and known better: of dust, or of a gas; or too large
     last, size = 10.0**-display.decimals, abs(value) * display.factor
     is_exact = abs(spread or 0.0) * display.factor < 0.5 * last
     is_tiny = display.unit not in UNSCALED_UNITS and is_exact and NEGLIGIBLE < size < 10.0 * last
-    fixed = display.decimals >= 0 and not is_tiny
+    fixed = display.decimals >= 0 and not is_tiny and size < LARGEST_FIXED
 
     def number(figure: float) -> str:
         figure *= display.factor
