@@ -93,13 +93,13 @@ class Budget:
         for rigid in _rigid_bodies(setup):
             if rigid.is_free(particles.dim):
                 clamped &= particles.tags[:, FLAGS] >> GROUP_SHIFT != rigid.group
-        held = share.get_maxima(float(clamped.any()))[0]
-        kept = not setup.planes and not held and self.boundaries is None
-        self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
-        middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
+        has_clamps = share.get_maxima(float(clamped.any()))[0]
+        is_conserved = not setup.planes and not has_clamps and self.boundaries is None
+        self.angular_momentum = angular_momentum(setup) if is_conserved else np.zeros(0)
+        middle = [share.exact_sum(x) / share.count for x in particles["position"].T]
         square = np.zeros(particles.count)  # of the lever
-        for along, centre in zip(particles["position"].T, middle, strict=True):
-            square += (along - centre) ** 2
+        for x_k, centre in zip(particles["position"].T, middle, strict=True):
+            square += (x_k - centre) ** 2
         self._angular_scale = share.exact_sum(particles["mass"] * speed * np.sqrt(square))
         free = np.ones(3)
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
@@ -122,11 +122,11 @@ class Budget:
             self.rigid_rotation += motion.rotation
             self.impulse[: len(motion.momentum)] -= motion.momentum
         if self.boundaries is not None:
-            given, left = self.boundaries.momentum, self.boundaries.edge_momentum
+            gained, edge_momentum = self.boundaries.momentum, self.boundaries.edge_momentum
             self.external_work += self.boundaries.work
-            self.weight[: len(given)] += given
+            self.weight[: len(gained)] += gained
             self.edge_energy += self.boundaries.edge_energy
-            self.edge_momentum[: len(left)] += left
+            self.edge_momentum[: len(edge_momentum)] += edge_momentum
         if self.gravity is not None:
             particles = self._setup.particles
             self.gravity_energy = self._total_potential() - self.potential
@@ -139,10 +139,10 @@ class Budget:
     def _add_plane_work(self, sums: np.ndarray) -> None:
         """Add the work of moving planes of symmetry in a step: their velocity times the momentum that they transmit."""
         if self.boundaries is not None and self.boundaries.speeds:
-            taken = np.array(self.support_momentum(sums))
+            momentum = np.array(self.support_momentum(sums))
             for axis, speed in self.boundaries.speeds:
-                self.external_work -= speed * float(taken[axis] - self.taken[axis])
-            self.taken[:] = taken
+                self.external_work -= speed * float(momentum[axis] - self.taken[axis])
+            self.taken[:] = momentum
 
     def _total_potential(self) -> float:
         """Return the potential energy of all particles in the field of gravity [J]."""
@@ -150,8 +150,8 @@ class Budget:
         particles = self._setup.particles
         potential = self.gravity.potential(particles["position"])
         # the layer beyond an edge has no energy in the budget
-        within = particles.tags[:, FLAGS] >> GROUP_SHIFT != LAYER_GROUP
-        return float(self._setup.subdomain.exact_sum(np.where(within, particles["mass"] * potential, 0.0)))
+        inside = particles.tags[:, FLAGS] >> GROUP_SHIFT != LAYER_GROUP
+        return float(self._setup.subdomain.exact_sum(np.where(inside, particles["mass"] * potential, 0.0)))
 
     def highest(self) -> float:
         """Return the highest pressure of any particle of all processes so far [Pa]."""
@@ -165,11 +165,11 @@ class Budget:
 
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the energies by kind [J; per metre in 2D] of the computed part; None for unknown ones."""
-        kept = self._has_energy
+        has_energy = self._has_energy
         energies = {"initial": self.energy, "kinetic": float(sums[column.KINETIC]),
-                 "internal": float(sums[column.INTERNAL]) if kept else None,
-                 "plastic_work": self.plastic_work if kept else None,
-                 "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
+                 "internal": float(sums[column.INTERNAL]) if has_energy else None,
+                 "plastic_work": self.plastic_work if has_energy else None,
+                 "shock_heating": self.shock_heating if has_energy else None, "slip_work": self.slip_work}  # fmt: skip
         energies |= {} if self.gravity is None else {"gravity": self.gravity_energy}
         energies |= {"external_work": self.external_work} if self._setup.driven else {}
         energies |= {ROTATION_COLUMN: self.rigid_rotation} if _rigid_bodies(self._setup) else {}
@@ -190,16 +190,16 @@ class Budget:
 
     def support_momentum(self, sums: np.ndarray) -> list[float]:
         """Return the momentum (3) [kg m/s] that clamps, walls and planes of symmetry have taken since the start."""
-        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.retired[2:5] - self.weight + self.edge_momentum
-        return [float(one) for one in np.where(self._free > 0.0, self.impulse, self.momentum - now)]
+        momentum = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.retired[2:5] - self.weight + self.edge_momentum
+        return [float(component) for component in np.where(self._free > 0.0, self.impulse, self.momentum - momentum)]
 
     def momentum_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of momentum over the sum of m |v| at the start; None if nothing moved, or for a sphere."""
         if self.gravity is not None and self.gravity.kind != UNIFORM:
             return None
-        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.impulse + self.retired[2:5] - self.weight
-        now = now + self.edge_momentum
-        change = float(np.linalg.norm((now - self.momentum) * self._free))
+        momentum = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.impulse + self.retired[2:5] - self.weight
+        momentum = momentum + self.edge_momentum
+        change = float(np.linalg.norm((momentum - self.momentum) * self._free))
         return change / self.size if self.size > 0.0 else None
 
     def angular_drift(self) -> float | None:
@@ -211,12 +211,12 @@ class Budget:
     def as_dict(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the plain form for the summary, without numbers that are not finite."""
         ratio = float(sums[column.KINETIC]) / self.kinetic if self.kinetic > 0.0 else None
-        kept = {"energy_drift": self.energy_drift(sums), "momentum_drift": self.momentum_drift(sums),
+        figures = {"energy_drift": self.energy_drift(sums), "momentum_drift": self.momentum_drift(sums),
                  "angular_momentum_drift": self.angular_drift(), "kinetic_energy_ratio": ratio}  # fmt: skip
         if self.retired[0]:
-            kept |= {"retired_particles": float(self.retired[0]), "retired_mass": float(self.retired[1]),
+            figures |= {"retired_particles": float(self.retired[0]), "retired_mass": float(self.retired[1]),
                       "retired_energy": float(self.retired[5])}  # fmt: skip
-        return {name: value if value is not None and np.isfinite(value) else None for name, value in kept.items()}
+        return {name: value if value is not None and np.isfinite(value) else None for name, value in figures.items()}
 
 
 def has_edges(boundaries: Boundaries | None) -> bool:
@@ -236,8 +236,8 @@ def angular_momentum(setup: Setup) -> np.ndarray:
     parts = np.zeros((2, columns), np.int64)
     for first in range(0, particles.count, BATCH):
         parts += encode_terms(angular_momentum_of(particles, slice(first, first + BATCH)), unit)
-    own = sum((rigid.own_spin for rigid in _rigid_bodies(setup)), np.zeros(3))
-    return decode_sum(setup.subdomain.total(parts), unit) + own[3 - columns :]
+    spin = sum((rigid.own_spin for rigid in _rigid_bodies(setup)), np.zeros(3))
+    return decode_sum(setup.subdomain.total(parts), unit) + spin[3 - columns :]
 
 
 def _rigid_bodies(setup: Setup) -> list[RigidMotion]:
@@ -257,9 +257,9 @@ def work_of_fracture(setup: Setup, of_energy: bool = True) -> float:
     return setup.subdomain.exact_sum(work)
 
 
-def angular_momentum_of(particles: Particles, some: slice = slice(None)) -> np.ndarray:
-    """Return the angular momentum of `some` particles about the origin (n, 0, 1 or 3) [kg m^2/s]."""
-    x, momentum = particles["position"][some], particles["mass"][some, None] * particles["velocity"][some]
+def angular_momentum_of(particles: Particles, rows: slice = slice(None)) -> np.ndarray:
+    """Return the angular momentum of the particles `rows` about the origin (n, 0, 1 or 3) [kg m^2/s]."""
+    x, momentum = particles["position"][rows], particles["mass"][rows, None] * particles["velocity"][rows]
     pairs: dict[int, tuple[tuple[int, int], ...]] = {1: (), 2: ((0, 1),), 3: ((1, 2), (2, 0), (0, 1))}
     columns = [x[:, a] * momentum[:, b] - x[:, b] * momentum[:, a] for a, b in pairs[_rotation_dimensions(particles)]]
     return np.stack(columns, 1) if columns else np.zeros((len(x), 0))
@@ -298,7 +298,7 @@ class Observer:
             ((LATE_COLUMN,), len(stepper.late) > 1, lambda *_: [float(stepper.late[0])]),
             ((HIGHEST_COLUMN,), True, lambda budget, _: [budget.highest()]),
         )  # fmt: skip
-        self._optional = [(names, values) for names, there, values in optional if there]
+        self._optional = [(names, values) for names, applies, values in optional if applies]
         names = (name for names, _ in self._optional for name in names)
         self._angular = ANGULAR_COLUMNS[_rotation_dimensions(setup.particles)]
         self.columns = (*self.BASE, *self._watched, *names, *self._angular, *setup.gauges.columns)

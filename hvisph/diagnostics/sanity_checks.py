@@ -78,43 +78,43 @@ class SanityChecks:
     def check_step(self, limit: GlobalLimit, time: float, step: int) -> None:
         """Check the step limit: rates are finite and the step is not much shorter than the first one."""
         if limit.criterion in INVALID_STATES:
-            seen, text = self._setup.subdomain.look_up(limit.number), INVALID_STATES[limit.criterion]
-            raise self._failure(limit.criterion, seen, time, step, text)
+            particle, text = self._setup.subdomain.look_up(limit.number), INVALID_STATES[limit.criterion]
+            raise self._failure(limit.criterion, particle, time, step, text)
         if self.first is None:
             self.first = limit.dt
         smallest = self._limits.step_over_initial
         if limit.dt < smallest * self.first:
             text = f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
-            seen = self._setup.subdomain.look_up(limit.number)
-            raise self._failure("step_collapse", seen, time, step, f"{text}'{limit.criterion}'")
+            particle = self._setup.subdomain.look_up(limit.number)
+            raise self._failure("step_collapse", particle, time, step, f"{text}'{limit.criterion}'")
 
     def check_state(self, drift: float | None, time: float, step: int) -> None:
         """Check the state after a step: finite, bounded speeds and densities, total energy conserved."""
         sums = self._setup.stepper.sums
         if not all(map(isfinite, sums[: column.FASTEST + 1].tolist())):
-            bad = self._first_of(np.logical_not(np.isfinite(self._setup.particles.data).all(axis=1)))
-            if bad:
-                raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
+            particle = self._first_of(np.logical_not(np.isfinite(self._setup.particles.data).all(axis=1)))
+            if particle:
+                raise self._failure("not_finite", particle, time, step, "a value of the state is not finite")
         if not sums[column.FASTEST] <= self.speed_limit:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
-            fastest, most = sums[column.FASTEST], self.speed_limit
-            text = f"a particle moves at {fastest:.4g} m/s, more than the limit of {most:.4g} m/s"
+            fastest, top = sums[column.FASTEST], self.speed_limit
+            text = f"a particle moves at {fastest:.4g} m/s, more than the limit of {top:.4g} m/s"
             raise self._failure("runaway", self._setup.subdomain.worst(speed), time, step, text)
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
-        missing, allowed = self._missing_energy(), self._limits.negative_energy
-        if allowed is not None and missing > allowed:
+        deficit, allowed = self._missing_energy(), self._limits.negative_energy
+        if allowed is not None and deficit > allowed:
             particles = self._setup.particles
             coldest = self._setup.subdomain.worst(-particles["mass"] * particles["internal_energy"])
-            text = f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
+            text = f"the internal energy of the whole is below zero by {100.0 * deficit:.3g} % of that at the start, "
             text += f"more than {100.0 * allowed:g} %; it is lowest in"
             raise self._failure("negative_energy", coldest, time, step, text)
-        most = self._limits.energy_drift
-        if most is not None and drift is not None and not abs(drift) <= most:
+        top = self._limits.energy_drift
+        if top is not None and drift is not None and not abs(drift) <= top:
             stepper = self._setup.stepper
             power = stepper.rates[stepper.place, self._setup.particles.dim]  # after the acceleration
             hottest = self._setup.subdomain.worst(np.abs(power))
-            text = f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than {100.0 * most:g} %; "
+            text = f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than {100.0 * top:g} %; "
             raise self._failure("energy_drift", hottest, time, step, f"{text}energy changes fastest in")
 
     def warning(self, time: float) -> str:
@@ -128,13 +128,13 @@ class SanityChecks:
                 "for ten transit times: an edge bears the initial stress only, and a lasting load drives the body "
                 "through it; support the body there"
             )
-        missing = self._missing_energy()
-        if self._warned or not missing > NEGATIVE_ENERGY_TOLERANCE:
+        deficit = self._missing_energy()
+        if self._warned or not deficit > NEGATIVE_ENERGY_TOLERANCE:
             return ""
         self._warned = True
         return (
             f"warning: the total internal energy became negative at t = {time:.6g} s, by "
-            f"{100.0 * missing:.2g} % of the initial energy: later results are not reliable"
+            f"{100.0 * deficit:.2g} % of the initial energy: later results are not reliable"
         )
 
     def _missing_energy(self) -> float:
@@ -150,8 +150,8 @@ class SanityChecks:
         fine = lowest > 0.0 and highest < limits.min()
         if not share.get_maxima(float(not fine))[0]:
             return
-        most = limits[particles.material]
-        outside = ~((density > 0.0) & (density < most))
+        bounds = limits[particles.material]
+        outside = ~((density > 0.0) & (density < bounds))
         worst, count = self._first_of(outside), int(share.total(np.array([outside.sum()]))[0])
         if worst:
             material = int(share.gather_values(np.array([worst.number]), particles.tags)[0, MATERIAL])
@@ -163,36 +163,36 @@ class SanityChecks:
             )
             raise self._failure("density", worst, time, step, text)
 
-    def _first_of(self, chosen: Any) -> ParticleReport | None:
-        """Return the particle of smallest number among the `chosen` (n,), bool, of all processes."""
-        return self._setup.subdomain.worst(np.where(chosen, 1.0, -np.inf))
+    def _first_of(self, mask: Any) -> ParticleReport | None:
+        """Return the particle of smallest number of a `mask` (n,), bool, of all processes."""
+        return self._setup.subdomain.worst(np.where(mask, 1.0, -np.inf))
 
     def describe_collapse(self, error: RunError, time: float, step: int) -> Failure:
         """Return the failure of an evaluation with too many neighbours, at the most crowded particle."""
         position = self._setup.particles["position"]
         edge = self._setup.stepper.support
         finite = np.isfinite(position).all(axis=1) & (np.abs(position) < 1e15 * edge).all(axis=1)
-        lost = self._first_of(~finite)
-        if lost:
-            return self._failure("not_finite", lost, time, step, "a position is not finite")
+        particle = self._first_of(~finite)
+        if particle:
+            return self._failure("not_finite", particle, time, step, "a position is not finite")
         cells = np.floor(position / edge).astype(np.int64)
         _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
         crowded = self._setup.subdomain.worst(crowd[member.ravel()].astype(float))
         return self._failure("collapse", crowded, time, step, str(error))
 
-    def _failure(self, criterion: str, seen: ParticleReport | None, time: float, step: int, what: str) -> Failure:
-        assert seen is not None  # there are particles
-        body = self._setup.bodies[seen.body]
-        place = ", ".join(f"{x:.6g}" for x in seen.position)
+    def _failure(self, criterion: str, particle: ParticleReport | None, time: float, step: int, fault: str) -> Failure:
+        assert particle is not None  # there are particles
+        body = self._setup.bodies[particle.body]
+        place = ", ".join(f"{x:.6g}" for x in particle.position)
         message = (
-            f"{what}: particle {seen.number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
-            f"{_likely_cause(seen, self._setup.bears_any_tension[seen.body], criterion)}"
+            f"{fault}: particle {particle.number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
+            f"{_likely_cause(particle, self._setup.bears_any_tension[particle.body], criterion)}"
         )
-        return Failure(criterion, message, seen.number, body, seen.position, time, step)
+        return Failure(criterion, message, particle.number, body, particle.position, time, step)
 
 
-def _likely_cause(seen: ParticleReport, bears_any_tension: bool, criterion: str) -> str:
-    density, energy = seen.density, seen.energy
+def _likely_cause(particle: ParticleReport, bears_any_tension: bool, criterion: str) -> str:
+    density, energy = particle.density, particle.energy
     if not np.isfinite(density) or not np.isfinite(energy):
         return "its state is not finite: the step is too long there; try a smaller time.cfl"
     if density <= 0.0:

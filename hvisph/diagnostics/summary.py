@@ -33,52 +33,52 @@ from .warnings import ValidityRange, final_warnings
 NEGATIVE_ENERGY_SHARE = 1e-9  # share of the mean energy of the start below which a negative energy is round-off
 
 
-def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
+def shares(state: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
     """Return mass fractions [-] by name, None where unknown; `materials` are those of the bodies in order."""
-    mass = now.fields["mass"]
-    whole = float(mass.sum())
-    if not whole > 0.0:
+    mass = state.fields["mass"]
+    total = float(mass.sum())
+    if not total > 0.0:
         return {}
     parts: dict[str, float | None] = {}
-    damage = now.fields.get("damage")
+    damage = state.fields.get("damage")
     if damage is not None:
-        breaks = np.isin(now.body, [k for k, one in enumerate(materials) if one.damage.tag != 0])
-        parts["failed"] = float(mass[breaks & (damage >= 1.0)].sum()) / whole if breaks.any() else None
-    parts["above_melting"] = _melted_mass(now, materials, mass)
-    energy = now.fields.get("internal_energy")
+        breaks = np.isin(state.body, [k for k, m in enumerate(materials) if m.damage.tag != 0])
+        parts["failed"] = float(mass[breaks & (damage >= 1.0)].sum()) / total if breaks.any() else None
+    parts["above_melting"] = _melted_mass(state, materials, mass)
+    energy = state.fields.get("internal_energy")
     if energy is not None:
-        density, temperature, beyond = now.fields["density"], now.fields.get("temperature"), 0.0
+        density, temperature, mass_beyond = state.fields["density"], state.fields.get("temperature"), 0.0
         for body, material in enumerate(materials):
-            own = now.body == body
-            hot = None if temperature is None else temperature[own]
-            borne = [None if one is None else one[own] for one in (now.fields.get("pressure"), damage)]
-            beyond += float(mass[own][outside_range(material, density[own], energy[own], hot, *borne)].sum())
-        parts["beyond_range"] = beyond / whole
+            rows = state.body == body
+            hot = None if temperature is None else temperature[rows]
+            borne = [None if values is None else values[rows] for values in (state.fields.get("pressure"), damage)]
+            mass_beyond += float(mass[rows][outside_range(material, density[rows], energy[rows], hot, *borne)].sum())
+        parts["beyond_range"] = mass_beyond / total
         squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
         energies = start.fields["mass"] * (0.5 * squared + np.abs(start.fields["internal_energy"]))
         mean = float(energies.sum() / start.fields["mass"].sum())
         floor = min(0.0, float(start.fields["internal_energy"].min())) - NEGATIVE_ENERGY_SHARE * mean
-        parts["negative_energy"] = float(mass[energy < floor].sum()) / whole
+        parts["negative_energy"] = float(mass[energy < floor].sum()) / total
     return parts
 
 
-def _melted_mass(now: Snapshot, materials: Sequence[Material], mass: np.ndarray) -> float | None:
-    temperature = now.fields.get("temperature")
+def _melted_mass(state: Snapshot, materials: Sequence[Material], mass: np.ndarray) -> float | None:
+    temperature = state.fields.get("temperature")
     if temperature is None:
         return None
-    melted, known = 0.0, False
+    melted, defined = 0.0, False
     point = python_twin(melt_temperature)
     for body, material in enumerate(materials):
         row = material.row()
         if not np.isfinite(row[MELT_TEMPERATURE]):
             continue
-        known = True
+        defined = True
         # most of a target is cold: Lindemann's and Simon's points are not below half of that without pressure
-        hot = np.flatnonzero((now.body == body) & (temperature > 0.5 * row[MELT_TEMPERATURE]))
-        states = zip(now.fields["density"][hot], now.fields["pressure"][hot], strict=True)
+        hot = np.flatnonzero((state.body == body) & (temperature > 0.5 * row[MELT_TEMPERATURE]))
+        states = zip(state.fields["density"][hot], state.fields["pressure"][hot], strict=True)
         limits = np.array([point(rho, p, row) for rho, p in states])
         melted += float(mass[hot][temperature[hot] >= limits].sum()) if len(hot) else 0.0
-    return melted / float(mass.sum()) if known else None
+    return melted / float(mass.sum()) if defined else None
 
 
 def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain | None, particles: int,
@@ -96,19 +96,19 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
         if status != "failed":
             raise
         measured = undefined_measures(now, f"the run failed and its last state cannot be measured ({error})")
-    plain = measured.as_dict()
+    content = measured.as_dict()
     if case.kinematics != "axisymmetric":
-        for name, table in plain.get("bodies", {}).items():
-            own, fields = now.body == now.bodies.index(name), now.fields
+        for name, table in content.get("bodies", {}).items():
+            rows, fields = now.body == now.bodies.index(name), now.fields
             if case.bodies[name].rigid is not None and case.dim > 1:
-                turns = angular_velocity(fields["position"][own], fields["velocity"][own], fields["mass"][own])
+                turns = angular_velocity(fields["position"][rows], fields["velocity"][rows], fields["mass"][rows])
                 table["angular_velocity"] = turns
-    pressures, apart = compare_peak_pressure(case, highest_pressure)
+    pressures, remarks = compare_peak_pressure(case, highest_pressure)
     fractions = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
     models = [body.material for body in case.bodies.values()]
     restores = case.formulation.type == "projection"  # its pressures restore the density: no states of a material
-    breaks = [one.damage.type != "none" or one.strength.type in ("none", "fabric") for one in models]
-    whole = [not (restores or one) for one in breaks]
+    breaks = [model.damage.type != "none" or model.strength.type in ("none", "fabric") for model in models]
+    unbreakable = [not (restores or b) for b in breaks]
     return {
         "answer": measured.answer,
         "title": case.title,
@@ -123,11 +123,11 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
         "wall_seconds": wall_seconds,
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
         **{
-            name: plain[name]
+            name: content[name]
             for name in ("measures", "bodies", "layers", "projectile", "cloud", "whole", "profile")
-            if name in plain
+            if name in content
         },
-        "remarks": [*_final_warnings(case, whole, start, now, snapshots), *(() if restores else apart)],
+        "remarks": [*_final_warnings(case, unbreakable, start, now, snapshots), *(() if restores else remarks)],
         "correlations": [asdict(one) for one in correlations_of(case)[0]],
         "energies": {k: None if one is None else one * measured.whole.factor for k, one in (energies or {}).items()},
         **({} if crack_area is None else {"crack_area": crack_area * measured.whole.factor}),
@@ -139,7 +139,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
 
 
 def _final_warnings(
-    case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, files: Sequence[Path]
+    case: Case, sound: Sequence[bool], start: Snapshot, final: Snapshot, files: Sequence[Path]
 ) -> list[str]:
     unread: list[str] = []
 
@@ -150,22 +150,22 @@ def _final_warnings(
             except HvisphError as error:
                 unread.append(f"{error}: remarks look at the other moments alone")
                 continue
-            if moment.time < now.time:
+            if moment.time < final.time:
                 yield moment
 
     states = case.formulation.type != "projection"
-    holds = [_validity_range(body, case.units == "none") for body in case.bodies.values() if states]
+    valid = [_validity_range(body, case.units == "none") for body in case.bodies.values() if states]
     cracks = [bool(getattr(body.material.damage, "breaks", False)) for body in case.bodies.values()]
-    return [*final_warnings(now, start, list(case.bodies), whole, case.resolution, holds, moments(), cracks), *unread]
+    return [*final_warnings(final, start, list(case.bodies), sound, case.resolution, valid, moments(), cracks), *unread]
 
 
 def _validity_range(body: Body, unitless: bool) -> ValidityRange:
     material = material_of(body.material, body.internal_energy)
     if body.rigid is not None:  # its density is that of its mass
         return ValidityRange(lambda density, *_, **__: np.zeros(len(density), bool), "", None)
-    holds = range_of(material)
+    limits = range_of(material)
     damage: Any = body.material.damage
     limited = [getattr(damage, key, None) for key in ("spall_strength", "pressure_cutoff")]
     knows_none = damage.type in ("none", "johnson_cook", "cockcroft_latham") and limited == [None, None]
-    bears = holds.tension if knows_none else None
-    return ValidityRange(partial(outside_range, material), holds.describe(unitless), bears)
+    bears = limits.tension if knows_none else None
+    return ValidityRange(partial(outside_range, material), limits.describe(unitless), bears)

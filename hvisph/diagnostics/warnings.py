@@ -39,73 +39,71 @@ class _Extremes:
 
 
 def validity_notes(
-    moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[ValidityRange]
+    moments: Iterable[Snapshot], bodies: Sequence[str], ranges: Sequence[ValidityRange]
 ) -> dict[str, list[str]]:
     """Return warnings on each body from all moments of a run, at most one of each kind.
 
-    `bodies`, `holds`: names of the bodies and ranges of validity of their materials.
+    `bodies`, `ranges`: names of the bodies and ranges of validity of their materials.
     """
-    seen, plain = [_Extremes() for _ in bodies], False
-    for now in moments:
-        plain = now.metadata.get("units") == "none"
-        if "internal_energy" not in now.fields:
+    seen, pure = [_Extremes() for _ in bodies], False
+    for moment in moments:
+        pure = moment.metadata.get("units") == "none"
+        if "internal_energy" not in moment.fields:
             continue
-        fields = {name: now.fields[name] for name in FIELDS_READ if name in now.fields}  # of a file read once
-        for number, (one, limits) in enumerate(zip(seen, holds, strict=True)):
-            mine = np.flatnonzero((now.body == number) & (fields["mass"] > 0.0))
+        fields = {name: moment.fields[name] for name in FIELDS_READ if name in moment.fields}  # of a file read once
+        for number, (e, limits) in enumerate(zip(seen, ranges, strict=True)):
+            mine = np.flatnonzero((moment.body == number) & (fields["mass"] > 0.0))
             if len(mine):
-                _record_extremes(one, limits, now, fields, mine)
-    return {
-        name: list(_range_warnings(one, limits, plain)) for name, one, limits in zip(bodies, seen, holds, strict=True)
-    }
+                _record_extremes(e, limits, moment, fields, mine)
+    return {name: list(_range_warnings(e, limits, pure)) for name, e, limits in zip(bodies, seen, ranges, strict=True)}
 
 
 def _record_extremes(
-    seen: _Extremes, limits: ValidityRange, now: Snapshot, fields: Mapping[str, np.ndarray], mine: np.ndarray
+    peak: _Extremes, limits: ValidityRange, moment: Snapshot, fields: Mapping[str, np.ndarray], mine: np.ndarray
 ) -> None:
     """Update the extremes of a body by its particles `mine` at a moment; `fields` are those of `FIELDS_READ`."""
     mass = fields["mass"][mine]
-    further = [fields[name][mine] if name in fields else None for name in ("temperature", "pressure", "damage")]
-    outside = limits.outside(fields["density"][mine], fields["internal_energy"][mine], *further)
+    fields_read = [fields[name][mine] if name in fields else None for name in ("temperature", "pressure", "damage")]
+    outside = limits.outside(fields["density"][mine], fields["internal_energy"][mine], *fields_read)
     share = float(mass[outside].sum() / mass.sum())
-    if share > LEAST_MASS_SHARE and seen.first is None:
-        seen.first = now.time
-    if share > seen.share:
-        seen.share, seen.at = share, now.time
+    if share > LEAST_MASS_SHARE and peak.first is None:
+        peak.first = moment.time
+    if share > peak.share:
+        peak.share, peak.at = share, moment.time
     if limits.tension is None or "pressure" not in fields:
         return
     tension = -np.nan_to_num(fields["pressure"][mine], nan=0.0)  # of a run that failed
-    seen.torn = max(seen.torn, float(mass[tension > limits.tension].sum() / mass.sum()))
-    most = int(tension.argmax())
-    if tension[most] > seen.tension:
-        seen.tension, seen.time = float(tension[most]), now.time
-        seen.place = tuple(float(x) for x in np.atleast_1d(now.fields["position"][mine[most]]))
+    peak.torn = max(peak.torn, float(mass[tension > limits.tension].sum() / mass.sum()))
+    highest = int(tension.argmax())
+    if tension[highest] > peak.tension:
+        peak.tension, peak.time = float(tension[highest]), moment.time
+        peak.place = tuple(float(x) for x in np.atleast_1d(moment.fields["position"][mine[highest]]))
 
 
-def _range_warnings(seen: _Extremes, limits: ValidityRange, plain: bool) -> Iterator[str]:
+def _range_warnings(peak: _Extremes, limits: ValidityRange, unitless: bool) -> Iterator[str]:
     def format_stress(value: float) -> str:
-        return f"{value:.3g}" if plain else f"{1e-9 * value:.3g} GPa"
+        return f"{value:.3g}" if unitless else f"{1e-9 * value:.3g} GPa"
 
     def format_moment(time: float) -> str:
-        return f"{time:.3g}" if plain else format_time(time, ".3g")
+        return f"{time:.3g}" if unitless else format_time(time, ".3g")
 
-    if seen.first is not None:
-        most = "" if seen.at == seen.first else f", first at {format_moment(seen.first)}"
+    if peak.first is not None:
+        first_words = "" if peak.at == peak.first else f", first at {format_moment(peak.first)}"
         yield (
-            f"{format_share(seen.share)} of its mass has left the range of its material at {format_moment(seen.at)}"
-            f"{most} ({limits.words}): later results extrapolate its models"
+            f"{format_share(peak.share)} of its mass has left the range of its material at {format_moment(peak.at)}"
+            f"{first_words} ({limits.words}): later results extrapolate its models"
         )
-    if limits.tension is not None and seen.torn > LEAST_MASS_SHARE:
-        unit, factor = ("", 1.0) if plain else axis_unit("mm", seen.place)
-        place = ", ".join(f"{factor * value:.3g}" for value in seen.place)
+    if limits.tension is not None and peak.torn > LEAST_MASS_SHARE:
+        unit, factor = ("", 1.0) if unitless else axis_unit("mm", peak.place)
+        place = ", ".join(f"{factor * value:.3g}" for value in peak.place)
         yield (
-            f"tension of up to {format_stress(seen.tension)}, which none of its models limits, at "
-            f"({place}){unit and f' {unit}'} and {format_moment(seen.time)} (of the snapshots); such a material "
+            f"tension of up to {format_stress(peak.tension)}, which none of its models limits, at "
+            f"({place}){unit and f' {unit}'} and {format_moment(peak.time)} (of the snapshots); such a material "
             f"spalls below {format_stress(limits.tension)}"
         )
 
 
-AXISYMMETRIC = tuple(name for name, one in KINEMATICS.items() if one.axisymmetric)
+AXISYMMETRIC = tuple(name for name, kinematics in KINEMATICS.items() if kinematics.axisymmetric)
 # Distance over size below which nearest neighbours are clumped, and share of such particles that causes a warning.
 CLUMP_DISTANCE, CLUMPED_SHARE = 0.3, 0.01
 # Negative internal energy over the initial energy, and share of detached particles, that cause a warning.
@@ -123,35 +121,35 @@ LARGE_FRAGMENT, CUT_STRAIN = 0.25, 0.5
 
 
 def final_warnings(
-    now: Snapshot,
+    final: Snapshot,
     start: Snapshot,
     bodies: Sequence[str],
-    whole: Sequence[bool],
+    sound: Sequence[bool],
     spacing: float,
-    holds: Sequence[ValidityRange] = (),
+    ranges: Sequence[ValidityRange] = (),
     moments: Iterable[Snapshot] = (),
     cracks: Sequence[bool] = (),
 ) -> list[str]:
     """Return warnings on the final state of a run.
 
-    `whole`: which bodies are solids without a damage model; `holds`: range of validity of each body's material;
+    `sound`: which bodies are solids without a damage model; `ranges`: range of validity of each body's material;
     `moments`: earlier states of the run; `cracks`: which bodies have a fracture energy.
     """
     texts = []
-    left = validity_notes(chain(moments, [now]), bodies, holds) if holds else {}
-    for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
-        mine = (now.body == number) & (now.fields["mass"] > 0.0)
+    notes = validity_notes(chain(moments, [final]), bodies, ranges) if ranges else {}
+    for number, (name, has_no_damage) in enumerate(zip(bodies, sound, strict=True)):
+        mine = (final.body == number) & (final.fields["mass"] > 0.0)
         if mine.sum() < 2:
             continue
-        texts += [f"{name}: {text}" for text in left.get(name, [])]
-        position = now.fields["position"][mine]
-        texts += [f"{name}: {text}" for text in _particle_warnings(now, mine, position, spacing)]
+        texts += [f"{name}: {text}" for text in notes.get(name, [])]
+        position = final.fields["position"][mine]
+        texts += [f"{name}: {text}" for text in _particle_warnings(final, mine, position, spacing)]
         breaks = bool(cracks) and cracks[number]
         if has_no_damage or breaks:
             # by number: particles may have left the domain since
-            before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
+            before = start.fields["position"][np.searchsorted(start.id, final.id[mine])]
         if breaks:
-            share, torn = undamaged_crack_share(position, before, now.fields["damage"][mine], spacing)
+            share, torn = undamaged_crack_share(position, before, final.fields["damage"][mine], spacing)
             if share > UNDAMAGED_CRACK_SHARE and torn > 1:
                 texts.append(
                     f"{name}: torn_without_damage {format_share(share)}: this share of the cracks lies between "
@@ -159,18 +157,18 @@ def final_warnings(
                     "has separated; use a coarser resolution or another formulation"
                 )
         if has_no_damage:
-            strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
+            strain = final.fields["plastic_strain"][mine] if "plastic_strain" in final.fields else np.zeros(mine.sum())
             texts += [f"{name}: {text}" for text in _fracture_warnings(position, before, strain, spacing)]
-    return [*texts, *_energy_warnings(now, start), *_isolation_warnings(now, start)]
+    return [*texts, *_energy_warnings(final, start), *_isolation_warnings(final, start)]
 
 
-def _particle_warnings(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
+def _particle_warnings(final: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
     position = position.reshape(len(position), -1)
-    density = now.fields["density"][mine]
-    if turned := int((density <= 0.0).sum()):
-        yield (f"{turned} of its particles are inverted (negative density): results there have no meaning")
-    volume = now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)
-    if now.metadata.get("kinematics") in AXISYMMETRIC:  # the section
+    density = final.fields["density"][mine]
+    if inverted := int((density <= 0.0).sum()):
+        yield (f"{inverted} of its particles are inverted (negative density): results there have no meaning")
+    volume = final.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)
+    if final.metadata.get("kinematics") in AXISYMMETRIC:  # the section
         volume = volume / (2.0 * np.pi * np.maximum(np.abs(position[:, 1]), 0.5 * spacing))
     size = volume ** (1.0 / position.shape[1])
     reach = CLUMP_DISTANCE * size
@@ -220,9 +218,9 @@ def undamaged_crack_share(
         NEIGHBOUR_DISTANCE * spacing, output_type="ndarray"
     )
     pieces = connected_groups(position, spacing, LINK_DISTANCE)
-    apart = pairs[pieces[pairs[:, 0]] != pieces[pairs[:, 1]]]
-    torn = int((damage[apart] <= LARGE_DAMAGE).all(axis=1).sum())
-    return (torn / len(apart) if len(apart) else 0.0), torn
+    separated = pairs[pieces[pairs[:, 0]] != pieces[pairs[:, 1]]]
+    torn = int((damage[separated] <= LARGE_DAMAGE).all(axis=1).sum())
+    return (torn / len(separated) if len(separated) else 0.0), torn
 
 
 def _initial_energy(start: Snapshot) -> float:
@@ -237,36 +235,36 @@ def _initial_energy(start: Snapshot) -> float:
     return energy
 
 
-def _isolation_warnings(now: Snapshot, start: Snapshot) -> Iterator[str]:
-    if not {"internal_energy", "pressure", "smoothing_length"} <= now.fields.keys():
+def _isolation_warnings(final: Snapshot, start: Snapshot) -> Iterator[str]:
+    if not {"internal_energy", "pressure", "smoothing_length"} <= final.fields.keys():
         return
-    mass, density, pressure = (now.fields[name] for name in ("mass", "density", "pressure"))
+    mass, density, pressure = (final.fields[name] for name in ("mass", "density", "pressure"))
     work = np.where((mass > 0.0) & (density > 0.0), mass * pressure / np.where(density > 0.0, density, 1.0), 0.0)
     pressed, at_start = np.flatnonzero(work > 0.0), _initial_energy(start)
     if not float(work[pressed].sum()) > ISOLATED_WORK_SHARE * at_start:  # also where it is no number
         return
-    position = now.fields["position"].reshape(now.count, -1)
-    reach = ISOLATION_DISTANCE * now.fields["smoothing_length"][pressed]
-    near = scipy.spatial.cKDTree(position[mass > 0.0]).query(
+    position = final.fields["position"].reshape(final.count, -1)
+    reach = ISOLATION_DISTANCE * final.fields["smoothing_length"][pressed]
+    distance = scipy.spatial.cKDTree(position[mass > 0.0]).query(
         position[pressed], 2, distance_upper_bound=float(reach.max())
     )[0][:, 1]
-    alone = pressed[near > reach]
-    held = float(work[alone].sum())
-    if held > ISOLATED_WORK_SHARE * at_start:
-        most = float(pressure[alone].max())
-        texts = f"{most:.3g}" if now.metadata.get("units") == "none" else f"{1e-9 * most:.3g} GPa"
-        share = format_share(float(mass[alone].sum() / mass.sum()))
+    isolated = pressed[distance > reach]
+    work_held = float(work[isolated].sum())
+    if work_held > ISOLATED_WORK_SHARE * at_start:
+        highest = float(pressure[isolated].max())
+        texts = f"{highest:.3g}" if final.metadata.get("units") == "none" else f"{1e-9 * highest:.3g} GPa"
+        share = format_share(float(mass[isolated].sum() / mass.sum()))
         yield (
             f"{share} of the mass are isolated particles without neighbours, at up to {texts}: they cannot expand, and "
-            f"keep {100 * held / at_start:.2g} % of the initial energy as p/rho; "
+            f"keep {100 * work_held / at_start:.2g} % of the initial energy as p/rho; "
             "`smoothing_length: {type: variable}` with a larger `max_over_initial` leaves less"
         )
 
 
-def _energy_warnings(now: Snapshot, start: Snapshot) -> Iterator[str]:
-    if "internal_energy" not in now.fields:
+def _energy_warnings(final: Snapshot, start: Snapshot) -> Iterator[str]:
+    if "internal_energy" not in final.fields:
         return
-    energy, at_start = now.fields["mass"] * now.fields["internal_energy"], _initial_energy(start)
+    energy, at_start = final.fields["mass"] * final.fields["internal_energy"], _initial_energy(start)
     below = float(-energy[energy < 0.0].sum())
     if at_start > 0.0 and below > NEGATIVE_ENERGY_SHARE * at_start:
         yield (f"negative internal energies add up to {100 * below / at_start:.2g} % of the initial energy")

@@ -95,18 +95,18 @@ def shock(material: Material, particle_velocity: float) -> ShockState:
         return ShockState(u, shock_speed, p0 + rho0 * shock_speed * u, rho, e)
 
     def excess(shock_speed: float) -> float:
-        behind = state(shock_speed)
-        alpha = 1.0 if pores is None else python_twin(crush_curve)(behind.pressure, row)
-        return solid(alpha * behind.density, behind.energy) / alpha - behind.pressure
+        shocked = state(shock_speed)
+        alpha = 1.0 if pores is None else python_twin(crush_curve)(shocked.pressure, row)
+        return solid(alpha * shocked.density, shocked.energy) / alpha - shocked.pressure
 
     # From above: near U = u some equations of state have left their range and have other roots.
     high = 10.0 * (c0 + u)
-    lead = high - u
+    margin = high - u
     for _ in range(400):
-        low = u + 0.9 * lead
+        low = u + 0.9 * margin
         if excess(low) > 0.0:
-            return state(bracketed_root(excess, low, u + lead))
-        lead *= 0.9
+            return state(bracketed_root(excess, low, u + margin))
+        margin *= 0.9
     raise RunError(f"{material.name}: no shock reaches a particle velocity of {u:.6g} m/s")
 
 
@@ -117,14 +117,14 @@ def impedance_match(projectile: Material, target: Material, velocity: float) -> 
         return shock(projectile, velocity - interface).pressure - shock(target, interface).pressure
 
     interface = bracketed_root(excess, 0.0, velocity)
-    behind, ahead = shock(projectile, velocity - interface), shock(target, interface)
+    projectile_state, target_state = shock(projectile, velocity - interface), shock(target, interface)
     return Impact(
         interface_velocity=interface,
-        pressure=ahead.pressure,
-        projectile=behind,
-        target=ahead,
-        projectile_shock_velocity=velocity - behind.shock_speed,
-        target_shock_velocity=ahead.shock_speed,
+        pressure=target_state.pressure,
+        projectile=projectile_state,
+        target=target_state,
+        projectile_shock_velocity=velocity - projectile_state.shock_speed,
+        target_shock_velocity=target_state.shock_speed,
     )
 
 
@@ -142,7 +142,7 @@ def last_waves(material: Material, velocities: Sequence[float], strength: bool =
     """
     stress = _stress(material, strength and material.shear_modulus > 0.0)
     ups, speeds = _integrate_wave(stress, material, max(velocities))
-    return [float(np.interp(up, ups, speeds, right=np.nan)) for up in velocities]
+    return [float(np.interp(u, ups, speeds, right=np.nan)) for u in velocities]
 
 
 def _stress(material: Material, strength: bool) -> Stress:
@@ -171,42 +171,42 @@ def _integrate_wave(stress: Stress, material: Material, highest: float) -> tuple
         eta, step = eta + step, min(step * _GROWTH, _STEP)
         v = v0 * (1.0 - eta)
         while True:
-            ahead = corners[-1]
-            sigma = _stress_behind_shock(stress, v, ahead)
-            slope = (sigma - ahead[1]) / (ahead[0] - v)
-            if len(corners) == 1 or slope < (ahead[1] - corners[-2][1]) / (corners[-2][0] - ahead[0]):
+            corner = corners[-1]
+            sigma = _stress_behind_shock(stress, v, corner)
+            slope = (sigma - corner[1]) / (corner[0] - v)
+            if len(corners) == 1 or slope < (corner[1] - corners[-2][1]) / (corners[-2][0] - corner[0]):
                 break
             corners.pop()
         if not 0.0 < slope < inf:
             continue  # strength goes where it melts, and the stress with it
-        e = ahead[2] + 0.5 * (sigma + ahead[1]) * (ahead[0] - v)
-        up = ahead[3] + sqrt((sigma - ahead[1]) * (ahead[0] - v))
-        if up <= ups[-1]:
+        e = corner[2] + 0.5 * (sigma + corner[1]) * (corner[0] - v)
+        velocity = corner[3] + sqrt((sigma - corner[1]) * (corner[0] - v))
+        if velocity <= ups[-1]:
             continue
-        ups.append(up)
-        speeds.append(ahead[3] + ahead[0] * sqrt(slope))
-        corners.append((v, sigma, e, up))
-        if up > highest:
+        ups.append(velocity)
+        speeds.append(corner[3] + corner[0] * sqrt(slope))
+        corners.append((v, sigma, e, velocity))
+        if velocity > highest:
             break
     speeds[0] = speeds[1]
     return ups, speeds
 
 
-def _stress_behind_shock(stress: Stress, v: float, ahead: tuple[float, ...]) -> float:
-    """Return the stress [Pa] behind a shock from the state `ahead` to the volume `v`, by secants."""
+def _stress_behind_shock(stress: Stress, v: float, initial: tuple[float, ...]) -> float:
+    """Return the stress [Pa] behind a shock from the state `initial` to the volume `v`, by secants."""
 
     def excess(sigma: float) -> float:
-        return stress(1.0 / v, ahead[2] + 0.5 * (sigma + ahead[1]) * (ahead[0] - v)) - sigma
+        return stress(1.0 / v, initial[2] + 0.5 * (sigma + initial[1]) * (initial[0] - v)) - sigma
 
-    first = stress(1.0 / v, ahead[2])
-    second = first + excess(first)
-    at_first, at_second = excess(first), excess(second)
+    first = stress(1.0 / v, initial[2])
+    trial = first + excess(first)
+    at_first, at_second = excess(first), excess(trial)
     for _ in range(4):
-        if at_second == at_first or abs(at_second) < 1e-9 * abs(second):
+        if at_second == at_first or abs(at_second) < 1e-9 * abs(trial):
             break
-        first, second = second, second - at_second * (second - first) / (at_second - at_first)
-        at_first, at_second = at_second, excess(second)
-    return second
+        first, trial = trial, trial - at_second * (trial - first) / (at_second - at_first)
+        at_first, at_second = at_second, excess(trial)
+    return trial
 
 
 SHOCKS = 240  # points of a Hugoniot, to FASTEST of the bulk sound speed in particle velocity
@@ -225,10 +225,10 @@ def entropy(
     """
     if isinstance(material.eos, Table):
         return _entropy_of_table(material.eos, rho * distension, e)
-    rest = material.entropies[0]
+    entropy_at_rest = material.entropies[0]
     if isinstance(material.eos, Tillotson):
-        return np.asarray(rest + np.interp(peak, *_entropy_of_shocks(material)))
-    return rest + _entropy_of_heat(material, rho * distension, e)
+        return np.asarray(entropy_at_rest + np.interp(peak, *_entropy_of_shocks(material)))
+    return entropy_at_rest + _entropy_of_heat(material, rho * distension, e)
 
 
 @lru_cache(maxsize=16)
@@ -239,30 +239,30 @@ def _entropy_of_shocks(material: Material) -> tuple[np.ndarray, np.ndarray]:
     speeds = np.geomspace(SLOWEST, FASTEST, SHOCKS) * material.bulk_sound_speed
     for u in speeds:
         try:
-            behind = shock(material, float(u))
+            state = shock(material, float(u))
         except (RunError, ArithmeticError):
             break
-        alpha = 1.0 if material.porosity is None else python_twin(crush_curve)(behind.pressure, row)
-        heat = material.temperature(alpha * behind.density, behind.energy)
-        states.append((behind.pressure, 1.0 / behind.density, heat))
+        alpha = 1.0 if material.porosity is None else python_twin(crush_curve)(state.pressure, row)
+        heat = material.temperature(alpha * state.density, state.energy)
+        states.append((state.pressure, 1.0 / state.density, heat))
     p, v, t = np.array(states).T
-    along = np.log(speeds[: len(p)])
-    slope_p, slope_v = (scipy.interpolate.CubicSpline(along, one)(along, 1) for one in (p, v))
+    log_speed = np.log(speeds[: len(p)])
+    slope_p, slope_v = (scipy.interpolate.CubicSpline(log_speed, column)(log_speed, 1) for column in (p, v))
     before = shock(material, 0.0)
     rate = 0.5 * ((1.0 / before.density - v) * slope_p + (p - before.pressure) * slope_v) / t
-    return p, scipy.interpolate.CubicSpline(along, rate).antiderivative()(along)
+    return p, scipy.interpolate.CubicSpline(log_speed, rate).antiderivative()(log_speed)
 
 
 def _entropy_of_heat(material: Material, rho: np.ndarray, e: np.ndarray) -> np.ndarray:
     """Return entropy above that at rest [J/(kg K)] at density `rho` of the solid [kg/m^3] and energy `e` [J/kg]."""
-    densities, curve, loose, (heats, tau, entropies) = _thermal_tables(material)
+    densities, curve, unloaded, (heats, tau, entropies) = _thermal_tables(material)
     ambient = material.whole_row[ROOM_TEMPERATURE]
-    rho = np.maximum(rho, np.interp(e, *loose))  # voids between it are none of the matter
+    rho = np.maximum(rho, np.interp(e, *unloaded))  # voids between it are none of the matter
     theta = np.interp(rho, densities, curve[:, 1]) / ambient
     h = (e - np.interp(rho, densities, curve[:, 0])) / theta
     last = (heats[-1] - heats[-2]) / (tau[-1] - tau[-2])  # held beyond the table
-    beyond = last * np.log1p(np.maximum(h - heats[-1], 0.0) / (last * tau[-1]))
-    return np.asarray(np.interp(h, heats, entropies) + beyond)
+    extrapolation = last * np.log1p(np.maximum(h - heats[-1], 0.0) / (last * tau[-1]))
+    return np.asarray(np.interp(h, heats, entropies) + extrapolation)
 
 
 @lru_cache(maxsize=16)
@@ -273,8 +273,8 @@ def _thermal_tables(material: Material) -> tuple[np.ndarray, np.ndarray, np.ndar
     curve = isentrope.tabulate_isentrope(pressure, rho0, e0, ambient, held=False)
     densities = rho0 * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
     energies = e0 + np.linspace(0.0, HOTTEST * material.bulk_sound_speed**2, ENERGIES)
-    loose = isentrope.densities_without_pressure(pressure, rho0, energies)
-    known = np.isfinite(loose)
+    unloaded = isentrope.densities_without_pressure(pressure, rho0, energies)
+    finite = np.isfinite(unloaded)
     if material.heat_capacities:
         melts = float(row[MELT_TEMPERATURE])
         latent = (melts, melts * (material.entropies[2] - material.entropies[1])) if melts < np.inf else None
@@ -288,7 +288,7 @@ def _thermal_tables(material: Material) -> tuple[np.ndarray, np.ndarray, np.ndar
         capacity = 1.0 / row[INVERSE_HEAT_CAPACITY]
         tau = np.geomspace(1.0, 1e3 * ambient, 4000)
         heats, entropies = capacity * (tau - ambient), capacity * np.log(tau / ambient)
-    return densities, curve, np.array([energies, loose])[:, known], np.array([heats, tau, entropies])
+    return densities, curve, np.array([energies, unloaded])[:, finite], np.array([heats, tau, entropies])
 
 
 def _entropy_of_table(eos: Table, rho: np.ndarray, e: np.ndarray) -> np.ndarray:
@@ -297,12 +297,12 @@ def _entropy_of_table(eos: Table, rho: np.ndarray, e: np.ndarray) -> np.ndarray:
         raise CaseError("the table holds no entropy and no free energy", where=eos.name)
     x = np.linspace(0.0, 1.0, ENERGIES)
     cold, span, columns = eos.grid.columns(np.expm1(STRETCH * x) / np.expm1(STRETCH), eos.grid.entropy)
-    known = np.log(eos.grid.density)
-    at = np.clip(np.log(rho), known[0], known[-1])
-    relative = (e - np.interp(at, known, cold)) / np.interp(at, known, span)
+    log_density = np.log(eos.grid.density)
+    at = np.clip(np.log(rho), log_density[0], log_density[-1])
+    relative = (e - np.interp(at, log_density, cold)) / np.interp(at, log_density, span)
     place = np.log1p(np.clip(relative, 0.0, 1.0) * np.expm1(STRETCH)) / STRETCH * (ENERGIES - 1)
-    i = np.clip(np.searchsorted(known, at, side="right") - 1, 0, len(known) - 2)
+    i = np.clip(np.searchsorted(log_density, at, side="right") - 1, 0, len(log_density) - 2)
     j = np.minimum(place.astype(int), ENERGIES - 2)
-    s, t = (at - known[i]) / (known[i + 1] - known[i]), place - j
+    s, t = (at - log_density[i]) / (log_density[i + 1] - log_density[i]), place - j
     low, high = ((1.0 - t) * columns[k, j] + t * columns[k, j + 1] for k in (i, i + 1))
     return np.asarray((1.0 - s) * low + s * high)

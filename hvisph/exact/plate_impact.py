@@ -73,31 +73,31 @@ def impact(flyer: Material, target: Material, velocity: float, target_velocity: 
         return left.law.waves(left, stress, -1, 0.01), right.law.waves(right, stress, 1, 0.01)
 
     def excess(stress: float) -> float:
-        behind, ahead = waves(stress)
-        return ahead[-1][1].velocity - behind[-1][1].velocity
+        left_waves, right_waves = waves(stress)
+        return right_waves[-1][1].velocity - left_waves[-1][1].velocity
 
     closing = velocity - target_velocity
     high = flyer.density * flyer.longitudinal_sound_speed * closing
     while excess(high) < 0.0:
         high *= 2.0
     stress = bracketed_root(excess, max(left.stress, right.stress) + 1e-9 * high, high)
-    behind, ahead = waves(stress)
+    flyer_waves, target_waves = waves(stress)
     return PlateImpact(
-        interface_velocity=ahead[-1][1].velocity,
+        interface_velocity=target_waves[-1][1].velocity,
         stress=stress,
-        flyer=behind[-1][1],
-        target=ahead[-1][1],
-        flyer_fronts=_fronts(left, behind, -1),
-        target_fronts=_fronts(right, ahead, 1),
+        flyer=flyer_waves[-1][1],
+        target=target_waves[-1][1],
+        flyer_fronts=_fronts(left, flyer_waves, -1),
+        target_fronts=_fronts(right, target_waves, 1),
     )
 
 
 def _fronts(state: State, waves: Sequence[Wave], direction: int) -> tuple[Front, ...]:
     fronts = []
-    for flux, behind in waves:
+    for flux, state_behind in waves:
         speed = flux * state.volume
-        fronts.append(Front(state.velocity + direction * speed, speed, state, behind))
-        state = behind
+        fronts.append(Front(state.velocity + direction * speed, speed, state, state_behind))
+        state = state_behind
     return tuple(fronts)
 
 
@@ -111,7 +111,7 @@ def with_reflections(plates: Plates, end: float, strain_step: float = 0.004) -> 
     `strain_step`: change of ln(rho) by which rarefactions are cut into fronts.
     Returns free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.
     """
-    return track(_layers(plates, SolidLaw), end, strain_step, weakest=5e-4, alike=1e-2)
+    return track(_layers(plates, SolidLaw), end, strain_step, weakest=5e-4, border=1e-2)
 
 
 def _layers(plates: Plates, law_of: Callable[[Material], Law]) -> list[Layer]:

@@ -108,37 +108,37 @@ def bracketed_root(function: Callable[[float], float], low: float, high: float) 
     Brent's method with the steps, and the bits, of `scipy.optimize.brentq`, whose import takes 0.2 s of every run.
     Raises `RunError` if the signs are alike.
     """
-    before, now = low, high
-    f_before, f_now = function(before), function(now)
-    other, f_other, last, step = 0.0, 0.0, 0.0, 0.0
+    before, current = low, high
+    f_before, f_now = function(before), function(current)
+    opposite, f_other, last, step = 0.0, 0.0, 0.0, 0.0
     if f_before != 0.0 != f_now and ((f_before > 0.0) == (f_now > 0.0) or isnan(f_before + f_now)):
         raise RunError(f"no state between {low:.6g} and {high:.6g} satisfies the jump conditions")
     if f_before == 0.0:
         return before
     for _ in range(300):
         if f_before != 0.0 and f_now != 0.0 and (f_before > 0.0) != (f_now > 0.0):
-            other, f_other = before, f_before
-            last = step = now - before
+            opposite, f_other = before, f_before
+            last = step = current - before
         if abs(f_other) < abs(f_now):
-            before, now, other = now, other, now
+            before, current, opposite = current, opposite, current
             f_before, f_now, f_other = f_now, f_other, f_now
-        least, half = 0.5 * (1e-300 + 1e-15 * abs(now)), 0.5 * (other - now)
-        if f_now == 0.0 or abs(half) < least:
-            return float(now)
-        found = inf  # bisection
-        if abs(last) > least and abs(f_now) < abs(f_before):
-            if before == other:  # secant
-                found = -f_now * (now - before) / (f_now - f_before)
+        tolerance, half = 0.5 * (1e-300 + 1e-15 * abs(current)), 0.5 * (opposite - current)
+        if f_now == 0.0 or abs(half) < tolerance:
+            return float(current)
+        shift = inf  # bisection
+        if abs(last) > tolerance and abs(f_now) < abs(f_before):
+            if before == opposite:  # secant
+                shift = -f_now * (current - before) / (f_now - f_before)
             else:  # inverse quadratic interpolation
-                of_before, of_other = (f_before - f_now) / (before - now), (f_other - f_now) / (other - now)
-                found = (
+                of_before, of_other = (f_before - f_now) / (before - current), (f_other - f_now) / (opposite - current)
+                shift = (
                     -f_now * (f_other * of_other - f_before * of_before) / (of_other * of_before * (f_other - f_before))
                 )
-        interpolates = 2.0 * abs(found) < min(abs(last), 3.0 * abs(half) - least)
-        last, step = (step, found) if interpolates else (half, half)
-        before, f_before = now, f_now
-        now += step if abs(step) > least else (least if half > 0.0 else -least)
-        f_now = function(now)
+        interpolates = 2.0 * abs(shift) < min(abs(last), 3.0 * abs(half) - tolerance)
+        last, step = (step, shift) if interpolates else (half, half)
+        before, f_before = current, f_now
+        current += step if abs(step) > tolerance else (tolerance if half > 0.0 else -tolerance)
+        f_now = function(current)
     raise RunError(f"the root between {low:.6g} and {high:.6g} is not found")
 
 
@@ -229,13 +229,13 @@ class SolidLaw:
 
         # Energy and stress behind depend on one another; linear equations of state close at once.
         first = state.stress
-        second = residual(first)
+        final = residual(first)
         for _ in range(50):
-            slope = (residual(second) - residual(first)) / (second - first) if second != first else 0.0
-            first, second = second, second + (residual(second) - second) / (1.0 - slope)
-            if abs(second - first) <= 1e-15 * abs(second):
+            slope = (residual(final) - residual(first)) / (final - first) if final != first else 0.0
+            first, final = final, final + (residual(final) - final) / (1.0 - slope)
+            if abs(final - first) <= 1e-15 * abs(final):
                 break
-        return self._wave(state, volume, second, deviator, direction)
+        return self._wave(state, volume, final, deviator, direction)
 
     def _jump_to_stress(self, state: State, stress: float, direction: int) -> Wave:
         mean, change = 0.5 * (state.stress + stress), stress - state.stress
@@ -252,14 +252,14 @@ class SolidLaw:
             velocity = state.velocity + direction * change / sqrt(stiffness)
             energy, deviator = state.energy + mean * change / stiffness, self._deviator(state, volume)
             return sqrt(stiffness), State(self, velocity, stress, volume, energy, deviator)
-        near, way = state.volume, -1.2 * change / stiffness
+        inner, stride = state.volume, -1.2 * change / stiffness
         for _ in range(200):
-            way = max(way, -0.3 * near)
-            far = near + way
-            if (excess(far) < 0.0) == (change < 0.0):
-                volume = bracketed_root(excess, near, far)
+            stride = max(stride, -0.3 * inner)
+            outer = inner + stride
+            if (excess(outer) < 0.0) == (change < 0.0):
+                volume = bracketed_root(excess, inner, outer)
                 return self._wave(state, volume, stress, self._deviator(state, volume), direction)
-            near = far
+            inner = outer
         raise RunError(f"{self.material.name}: no state at {stress:.6g} Pa can be reached from {state.stress:.6g} Pa")
 
     def _residue(self, state: State) -> float:

@@ -72,10 +72,10 @@ class Tracked:
         # At a meeting place the speed decides the order, and across a gap the side.
         alive.sort(key=lambda front: (front.mass_at(time), front.speed, front.right is not None))
         regions = []
-        for here, there in pairwise(alive):
-            low, high = here.mass_at(time), there.mass_at(time)
-            if high > low and here.right is not None:
-                regions.append((low, high, here.right))
+        for a, b in pairwise(alive):
+            low, high = a.mass_at(time), b.mass_at(time)
+            if high > low and a.right is not None:
+                regions.append((low, high, a.right))
         return regions
 
     def gauge(self, position: float) -> tuple[np.ndarray, list[State]]:
@@ -87,9 +87,9 @@ class Tracked:
             if front.speed == 0.0:
                 continue
             time = front.born + (mass - front.mass) / front.speed
-            behind = front.left if front.speed > 0.0 else front.right
-            if front.born <= time < min(front.died, self.end) and behind is not None:
-                passed.append((time, behind))
+            after = front.left if front.speed > 0.0 else front.right
+            if front.born <= time < min(front.died, self.end) and after is not None:
+                passed.append((time, after))
         passed.sort(key=lambda item: item[0])
         return np.array([0.0, *(time for time, _ in passed)]), [start, *(state for _, state in passed)]
 
@@ -129,7 +129,7 @@ _MANY = 50  # fronts alive from which on the limits below which waves and border
 
 
 def track(
-    layers: Sequence[Layer], end: float, strain_step: float = 0.01, weakest: float = 1e-7, alike: float = 1e-7
+    layers: Sequence[Layer], end: float, strain_step: float = 0.01, weakest: float = 1e-7, border: float = 1e-7
 ) -> Tracked:
     """Follow all waves of an impact up to the time `end`.
 
@@ -138,13 +138,13 @@ def track(
     `weakest`: waves weaker than this part of the strongest stress are left out. Where more than 50 fronts are alive
         both limits rise with the square of their number: elastic waves that cross would multiply without end. What they
         rose to is in the result.
-    `alike`: states of one material that differ by less than this part (in volume, and in the deviator by this part of
+    `border`: states of one material that differ by less than this part (in volume, and in the deviator by this part of
         the strongest stress) become one when waves have crossed.
     Raises `CaseError` if layers overlap or are out of order, or have no extent; `RunError` if more fronts arise than a
     minute can follow.
     """
     bounds = _checked_bounds(layers)
-    tracker = _Tracker(strain_step, weakest, alike)
+    tracker = _Tracker(strain_step, weakest, border)
     at_rest = [layer.law.at_rest(layer.velocity) for layer in layers]
     tracker.alive = [Front(0.0, 0.0, 0.0, None, at_rest[0], layers[0].begin)]
     clusters = []
@@ -158,8 +158,8 @@ def track(
             tracker.alive.append(clusters[-1])
     tracker.alive.append(Front(float(bounds[-1]), 0.0, 0.0, at_rest[-1], None, layers[-1].end))
     for front in clusters:
-        ahead, behind = front.left, front.right
-        if ahead and behind and (ahead.velocity, ahead.stress) != (behind.velocity, behind.stress):
+        lower, upper = front.left, front.right
+        if lower and upper and (lower.velocity, lower.stress) != (upper.velocity, upper.stress):
             i = tracker.alive.index(front)
             tracker.meet(i, i, 0.0)
     tracker.run(end)
@@ -180,14 +180,14 @@ def _checked_bounds(layers: Sequence[Layer]) -> np.ndarray:
     return np.array(bounds)
 
 
-def _ending_at(waves: list[Wave], ahead: State | None, end: State, direction: int) -> Wave:
+def _ending_at(waves: list[Wave], initial: State | None, end: State, direction: int) -> Wave:
     """Let the last wave end at the velocity and stress of `end`, across which no wave is sent.
 
     A wave left out must leave no jump of stress behind: it would push for good. The last wave on the other side takes
     it up, in exact balance of mass and momentum, by a slight change of speed.
     """
     flux, state = waves[-1]
-    before = waves[-2][1] if len(waves) > 1 else ahead
+    before = waves[-2][1] if len(waves) > 1 else initial
     if before is None or end.velocity == before.velocity:
         return flux, state
     changed = direction * (end.stress - before.stress) / (end.velocity - before.velocity)
@@ -209,39 +209,39 @@ class _Tracker:
         self.rise, self.highest = 1.0, 1.0  # of both limits: now, and at most
 
     def run(self, end: float) -> None:
-        now = 0.0
+        time = 0.0
         while True:
-            times = [self._meeting(a, b, now) for a, b in pairwise(self.alive)]
-            now = min(times)
-            if now >= end:
+            times = [self._meeting(a, b, time) for a, b in pairwise(self.alive)]
+            time = min(times)
+            if time >= end:
                 return
-            first = times.index(now)
+            first = times.index(time)
             last = first
-            while last + 1 < len(times) and times[last + 1] <= now + _TOGETHER * end:
+            while last + 1 < len(times) and times[last + 1] <= time + _TOGETHER * end:
                 last += 1
             self.rise = max(1.0, len(self.alive) / _MANY) ** 2
             self.highest = max(self.highest, self.rise)
-            self.meet(first, last + 1, now)
+            self.meet(first, last + 1, time)
             if len(self.dead) > MOST_FRONTS:
-                raise RunError(f"more than {MOST_FRONTS} fronts by t = {now:.6g}; coarser rarefactions would help")
+                raise RunError(f"more than {MOST_FRONTS} fronts by t = {time:.6g}; coarser rarefactions would help")
 
     @staticmethod
-    def _meeting(a: Front, b: Front, now: float) -> float:
+    def _meeting(a: Front, b: Front, time: float) -> float:
         if a.right is None:  # across a gap: when it closes
             left, right = a.left, b.right
             if left is None or right is None or left.velocity <= right.velocity:
                 return inf
-            return now + max(b.position_at(now) - a.position_at(now), 0.0) / (left.velocity - right.velocity)
+            return time + max(b.position_at(time) - a.position_at(time), 0.0) / (left.velocity - right.velocity)
         closing = a.speed - b.speed
         if closing <= 0.0:
             return inf
-        return now + max(b.mass_at(now) - a.mass_at(now), 0.0) / closing
+        return time + max(b.mass_at(time) - a.mass_at(time), 0.0) / closing
 
-    def meet(self, first: int, last: int, now: float) -> None:
+    def meet(self, first: int, last: int, time: float) -> None:
         """Replace the fronts `first` to `last`, which are at one place, by those of their interaction."""
         old = self.alive[first : last + 1]
-        still = [front for front in old if front.speed == 0.0]
-        mass = still[0].mass if still else old[0].mass_at(now)
+        borders = [front for front in old if front.speed == 0.0]
+        mass = borders[0].mass if borders else old[0].mass_at(time)
         left, right = old[0].left, old[-1].right
         stress = self._stress_between(left, right)
         self.strongest = max(self.strongest, abs(stress))
@@ -253,32 +253,32 @@ class _Tracker:
             if state and not rows[direction] and rows[-direction]:
                 ahead = right if direction < 0 else left
                 rows[-direction][-1] = _ending_at(rows[-direction], ahead, state, -direction)
-        made, state = [], left
+        fronts, state = [], left
         for flux, behind in rows[-1]:
-            made.append(Front(mass, now, -flux, state, behind))
+            fronts.append(Front(mass, time, -flux, state, behind))
             state = behind
         ahead, from_right = right, []
         for flux, behind in rows[1]:
-            from_right.append(Front(mass, now, flux, behind, ahead))
+            from_right.append(Front(mass, time, flux, behind, ahead))
             ahead = behind
         if state is None or ahead is None or state.law is not ahead.law or self._contact(state, ahead):
-            position = next((f.position_at(now) for f in still if f.left is None or f.right is None), 0.0)
-            made.append(Front(mass, now, 0.0, state, ahead, position))
+            position = next((f.position_at(time) for f in borders if f.left is None or f.right is None), 0.0)
+            fronts.append(Front(mass, time, 0.0, state, ahead, position))
         elif from_right:
             from_right[-1] = replace(from_right[-1], left=state)
-        elif made:
-            made[-1] = replace(made[-1], right=ahead)
+        elif fronts:
+            fronts[-1] = replace(fronts[-1], right=ahead)
         for front in old:
-            front.died = now
+            front.died = time
         self.dead += old
-        self.alive[first : last + 1] = made + from_right[::-1]
+        self.alive[first : last + 1] = fronts + from_right[::-1]
 
     def _contact(self, left: State, right: State) -> bool:
         """Whether two states of one material differ so much that their border must be kept."""
-        apart = abs(left.volume - right.volume) / left.volume
+        difference = abs(left.volume - right.volume) / left.volume
         scale = max(abs(left.stress), abs(right.stress), self.strongest)
-        alike = self.rise * self.alike
-        return apart > alike or abs(left.deviator - right.deviator) > alike * scale
+        tolerance = self.rise * self.alike
+        return difference > tolerance or abs(left.deviator - right.deviator) > tolerance * scale
 
     def _stress_between(self, left: State | None, right: State | None) -> float:
         """Stress at which both sides have one velocity; zero at a surface."""
@@ -293,20 +293,20 @@ class _Tracker:
             return ends[1] - ends[0]  # rises with the stress
 
         floor = 0.999999 * max(left.law.lowest_stress(), right.law.lowest_stress())
-        near = 0.5 * (left.stress + right.stress)
-        value = excess(near)
+        inner = 0.5 * (left.stress + right.stress)
+        value = excess(inner)
         if value == 0.0:
-            return near
+            return inner
         stress = left.stress + 1e-6 * abs(left.law.lowest_stress())
         flux = left.law.waves(left, stress, 1, self.strain_step)[0][0]
         acoustic = abs(left.velocity - right.velocity) * flux
         width = max(abs(left.stress - right.stress), acoustic, 1e-9 * abs(floor))
         sign = -1.0 if value > 0.0 else 1.0
         for _ in range(200):
-            far = max(near + sign * width, floor)
-            if (excess(far) > 0.0) != (value > 0.0):
-                return bracketed_root(excess, min(near, far), max(near, far))
-            if far == floor:
+            outer = max(inner + sign * width, floor)
+            if (excess(outer) > 0.0) != (value > 0.0):
+                return bracketed_root(excess, min(inner, outer), max(inner, outer))
+            if outer == floor:
                 break
-            near, width = far, 2.0 * width
+            inner, width = outer, 2.0 * width
         raise RunError("the layers would separate: a tension beyond what the materials' laws can bear")

@@ -66,7 +66,7 @@ def entries(
     Cases run below `runs`, a bundled one by its name, another by its folder's and its file's, with `overrides` and
     `resolution`. Raises `CaseError` for anything wrong with any of them.
     """
-    made: list[Entry] = []
+    found_entries: list[Entry] = []
     changed = bool(overrides) or resolution is not None
     for source in sources:
         for entry in _entries_of(Path(source), Path(runs)):
@@ -76,11 +76,11 @@ def entries(
                         f"{entry.folder} has been run: neither --resolution nor --set can change it; "
                         "name its case instead"
                     )
-                made.append(entry)
+                found_entries.append(entry)
                 continue
             case = load_case(entry.file, overrides, resolution)
-            made.append(replace(entry, case=case, folder=_place(entry.folder, case)))
-    return _distinct(made)
+            found_entries.append(replace(entry, case=case, folder=_place(entry.folder, case)))
+    return _distinct(found_entries)
 
 
 def compare(*sources: str | os.PathLike[str]) -> list[Row]:
@@ -118,10 +118,10 @@ def _in_folder(folder: Path, runs: Path) -> Iterator[Entry]:
     if cases:
         return
     below = sorted(path for path in folder.iterdir() if path.is_dir())
-    done = [path for path in below if looks_like_a_run(path)]
-    for path in done:
+    run_folders = [path for path in below if looks_like_a_run(path)]
+    for path in run_folders:
         yield Entry(path.name, path, group=group)
-    if done:
+    if run_folders:
         return
     if list_snapshots(folder):
         yield Entry(group, folder)
@@ -133,13 +133,13 @@ def _in_folder(folder: Path, runs: Path) -> Iterator[Entry]:
 
 def _place(folder: Path, case: Case) -> Path:
     """Return where `case` has been or will be run: `folder`, or one beside it where that is taken."""
-    own = case_hash(dump_case(case))
-    beside = folder.with_name(f"{folder.name}-{own[:8]}")
-    for place in (folder, beside):
-        if _hash(place) == own:
+    digest = case_hash(dump_case(case))
+    sibling = folder.with_name(f"{folder.name}-{digest[:8]}")
+    for place in (folder, sibling):
+        if _hash(place) == digest:
             return place
     free = not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
-    return folder if free else beside
+    return folder if free else sibling
 
 
 def _hash(folder: Path) -> str | None:
@@ -152,18 +152,18 @@ def _hash(folder: Path) -> str | None:
     return match[1] if match else None
 
 
-def _distinct(made: list[Entry]) -> list[Entry]:
+def _distinct(runs: list[Entry]) -> list[Entry]:
     """Return the entries with names of their own: of those that share one, the group goes before it."""
-    counts = Counter(entry.name for entry in made)
+    counts = Counter(entry.name for entry in runs)
     distinct: list[Entry] = []
-    taken: set[str] = set()
-    for entry in made:
+    names: set[str] = set()
+    for entry in runs:
         name = entry.name
         if counts[name] > 1 and entry.group:
             name = f"{entry.group}/{name}"
         number = 2
-        while name in taken:
+        while name in names:
             name, number = f"{name.removesuffix(f' ({number - 1})')} ({number})", number + 1
-        taken.add(name)
+        names.add(name)
         distinct.append(replace(entry, name=name))
     return distinct

@@ -72,8 +72,8 @@ class ExactSolution:
 
     def columns(self) -> list[str]:
         """Return the columns that a profile has."""
-        known = ["velocity_x", "pressure", "density"]
-        return known if self.barotropic else [*known, "stress_xx", "internal_energy"]
+        names = ["velocity_x", "pressure", "density"]
+        return names if self.barotropic else [*names, "stress_xx", "internal_energy"]
 
     def profile(self, time: float) -> dict[str, np.ndarray]:
         """Return the profile at `time` [s]: the ends x of each uniform region, and the columns at them."""
@@ -110,7 +110,7 @@ def exact_solution(case: Case) -> ExactSolution:
     )
     tracked = (layered_impact if barotropic else with_reflections)(layers, case.time.end)
     gauges = [
-        _gauge(name, one, placed, tracked, barotropic) for name, one in case.gauges.items() if one.type != "fixed"
+        _gauge(name, gauge, placed, tracked, barotropic) for name, gauge in case.gauges.items() if gauge.type != "fixed"
     ]
     return ExactSolution(tracked, tuple(gauges), barotropic)
 
@@ -136,11 +136,11 @@ def _gauge(name: str, model: Gauge, placed: list[PlacedBody], tracked: Tracked, 
     if model.type == "free_surface":
         body = next(b for b in placed if b.positions.min() <= start <= b.positions.max())
         start = float(body.positions.max() if model.direction == "+x" else body.positions.min())
-    known = [c for field in model.fields for c in component_names(field, 1) if c in COLUMNS]
+    columns = [c for field in model.fields for c in component_names(field, 1) if c in COLUMNS]
     if barotropic:
-        known = [c for c in known if c != "internal_energy"]
+        columns = [c for c in columns if c != "internal_energy"]
     times, states = tracked.gauge(start)
-    return ExactGauge(name, tuple(known), times, states)
+    return ExactGauge(name, tuple(columns), times, states)
 
 
 MOST_DRAWN = 6  # moments drawn beside one another in the picture of profiles
@@ -168,15 +168,15 @@ def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list
     title = f"{case.title}, exact" if case.title else "exact"
     if panels:
         files.append(curves_picture(panels, folder / "gauges.png", title=title, unitless=unitless))
-    every = case.snapshot_interval  # the end itself is the first moment that the waves are not followed through
-    moments = [min(k * every, end * (1.0 - 1e-12)) for k in range(1, int(np.ceil(end / every - 1e-9)) + 1)]
-    drawn = set(np.linspace(0, len(moments) - 1, MOST_DRAWN).round().astype(int)) if moments else set()
+    interval = case.snapshot_interval  # the end itself is the first moment that the waves are not followed through
+    moments = [min(k * interval, end * (1.0 - 1e-12)) for k in range(1, int(np.ceil(end / interval - 1e-9)) + 1)]
+    pictured = set(np.linspace(0, len(moments) - 1, MOST_DRAWN).round().astype(int)) if moments else set()
     profiles: dict[str, list[Curve]] = {}
     for number, time in enumerate(moments):
         profile = solution.profile(time)
         files.append(_write_table(folder / f"profile_{number + 1:04d}.csv", profile))
         for column in solution.columns():
-            if number in drawn:
+            if number in pictured:
                 label = f"t = {time:.4g}" if unitless else f"t = {1e6 * time:.4g} us"
                 profiles.setdefault(column, []).append(Curve(label, profile["x"], profile[column]))
     files.append(curves_picture(profiles, folder / "profiles.png", title=title, across="x", unitless=unitless))
@@ -210,36 +210,36 @@ class Overlay:
 
 def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:
     """Return gauges of runs, beside exact ones if `exact`; `CaseError` or `OutputError` where there are none."""
-    made = Overlay()
+    overlaid = Overlay()
     for name, folder in folders.items():
         if not (folder / file_names.CASE).is_file():
             raise CaseError(f"{folder} is no folder of a run: it has no {file_names.CASE}")
         case = load_case(folder / file_names.CASE)
-        made.unitless |= case.units == "none"
-        beside = _exact(name, folder, case, made) if exact else {}
-        panels = gauge_panels(folder, beside, prefix=f"{name} " if len(folders) > 1 else "")
+        overlaid.unitless |= case.units == "none"
+        exact_gauges = _exact(name, folder, case, overlaid) if exact else {}
+        panels = gauge_panels(folder, exact_gauges, prefix=f"{name} " if len(folders) > 1 else "")
         for column, curves in panels.items():
-            drawn = made.panels.setdefault(column, [])
-            known = [(curve.x.tolist(), curve.y.tolist()) for curve in drawn if curve.exact]  # of the same impact
-            drawn += [curve for curve in curves if not curve.exact or (curve.x.tolist(), curve.y.tolist()) not in known]
-    return made
+            panel = overlaid.panels.setdefault(column, [])
+            same = [(curve.x.tolist(), curve.y.tolist()) for curve in panel if curve.exact]  # of the same impact
+            panel += [curve for curve in curves if not curve.exact or (curve.x.tolist(), curve.y.tolist()) not in same]
+    return overlaid
 
 
-def _exact(name: str, folder: Path, case: Case, made: Overlay) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def _exact(name: str, folder: Path, case: Case, overlaid: Overlay) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the exact gauges of a run by their columns, and note the differences, or why there are none."""
     try:
         solution = exact_solution(case)
     except (CaseError, RunError) as error:
-        made.without[name] = str(error)
+        overlaid.without[name] = str(error)
         return {}
     history = read_history(folder)
-    differences = made.differences.setdefault(name, {})
-    beside = {}
+    differences = overlaid.differences.setdefault(name, {})
+    gauges = {}
     for column, values in solution.histories(history["time"]).items():
         mean = mean_difference(history["time"], history[column], values)
         differences[column] = Difference(mean, float(np.ptp(values)))
     for gauge in solution.gauges:
         for column in gauge.columns:
             line = steps(gauge.times, gauge.values(column), float(history["time"][-1]))
-            beside[f"gauge.{gauge.name}.{column}"] = line
-    return beside
+            gauges[f"gauge.{gauge.name}.{column}"] = line
+    return gauges

@@ -60,13 +60,13 @@ def derive_properties(model: MaterialModel) -> dict[str, tuple[float, str]]:
         numbers["Hugoniot elastic limit"] = (model.strength.hugoniot_elastic_limit, "Pa")
     elif y and g > 0.0:
         numbers["Hugoniot elastic limit"] = (y * (bulk / (2.0 * g) + 2.0 / 3.0), "Pa")
-    holds = range_of(material)
-    if holds.least_density > 0.0:
-        numbers["lowest valid density"] = (holds.least_density, "kg/m^3")
-    if np.isfinite(holds.greatest_density):
-        numbers["highest valid density"] = (holds.greatest_density, "kg/m^3")
-    if np.isfinite(holds.tension):
-        numbers["highest valid tension"] = (holds.tension, "Pa")
+    limits = range_of(material)
+    if limits.least_density > 0.0:
+        numbers["lowest valid density"] = (limits.least_density, "kg/m^3")
+    if np.isfinite(limits.greatest_density):
+        numbers["highest valid density"] = (limits.greatest_density, "kg/m^3")
+    if np.isfinite(limits.tension):
+        numbers["highest valid tension"] = (limits.tension, "Pa")
     return numbers
 
 
@@ -77,14 +77,14 @@ def hugoniot(
     material = material_of(model)
     if isinstance(material.eos, JonesWilkinsLee):
         return []
-    known = has_temperature(material)
+    has_heat = has_temperature(material)
     rows = []
     for u in velocities:
         try:
             state = shock(material, u)
         except HvisphError:
             break
-        t = material.temperature(state.density, state.energy) if known else float("nan")
+        t = material.temperature(state.density, state.energy) if has_heat else float("nan")
         rows.append((u, state.shock_speed, state.pressure, state.density, t))
     return rows
 
@@ -99,27 +99,27 @@ def compare_hugoniot(
     """
     material = material_of(model)
     if material.porosity is not None:
-        shocks = hugoniot(model, [up for up, _ in points])
-        return [(up, us, row[1]) for (up, us), row in zip(points, shocks, strict=False)]
-    speeds = last_waves(material, [up for up, _ in points], strength)
-    return [(up, us, ours) for (up, us), ours in zip(points, speeds, strict=True) if np.isfinite(ours)]
+        shocks = hugoniot(model, [u for u, _ in points])
+        return [(u, us, row[1]) for (u, us), row in zip(points, shocks, strict=False)]
+    speeds = last_waves(material, [u for u, _ in points], strength)
+    return [(u, us, computed) for (u, us), computed in zip(points, speeds, strict=True) if np.isfinite(computed)]
 
 
-def worst_bin(beside: Sequence[tuple[float, float, float]]) -> tuple[float, float, float] | None:
+def worst_bin(comparison: Sequence[tuple[float, float, float]]) -> tuple[float, float, float] | None:
     """Return the largest mean difference of a bin of measured points [%], its place [m/s], and the points' scatter.
 
     Bins hold some five points next to each other. The scatter is the standard deviation of single points
     about the mean of their bin [%]: what no curve can be nearer to. None for less than eight points.
     """
-    if len(beside) < 2 * LEAST_IN_BIN:
+    if len(comparison) < 2 * LEAST_IN_BIN:
         return None
-    ordered = np.array(sorted(beside))
-    off = 100.0 * (ordered[:, 2] / ordered[:, 1] - 1.0)
-    count = len(off) // IN_BIN
-    bins = np.array_split(off, count)
-    places = [one.mean() for one in np.array_split(ordered[:, 0], count)]
+    ordered = np.array(sorted(comparison))
+    errors = 100.0 * (ordered[:, 2] / ordered[:, 1] - 1.0)
+    count = len(errors) // IN_BIN
+    bins = np.array_split(errors, count)
+    places = [part.mean() for part in np.array_split(ordered[:, 0], count)]
     worst = max(range(count), key=lambda k: abs(bins[k].mean()))
-    scatter = float(np.sqrt(sum(((one - one.mean()) ** 2).sum() for one in bins) / (len(off) - count)))
+    scatter = float(np.sqrt(sum(((part - part.mean()) ** 2).sum() for part in bins) / (len(errors) - count)))
     return float(bins[worst].mean()), float(places[worst]), scatter
 
 
@@ -128,9 +128,9 @@ def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes
 
     `notes`: what the library says of the first: measured points and published fits to them are drawn.
     """
-    up = "particle velocity [km/s]"
-    speeds, pressures = Panel(up, "shock speed [km/s]"), Panel(up, "pressure [GPa]")
-    heats = Panel(up, "temperature behind a shock [K]")
+    velocity_label = "particle velocity [km/s]"
+    speeds, pressures = Panel(velocity_label, "shock speed [km/s]"), Panel(velocity_label, "pressure [GPa]")
+    heats = Panel(velocity_label, "temperature behind a shock [K]")
     releases = Panel("density [kg/m^3]", "pressure [GPa] behind shocks and released")
     strains = Panel("strain, uniaxial stress, adiabatic", "von Mises stress [MPa]")
     warm = Panel("temperature at the start [K]", "yield stress at a strain of 0.05 [MPa]")
@@ -163,15 +163,15 @@ def picture(models: Sequence[MaterialModel], path: str | os.PathLike[str], notes
 
 def flow_stress_curves(material: Material) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return flow stress [MPa] over pressure [GPa], intact and broken, of a strength that depends on pressure."""
-    kind = material.strength.name
-    if kind not in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
+    strength = material.strength.name
+    if strength not in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
         return []
     (table, models), flow, p = pack([material]), python_twin(flow_stress), np.linspace(0.0, 10e9, 60)
     curves = []
     for words, damage in (
-        (("intact", 0.0), ("broken", 1.0)) if kind in ("rock", "johnson_holmquist") else (("intact", 0.0),)
+        (("intact", 0.0), ("broken", 1.0)) if strength in ("rock", "johnson_holmquist") else (("intact", 0.0),)
     ):
-        y = [flow(table, models, 0, material.density, 0.0, one, 0.05, damage, 1e3)[0] for one in p]
+        y = [flow(table, models, 0, material.density, 0.0, pressure, 0.05, damage, 1e3)[0] for pressure in p]
         curves.append((words, p * 1e-9, np.array(y) * 1e-6))
     return curves
 

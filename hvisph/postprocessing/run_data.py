@@ -173,8 +173,8 @@ class OpenRun:
     def _repr_html_(self) -> str:
         summary = self.summary
         results = {name: getattr(summary, name) for name in summary.get("measures", {})}
-        shown = [row for row in rows(results, summary.get("expected", [])) if row.value != "-"]
-        cells = [[escape(text) for text in (row.label, row.value, row.expected)] for row in shown]
+        defined = [row for row in rows(results, summary.get("expected", [])) if row.value != "-"]
+        cells = [[escape(text) for text in (row.label, row.value, row.expected)] for row in defined]
         lines = "".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in cells)
         head = f"<b>{escape(str(summary.get('title', self.path.name)))}</b><br>{escape(str(summary.get('answer', '')))}"
         return f"{head}<table><tr><th>measure</th><th>value</th><th>expected</th></tr>{lines}</table>"
@@ -220,8 +220,8 @@ def run_progress(folder: Path) -> RunProgress:
         count = len(list_snapshots(folder))
     with suppress(OutputError):
         summary = read_summary(folder)
-    columns = {name: [one for one in history[name] if str(one)] for name in COLUMNS if name in history}  # not empty
-    histories = {name: [float(one) for one in values] for name, values in columns.items() if values}
+    columns = {name: [v for v in history[name] if str(v)] for name in COLUMNS if name in history}  # not empty
+    histories = {name: [float(v) for v in values] for name, values in columns.items() if values}
     progress = "nothing is written yet"
     if len(history.get("time", ())):
         time, step, dt, criterion = (history[name][-1] for name in ("time", "step", "dt", "criterion"))
@@ -237,15 +237,15 @@ def run_progress(folder: Path) -> RunProgress:
 
 
 def shown_moments(
-    path: Path, at: Sequence[float] | str | None, named: bool, bodies: Sequence[str] | None = None
+    path: Path, at: Sequence[float] | str | None, with_names: bool, bodies: Sequence[str] | None = None
 ) -> list[Moment]:
-    """Return moments `at` times [s], ``all`` or the last of a run, or of a file, with titles, `named` by the run.
+    """Return moments `at` times [s], ``all`` or the last of a run, or of a file, titled by the run where `with_names`.
 
     Raises `CaseError` when there is no such run, body or snapshot; `OutputError` when one is damaged.
     """
     if not path.exists():
         raise CaseError(f"there is no run at {path}")
-    return [moment_of(_part(snapshot, bodies), path.name if named else "") for snapshot in snapshots_at(path, at)]
+    return [moment_of(_part(snapshot, bodies), path.name if with_names else "") for snapshot in snapshots_at(path, at)]
 
 
 def _part(snapshot: Snapshot, bodies: Sequence[str] | None) -> Snapshot:

@@ -28,19 +28,19 @@ def verdict(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], record: 
             {k: row[k] for k in ("number", "status", "message")} for row in rows if row["status"] in ENDED[1:]
         ],
     }
-    done = [row for row in rows if row["status"] == "done"]
+    ended = [row for row in rows if row["status"] == "done"]
     if isinstance(vary, models.Converge):
-        results["converge"] = _converge(vary, base, done)
-    elif isinstance(vary, models.Listed) and (found := against_experiment(done)):
-        results["experiment"] = found
+        results["converge"] = _converge(vary, base, ended)
+    elif isinstance(vary, models.Listed) and (differences := against_experiment(ended)):
+        results["experiment"] = differences
     elif isinstance(vary, models.Sample):
-        results["sample"] = _sample(vary, base, done)
+        results["sample"] = _sample(vary, base, ended)
     elif isinstance(vary, models.Bisect):
-        results["limits"] = [_limit(vary, base, fixed, group) for fixed, group in _groups(vary, base, done)]
+        results["limits"] = [_limit(vary, base, fixed, group) for fixed, group in _groups(vary, base, ended)]
         _add_uncertainty(vary, base, results["limits"])
     elif isinstance(vary, models.Fit):
-        results["fit"] = Calibration(vary, base, done).solve()[1]
-    results["finding"] = finding(results, done, record)
+        results["fit"] = Calibration(vary, base, ended).solve()[1]
+    results["finding"] = finding(results, ended, record)
     return results
 
 
@@ -50,25 +50,25 @@ def following(vary: models.Vary, base: PlainMapping, rows: Sequence[Row], points
         return Calibration(vary, base, [row for row in rows if row["status"] == "done"]).solve()[0]
     if not isinstance(vary, models.Bisect):
         return []
-    without, beyond, width = Scale(vary.path, [*vary.bracket, vary.tolerance], base).numbers
+    without, upper, width = Scale(vary.path, [*vary.bracket, vary.tolerance], base).numbers
     cases: list[Values] = []
     for fixed, group in _groups(vary, base, [row for row in rows if row["status"] == "done"]):
         decided = _classify(vary.event, group)
         if len(decided) < len(group):  # the undecided shot is continued first
             continue
         scale = Scale(vary.path, [*vary.bracket, vary.tolerance, *(row["values"][vary.path] for row in group)], base)
-        known = statistics.bracket(scale.numbers[3:], [yes for _, yes in decided], beyond < without)
-        cases += [fixed | {vary.path: scale.value(number)} for number in statistics.next_values(known, points, width)]
+        limits = statistics.bracket(scale.numbers[3:], [yes for _, yes in decided], upper < without)
+        cases += [fixed | {vary.path: scale.value(number)} for number in statistics.next_values(limits, points, width)]
     return cases
 
 
 def _groups(vary: models.Bisect, base: PlainMapping, rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
     """Return the settings of each limit with its shots."""
-    every = [fixed | variant for fixed in product(vary.parameters) for variant in variants(vary, base)]
-    paths = {path for fixed in every for path in fixed}
+    settings = [fixed | variant for fixed in product(vary.parameters) for variant in variants(vary, base)]
+    paths = {path for fixed in settings for path in fixed}
     return [
         (fixed, [row for row in rows if all(row["values"].get(path) == fixed.get(path) for path in paths)])
-        for fixed in every
+        for fixed in settings
     ]
 
 
@@ -117,8 +117,8 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
     undecided = [row["number"] for row in rows if _outcome(vary.event, row) is None]
     rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
     scale = Scale(vary.path, [*vary.bracket, *(row["values"][vary.path] for row in rows)], base)
-    (without, beyond), numbers = scale.numbers[:2], scale.numbers[2:]
-    limits = statistics.bracket(numbers, happened, beyond < without)
+    (without, with_event), numbers = scale.numbers[:2], scale.numbers[2:]
+    limits = statistics.bracket(numbers, happened, with_event < without)
     shots = [
         {
             "number": row["number"],
@@ -148,26 +148,26 @@ def _limit(vary: models.Bisect, base: PlainMapping, fixed: Values, rows: Sequenc
         "v50": v50,
         "shots": shots,
         "undecided": undecided,
-        "open": _open(limits, without, beyond, decided, undecided),
+        "open": _open(limits, without, with_event, decided, undecided),
         "lambert_jonas": None if curve is None else asdict(curve),
     }
 
 
 def _open(
-    limits: statistics.Bracket, without: float, beyond: float, decided: Sequence[object], undecided: Sequence[int]
+    limits: statistics.Bracket, without: float, upper: float, decided: Sequence[object], undecided: Sequence[int]
 ) -> str:
     """Return why no limit was found, with the remedy; empty where one was."""
     if undecided:
-        which = f"shot{'s' * (len(undecided) > 1)} {', '.join(map(str, undecided))}"
-        return f"{which} undecided: give a later `longest`, or a time.end at which the event is decided"
+        shots = f"shot{'s' * (len(undecided) > 1)} {', '.join(map(str, undecided))}"
+        return f"{shots} undecided: give a later `longest`, or a time.end at which the event is decided"
     if not decided:
         return "no shot is done"
-    farther = ("lower", "higher") if without < beyond else ("higher", "lower")
+    farther = ("lower", "higher") if without < upper else ("higher", "lower")
     if limits.below is None:
         return f"it happens at every value that was tried: begin at a {farther[0]} one"
     if limits.above is None:
         return f"it happens at no value that was tried: end at a {farther[1]} one"
-    if (limits.below, limits.above) == (beyond, without):
+    if (limits.below, limits.above) == (upper, without):
         return "it happens at the first value and not at the second: give them the other way round"
     return ""
 
@@ -183,28 +183,28 @@ def _converge(vary: models.Converge, base: PlainMapping, rows: Sequence[Row]) ->
     names = dict.fromkeys(name for row in rows for name in row["measures"])
     verdicts = {}
     for name in names:
-        known = [
+        pairs = [
             (row["measures"][name], h)
             for row, h in zip(rows, spacings, strict=True)
             if isinstance(row["measures"].get(name, {}).get("value"), int | float)
         ]
-        if not known:
+        if not pairs:
             continue
-        values = [float(measure["value"]) for measure, _ in known]
-        uncertain = [_noise(measure) for measure, _ in known]
-        verdicts[name] = asdict(statistics.convergence(values, [h for _, h in known], uncertain)) | {
-            "unit": known[0][0]["unit"],
-            "spacings": [h for _, h in known],
+        values = [float(measure["value"]) for measure, _ in pairs]
+        uncertain = [_noise(measure) for measure, _ in pairs]
+        verdicts[name] = asdict(statistics.convergence(values, [h for _, h in pairs], uncertain)) | {
+            "unit": pairs[0][0]["unit"],
+            "spacings": [h for _, h in pairs],
             "values": values,
             "uncertainties": uncertain,
             "spacing_unit": scale.unit if scale else "",
         }
         if len(values) == len(vary.values):
-            finest = min(known, key=lambda pair: pair[1])[0]
+            finest = min(pairs, key=lambda pair: pair[1])[0]
             time = (finest.get("uncertainty_by") or {}).get("variation", 0.0)
-            others = [None if row is None else row["measures"].get(name, {}).get("value") for row in perturbed]
+            moved = [None if row is None else row["measures"].get(name, {}).get("value") for row in perturbed]
             related = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
-            combined = statistics.combine_uncertainties([h for _, h in known], values, time, others, related)
+            combined = statistics.combine_uncertainties([h for _, h in pairs], values, time, moved, related)
             verdicts[name]["uncertainty"] = combined
     return verdicts
 
@@ -214,25 +214,25 @@ def _noise(measure: PlainMapping) -> float | None:
     kinds = measure.get("uncertainty_by") or {}
     if not kinds:
         return measure["uncertainty"]
-    return sum(size**2 for kind, size in kinds.items() if kind != "discretization") ** 0.5
+    return sum(size**2 for name, size in kinds.items() if name != "discretization") ** 0.5
 
 
 def _sample(vary: models.Sample, base: PlainMapping, rows: Sequence[Row]) -> Plain:
     continuous = {path: setting for path, setting in vary.values.items() if not isinstance(setting, models.Choice)}
-    drawn = {path: distribution(path, setting, base) for path, setting in continuous.items()}
+    laws = {path: distribution(path, setting, base) for path, setting in continuous.items()}
     verdicts = {}
     for name in dict.fromkeys(name for row in rows for name in row["measures"]):
-        chosen = [row for row in rows if isinstance(row["measures"].get(name, {}).get("value"), int | float)]
-        if not chosen:
+        valid = [row for row in rows if isinstance(row["measures"].get(name, {}).get("value"), int | float)]
+        if not valid:
             continue
-        results = np.array([float(row["measures"][name]["value"]) for row in chosen])
-        verdicts[name] = {"unit": chosen[0]["measures"][name]["unit"], **statistics.spread(results.tolist())}
-        if len(drawn) < len(vary.values) or not drawn:
+        results = np.array([float(row["measures"][name]["value"]) for row in valid])
+        verdicts[name] = {"unit": valid[0]["measures"][name]["unit"], **statistics.spread(results.tolist())}
+        if len(laws) < len(vary.values) or not laws:
             continue
-        inputs = np.array([[split(path, row["values"][path])[0] for path in drawn] for row in chosen])
-        found = statistics.sensitivity(inputs, results, [law for _, law in drawn.values()])
-        if found:
-            verdicts[name]["sensitivity"] = found | {"inputs": {path: scale.unit for path, (scale, _) in drawn.items()}}
+        inputs = np.array([[split(path, row["values"][path])[0] for path in laws] for row in valid])
+        linear = statistics.sensitivity(inputs, results, [law for _, law in laws.values()])
+        if linear:
+            verdicts[name]["sensitivity"] = linear | {"inputs": {path: scale.unit for path, (scale, _) in laws.items()}}
     return verdicts
 
 
@@ -244,16 +244,16 @@ def finding(results: PlainMapping, rows: Sequence[PlainMapping], record: Sequenc
         return f"{text}. Sum of squares {fit['sum_of_squares']:.3g} for {fit['freedom']} degrees of freedom."
     if "limits" in results:
         return " ".join(map(_limit_text, results["limits"]))
-    for kind, sentence in (("converge", _convergence_text), ("sample", _sample_text), ("experiment", _experiment_text)):
-        if results.get(kind):
-            name = _main_measure(results[kind])
-            return sentence(format_of(name), results[kind][name])
+    for form, sentence in (("converge", _convergence_text), ("sample", _sample_text), ("experiment", _experiment_text)):
+        if results.get(form):
+            name = _main_measure(results[form])
+            return sentence(format_of(name), results[form][name])
     numbers: dict[str, list[tuple[float, str]]] = {}
     for row in rows:
         where = ", ".join(f"{last_name(path)} {format_value(value)}" for path, value in row["values"].items())
         for name, measure in row["measures"].items():
-            wanted = name != "perforated" and (record is None or name in record)
-            if wanted and isinstance(measure.get("value"), int | float):
+            is_reported = name != "perforated" and (record is None or name in record)
+            if is_reported and isinstance(measure.get("value"), int | float):
                 numbers.setdefault(name, []).append((measure["value"], where))
     varied = {name: pairs for name, pairs in numbers.items() if len({value for value, _ in pairs}) > 1}
     if not varied:
@@ -277,9 +277,9 @@ def _limit_text(limit: PlainMapping) -> str:
         return f"{where}No limit: {limit['open']}."
     value, deviation = limit["v50"]
     low, high = sorted((limit["below"], limit["above"]))
-    kind = "mixed" if limit["mixed"] else "between"
+    gap = "mixed" if limit["mixed"] else "between"
     text = f"{where}The limit is {value:.5g} {limit['unit']}, standard deviation {deviation:.2g}"
-    text += f" ({kind} {low:.5g} and {high:.5g})"
+    text += f" ({gap} {low:.5g} and {high:.5g})"
     return text + uncertainty_text(limit.get("uncertainty"), 1.0, limit["unit"]) + "."
 
 
@@ -313,5 +313,5 @@ def uncertainty_text(uncertainty: PlainMapping | None, factor: float, unit: str)
     """Return a combined uncertainty and its shares in words; empty for none."""
     if not uncertainty:
         return ""
-    shares = ", ".join(f"{kind} {100.0 * share:.0f} %" for kind, share in uncertainty["shares"].items())
+    shares = ", ".join(f"{source} {100.0 * share:.0f} %" for source, share in uncertainty["shares"].items())
     return f"; ± {uncertainty['half_width'] * factor:.2g} {unit} (95 %: {shares})"

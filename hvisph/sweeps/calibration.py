@@ -62,49 +62,49 @@ class Datum:
         """Return the number that a run has given, in `unit`; raises `OutputError` where it gave none."""
         measures, profile, history = _results(folder)
         if self.quantity in CATALOGUE:
-            found = measures.get(self.quantity, {})
-            if found.get("value") is None:
-                raise OutputError(f"{folder} ({self.shot}): no {self.quantity}: {found.get('reason', 'not measured')}")
-            return float(found["value"]) / self.factor
+            entry = measures.get(self.quantity, {})
+            if entry.get("value") is None:
+                raise OutputError(f"{folder} ({self.shot}): no {self.quantity}: {entry.get('reason', 'not measured')}")
+            return float(entry["value"]) / self.factor
         at = self.at or 0.0
         if self.quantity == OUTLINE and profile:
             return 0.5 * float(np.interp(1e-3 * at, profile["distance"], profile["diameter"])) / self.factor
         if self.quantity in history:
-            known = np.isfinite(history[self.quantity])  # a gauge of its own `every` is empty in other lines
-            if known.any():
-                return float(np.interp(1e-6 * at, history["time"][known], history[self.quantity][known])) / self.factor
+            valid = np.isfinite(history[self.quantity])  # a gauge of its own `every` is empty in other lines
+            if valid.any():
+                return float(np.interp(1e-6 * at, history["time"][valid], history[self.quantity][valid])) / self.factor
         raise OutputError(f"{folder} ({self.shot}) has no {self.quantity}")
 
 
 @lru_cache(maxsize=4096)
 def _results(folder: str) -> tuple[Plain, Plain, dict[str, np.ndarray]]:
     summary, history = read_summary(folder), read_history(folder)
-    kept = {name: column for name, column in history.items() if name == "time" or name.startswith(HISTORY)}
-    return summary["measures"], summary.get("profile") or {}, kept
+    columns = {name: column for name, column in history.items() if name == "time" or name.startswith(HISTORY)}
+    return summary["measures"], summary.get("profile") or {}, columns
 
 
 def with_data(fit: Fit, folder: Path) -> Fit:
     """Return the fit with the rows of its files in place of their names; raises `CaseError` for invalid rows."""
     shots = {str(row.get("shot", "")): row for row in _rows(fit.shots, folder, "shots")}
-    chosen = [name for name in shots if fit.only is None or any(fnmatchcase(name, pattern) for pattern in fit.only)]
+    names = [name for name in shots if fit.only is None or any(fnmatchcase(name, pattern) for pattern in fit.only)]
     if "" in shots:
         raise CaseError("every shot needs a name in the column `shot`", where="shots")
-    if not chosen:
+    if not names:
         raise CaseError(f"there is no such shot{suggest_nearest(str(fit.only), list(shots))}", where="only")
     rows = []
     for row in _rows(fit.measured, folder, "measured"):
         shot = str(row.get("shot"))
         if shot not in shots:
             raise CaseError(f"unknown shot '{shot}'{suggest_nearest(shot, list(shots))}", where="measured")
-        counts = shot in chosen and str(row.get("judged") or "yes") == "yes"
+        counts = shot in names and str(row.get("judged") or "yes") == "yes"
         if counts and (fit.quantities is None or row.get("quantity") in fit.quantities):
             _datum(row)
             rows.append(dict(row))
     if len(rows) < len(fit.parameters):
         message = f"{len(rows)} measured numbers do not determine {len(fit.parameters)} parameters"
         raise CaseError(message, where="measured")
-    used = {str(row["shot"]) for row in rows}
-    settings = [{k: v for k, v in row.items() if v != ""} for name, row in shots.items() if name in used]
+    shots_used = {str(row["shot"]) for row in rows}
+    settings = [{k: v for k, v in row.items() if v != ""} for name, row in shots.items() if name in shots_used]
     return fit.model_copy(update={"shots": settings, "measured": rows})
 
 
@@ -188,13 +188,13 @@ class Calibration:
         for u in points:
             values = self._parameters(u)
             for shot, settings in self.shots.items():
-                own = {
+                fixed = {
                     path: plain(str(cell)) if isinstance(cell, str) else cell
                     for path, cell in settings.items()
                     if path != "shot" and not path.startswith(EXPERIMENT)
                 }
                 if (key := self._key(shot, values)) not in self.folders:
-                    cases[key] = {SHOT: shot} | own | values
+                    cases[key] = {SHOT: shot} | fixed | values
         return list(cases.values())
 
     def first(self) -> list[Values]:
@@ -230,12 +230,12 @@ class Calibration:
     def _linearize(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted residuals and their derivatives with respect to the scaled parameters."""
         points = self._stencil(u)
-        found, n = self._residuals(self._evaluate(points)), len(u)
+        residuals, n = self._residuals(self._evaluate(points)), len(u)
         steps = (points[1 : n + 1] - points[n + 1 :]).sum(axis=1)
-        return found[0], ((found[1 : n + 1] - found[n + 1 :]) / steps[:, None]).T
+        return residuals[0], ((residuals[1 : n + 1] - residuals[n + 1 :]) / steps[:, None]).T
 
     def _least_squares(self) -> Plain:
-        found = scipy.optimize.least_squares(
+        optimum = scipy.optimize.least_squares(
             lambda u: self._linearize(u)[0],
             self.start,
             jac=lambda u: self._linearize(u)[1],
@@ -244,17 +244,17 @@ class Calibration:
             ftol=TOLERANCE,
             max_nfev=self.fit.iterations,
         )
-        residuals, jacobian = self._linearize(found.x)
-        freedom = max(len(residuals) - len(found.x), 1)
+        residuals, jacobian = self._linearize(optimum.x)
+        freedom = max(len(residuals) - len(optimum.x), 1)
         spread = max(1.0, float(residuals @ residuals) / freedom)
-        covariance = np.linalg.inv(jacobian.T @ jacobian / spread + PRIOR * np.eye(len(found.x)))
+        covariance = np.linalg.inv(jacobian.T @ jacobian / spread + PRIOR * np.eye(len(optimum.x)))
         half = float(scipy.stats.t.ppf(0.975, freedom)) * np.sqrt(np.diag(covariance))
-        bounds = np.clip([found.x - half, found.x + half], 0.0, 1.0)
-        text = f"least squares, {found.nfev} iterations"
-        if found.status == 0:
+        bounds = np.clip([optimum.x - half, optimum.x + half], 0.0, 1.0)
+        text = f"least squares, {optimum.nfev} iterations"
+        if optimum.status == 0:
             text += ", not converged: give more `iterations` or another start"
-        computed = self._evaluate(found.x[None])[0]
-        return self._result(found.x, covariance, bounds, computed, {"method": text, "converged": found.status > 0})
+        computed = self._evaluate(optimum.x[None])[0]
+        return self._result(optimum.x, covariance, bounds, computed, {"method": text, "converged": optimum.status > 0})
 
     def _design(self) -> np.ndarray:
         """Return the points of a surrogate."""
@@ -286,7 +286,7 @@ class Calibration:
                 density = proposal.logpdf(draws)
         bounds = np.array([[weighted_quantile(u, weights, share) for u in draws.T] for share in (0.025, 0.975)])
         sobol = [surface.sobol([scipy.stats.uniform()] * len(mean)) if len(mean) > 1 else None for surface in surfaces]
-        more = {
+        details = {
             "method": f"posterior of a response surface of {self.fit.count} points",
             "converged": True,
             "effective_draws": float(1.0 / (weights**2).sum()),
@@ -295,10 +295,10 @@ class Calibration:
                 for surface, indices in zip(surfaces, sobol, strict=True)
             ],
         }
-        return self._result(mean, covariance, bounds, predict(mean[None])[0], more)
+        return self._result(mean, covariance, bounds, predict(mean[None])[0], details)
 
     def _result(
-        self, u: np.ndarray, covariance: np.ndarray, bounds: np.ndarray, computed: np.ndarray, more: Plain
+        self, u: np.ndarray, covariance: np.ndarray, bounds: np.ndarray, computed: np.ndarray, details: Plain
     ) -> Plain:
         deviation = np.sqrt(np.diag(covariance))
         residuals = self._residuals(computed)
@@ -314,7 +314,7 @@ class Calibration:
                 "at_bound": bool(min(u[k], 1.0 - u[k]) < 1e-3),
             }
         material = self.fit.material.model_dump() if self.fit.material else None
-        return more | {
+        return details | {
             "parameters": parameters,
             "material": material,
             "correlation": (covariance / np.outer(deviation, deviation)).tolist(),
@@ -335,8 +335,8 @@ def material_document(fit: PlainMapping, day: str, version: str) -> Plain:
     shots = list(dict.fromkeys(datum["shot"] for datum in fit["data"]))
     sources = "; ".join(dict.fromkeys(datum["source"] for datum in fit["data"] if datum["source"]))
     data = f"{len(fit['data'])} numbers of {', '.join(shots)}{f' ({sources})' if sources else ''}"
-    found = "; ".join(map(parameter_text, names, names.values()))
-    text = f"Fitted by hvisph {version} on {day} to {data}: {fit['method']}; {found}"
+    parameters = "; ".join(map(parameter_text, names, names.values()))
+    text = f"Fitted by hvisph {version} on {day} to {data}: {fit['method']}; {parameters}"
     document["sources"] = [{"of": list(names), "confidence": "derived", "text": text}]
     for name, parameter in names.items():
         *above, key = name.split(".")

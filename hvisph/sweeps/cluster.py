@@ -52,7 +52,7 @@ class DaskCrew:
         self.look, self.reported = 0.0, False  # when to look next, and whether the silence was reported
         self.alone: float | None = None  # no worker has been there since
 
-    def keep(self, wanted: int) -> int:
+    def keep(self, workers: int) -> int:
         """Keep the wanted number of workers; `OutputError` without a scheduler, or where all end with errors."""
         for task in self.tasks:
             if task.done():
@@ -63,7 +63,7 @@ class DaskCrew:
                 f"the Dask scheduler at {self.address} has gone; start one and continue with the same command, or "
                 "without Dask: nothing is lost"
             )
-        while len(self.tasks) < wanted:
+        while len(self.tasks) < workers:
             self.tasks.append(self.client.submit(_work, self.command, pure=False))
         if time.monotonic() >= self.look:
             self._watch()
@@ -111,10 +111,10 @@ class DaskCrew:
 def _work(command: list[str]) -> tuple[int, str]:
     """Run a worker's command as a process; return its exit code and the end of its standard error."""
     nothing = subprocess.DEVNULL
-    done = subprocess.run(  # noqa: S603 our own command
+    process = subprocess.run(  # noqa: S603 our own command
         command, check=False, stdin=nothing, stdout=nothing, stderr=subprocess.PIPE, text=True, errors="replace"
     )
-    return done.returncode, done.stderr[-KEPT:]
+    return process.returncode, process.stderr[-KEPT:]
 
 
 def _end(task: Any) -> tuple[int, str]:
@@ -136,15 +136,15 @@ def connect(address: str) -> Any:
         raise CaseError(f"no Dask scheduler answers at {address}: {error}", where="--dask") from None
 
 
-def launch(kind: str, workers: int, threads: int) -> Any:
+def launch(scheduler: str, workers: int, threads: int) -> Any:
     """Return a client of a cluster whose workers are jobs of a queue; set up by Dask's own configuration files."""
     jobqueue = _import("dask_jobqueue")
     distributed = _import("distributed")
     try:
-        cluster = getattr(jobqueue, KINDS[kind])(cores=threads, processes=1)
+        cluster = getattr(jobqueue, KINDS[scheduler])(cores=threads, processes=1)
         cluster.scale(jobs=workers)
     except (ValueError, OSError, RuntimeError) as error:
-        raise CaseError(f"{kind}: {error}", where="--cluster") from None
+        raise CaseError(f"{scheduler}: {error}", where="--cluster") from None
     return distributed.Client(cluster)
 
 

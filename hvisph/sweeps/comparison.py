@@ -34,7 +34,7 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
         if not pairs:
             continue
         numbers, measured, computed = (list(column) for column in zip(*pairs, strict=True))
-        off = [(c - m) / abs(m) for m, c in zip(measured, computed, strict=True) if m != 0.0]
+        errors = [(c - m) / abs(m) for m, c in zip(measured, computed, strict=True) if m != 0.0]
         unit = next(
             row["measures"][name]["unit"] for row in rows if row["measures"].get(name, {}).get("unit") is not None
         )
@@ -43,8 +43,8 @@ def against_experiment(rows: Sequence[Row]) -> Plain:
             "cases": numbers,
             "measured": measured,
             "computed": computed,
-            "mean": float(np.mean(off)) if off else None,
-            "worst": max(off, key=abs) if off else None,
+            "mean": float(np.mean(errors)) if errors else None,
+            "worst": max(errors, key=abs) if errors else None,
         }
     return verdicts
 
@@ -54,7 +54,7 @@ def _pair(row: Row, head: str, name: str) -> tuple[float, float] | None:
     measure = row["measures"].get(name, {})
     if not isinstance(measure.get("value"), int | float) or row["values"].get(head) is None:
         return None
-    dimension = next((kind for kind in DIMENSIONS if kind.unit == measure["unit"]), NUMBER)
+    dimension = next((candidate for candidate in DIMENSIONS if candidate.unit == measure["unit"]), NUMBER)
     try:
         return parse_quantity(str(row["values"][head]), dimension), float(measure["value"])
     except ValueError:
@@ -74,16 +74,16 @@ def beside_limit(plan: Plan, limit: PlainMapping) -> Plain:
     except CaseError:
         return {}
     impact, _ = impact_of(case)
-    beside: Plain = {}
-    if impact is not None and (named := limit_speeds(impact)):
-        beside["correlations"] = [asdict(correlation) for correlation in named]
+    references: Plain = {}
+    if impact is not None and (laws := limit_speeds(impact)):
+        references["correlations"] = [asdict(correlation) for correlation in laws]
     masses = _masses(case)
     if masses is not None:
         factor = FACTORS[limit["unit"]]
         speeds = [factor * shot["value"] for shot in limit["shots"]]
         residuals = [recht_ipson(speed, factor * limit["limit"], *masses) for speed in speeds]
-        beside["recht_ipson"] = {"a": masses[0] / sum(masses), "residuals": residuals, "source": RECHT}
-    return beside
+        references["recht_ipson"] = {"a": masses[0] / sum(masses), "residuals": residuals, "source": RECHT}
+    return references
 
 
 def _masses(case: Case) -> tuple[float, float] | None:

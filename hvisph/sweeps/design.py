@@ -39,8 +39,8 @@ def _distribution(path: str, setting: Any, base: PlainMapping) -> Any:
     """Return a function from a probability to a value of the setting."""
     if isinstance(setting, models.Choice):
         return lambda u: setting.choice[min(int(u * len(setting.choice)), len(setting.choice) - 1)]
-    scale, drawn = distribution(path, setting, base)
-    return lambda u: scale.value(float(drawn.ppf(min(max(u, 1e-12), 1.0 - 1e-12))))
+    scale, law = distribution(path, setting, base)
+    return lambda u: scale.value(float(law.ppf(min(max(u, 1e-12), 1.0 - 1e-12))))
 
 
 def distribution(path: str, setting: Any, base: PlainMapping) -> tuple[Scale, Any]:

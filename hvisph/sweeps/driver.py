@@ -38,8 +38,8 @@ class Crew(Protocol):
 
     waits_for_first: bool  # whether others start only after the first worker has compiled its loops
 
-    def keep(self, wanted: int) -> int:
-        """Have up to `wanted` workers at work, and return how many there are."""
+    def keep(self, workers: int) -> int:
+        """Have up to `workers` workers at work, and return how many there are."""
 
     def stop(self) -> None:
         """Ask all workers to write checkpoints and end, and wait for them."""
@@ -72,14 +72,14 @@ class LocalCrew:
         self.processes: list[subprocess.Popen[bytes]] = []
         self.failures = Failures()
 
-    def keep(self, wanted: int) -> int:
+    def keep(self, workers: int) -> int:
         """Start workers until there are as many as wanted; raises `OutputError` when they end with errors."""
         for process in self.processes:
             code = process.poll()
             if code is not None:
                 self.failures.add(code)
         self.processes = [process for process in self.processes if process.poll() is None]
-        while len(self.processes) < wanted:
+        while len(self.processes) < workers:
             self.processes.append(self._start())
         return len(self.processes)
 
@@ -129,10 +129,10 @@ class Driver:
         try:
             while True:
                 yield from self._round()
-                more = self._bisection_round()
-                if not more and not self._prolong():
+                added = self._bisection_round()
+                if not added and not self._prolong():
                     break
-                self.members += more
+                self.members += added
                 self.folder.write_members(self.members)
         finally:
             self.crew.stop()
@@ -153,27 +153,27 @@ class Driver:
         return results
 
     def _round(self) -> Iterator[Row]:
-        left = [member for member in self.members if self.selection.takes(member, self.folder.standing(member))]
+        waiting = [member for member in self.members if self.selection.takes(member, self.folder.standing(member))]
         failures = len(self._failures())
-        while left:
-            begun = time.monotonic()
-            alone = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()  # it compiles for all
-            self.crew.keep(1 if alone else min(self.workers, len(left)))
+        while waiting:
+            start = time.monotonic()
+            compiles = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()  # it compiles for all
+            self.crew.keep(1 if compiles else min(self.workers, len(waiting)))
             time.sleep(POLL)
-            remaining = []
-            for member in left:
+            unfinished = []
+            for member in waiting:
                 standing = self.folder.standing(member)
                 if self.selection.takes(member, standing):
-                    remaining.append(member)
+                    unfinished.append(member)
                 else:
                     yield row(self.folder, member, standing)
                     failures += standing.status in ENDED[1:]
-            left = remaining
+            waiting = unfinished
             self.table.write(self.members)
             if self.sweep.stop_after_failures is not None and failures >= self.sweep.stop_after_failures:
                 return
             # checking ten thousand cases takes a while: limit its share of the time
-            time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
+            time.sleep(min(5.0 * max(time.monotonic() - start - POLL, 0.0), 5.0))
 
     def _prolong(self) -> bool:
         """Extend undecided shots of a limit to twice their time; return False where none may be extended."""
@@ -197,8 +197,8 @@ class Driver:
         if self._failures():
             return []
         points = getattr(self.sweep.vary, "points", None) or self.workers
-        more = following(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), points)
-        return self.plan.members(more, len(self.members))
+        cases = following(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), points)
+        return self.plan.members(cases, len(self.members))
 
 
 SWEEPS = Path("sweeps")
@@ -231,16 +231,16 @@ def sweep(
 def begin(source: Source, out: str | os.PathLike[str] | None = None) -> SweepFolder:
     """Return the folder of a sweep, begun if it was not; arguments and errors as of `sweep`."""
     if not isinstance(source, Mapping):
-        there = SweepFolder(source)
-        if there.exists:
-            if out is not None and Path(out).resolve() != there.path.resolve():
+        home = SweepFolder(source)
+        if home.exists:
+            if out is not None and Path(out).resolve() != home.path.resolve():
                 raise CaseError(
                     f"{source} is a sweep that has begun and continues in its folder; leave this out, or give "
                     "the sweep's own file to begin it elsewhere",
                     where="--out",
                 )
-            return there
-        if there.path.is_dir():
+            return home
+        if home.path.is_dir():
             raise CaseError(f"{source} is no sweep's folder")
     elif out is None:
         raise CaseError("a sweep given as a mapping needs a folder", where="out")

@@ -60,13 +60,13 @@ class SweepFolder:
         else, or a sweep whose cases are others; `OutputError` when it cannot be written.
         """
         if self.exists:
-            known = self.members()
-            if any(old.digest != new.digest for old, new in zip(known, members, strict=False)):
+            existing = self.members()
+            if any(old.digest != new.digest for old, new in zip(existing, members, strict=False)):
                 raise CaseError(
                     f"{self.path} holds a sweep of other cases, unchanged: give another folder", where="--out"
                 )
-            if len(known) >= len(members):
-                return known
+            if len(existing) >= len(members):
+                return existing
         elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
             raise CaseError(f"{self.path} is not empty and not a sweep; nothing was changed", where="--out")
         with atomic_write.write_errors(self.path):
@@ -139,9 +139,9 @@ class SweepFolder:
         finally:
             lock.release()
 
-    def note(self, member: Member, event: str, **more: object) -> None:
+    def note(self, member: Member, event: str, **details: object) -> None:
         """Add a line to a case's claim: event, time and process."""
-        line = {"event": event, "pid": os.getpid(), "time": time.time(), **more}
+        line = {"event": event, "pid": os.getpid(), "time": time.time(), **details}
         path = self.path / CLAIMS / f"{member.number:05d}.jsonl"
         with atomic_write.write_errors(path), path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
@@ -203,13 +203,13 @@ class SweepFolder:
 
 def _fruitless_starts(events: Sequence[Plain]) -> int:
     """Return the number of consecutive starts from the same checkpoint up to the last event."""
-    starts, reached = 0, None
+    starts, checkpoint = 0, None
     for event in events:
         if event["event"] != "start":
             starts = 0
             continue
-        starts = starts + 1 if event.get("checkpoint") == reached else 1
-        reached = event.get("checkpoint")
+        starts = starts + 1 if event.get("checkpoint") == checkpoint else 1
+        checkpoint = event.get("checkpoint")
     return starts
 
 
@@ -221,8 +221,8 @@ def _summary(folder: Path) -> Plain:
             name: {key: measure.get(key) for key in ("value", "uncertainty", "uncertainty_by", "unit")}
             for name, measure in summary["measures"].items()
         }
-        kept = ("status", "failure", "conservation", "wall_seconds", "steps", "particles", "end_time")
-        return {key: summary.get(key) for key in kept} | {
+        keys = ("status", "failure", "conservation", "wall_seconds", "steps", "particles", "end_time")
+        return {key: summary.get(key) for key in keys} | {
             "measures": measures,
             "missed": [row["name"] for row in summary["expected"] if not row["passed"]],
         }
@@ -316,13 +316,13 @@ def table_rows(cases: Sequence[Row], record: Sequence[str] | None) -> list[list[
     for row in cases:
         for name, measure in row["measures"].items():
             units.setdefault(name, measure["unit"] or "")
-    chosen = [name for name in (record if record is not None else units) if name in units]
-    heads = [f"{name} [{units[name]}]" if units[name] else name for name in chosen]
+    names = [name for name in (record if record is not None else units) if name in units]
+    heads = [f"{name} [{units[name]}]" if units[name] else name for name in names]
     last = ("energy_drift", "wall_seconds", "folder", "message")
     columns = (column for head in heads for column in (head, f"± {head}"))
     table: list[list[object]] = [["number", *paths, "status", *columns, *last]]
     for row in cases:
-        measures = [row["measures"].get(name, {}) for name in chosen]
+        measures = [row["measures"].get(name, {}) for name in names]
         cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
         values = (format_value(row["values"][path]) if path in row["values"] else "" for path in paths)
         table.append([row["number"], *values, row["status"], *cells, *(row[key] for key in last)])
@@ -338,8 +338,8 @@ class TableKeeper:
 
     def write(self, members: Sequence[Member], *, last: bool = False) -> None:
         """Write the table if it is time, or in any case when it is the last."""
-        begun = time.monotonic()
-        if begun < self._next and not last:
+        start = time.monotonic()
+        if start < self._next and not last:
             return
         try:
             lock = FileLock(self.folder.path / CLAIMS / "table.lock")
@@ -349,5 +349,5 @@ class TableKeeper:
             atomic_write.write_csv(self.folder.path / TABLE, table_rows(rows(self.folder, members), self.record))
         finally:
             lock.release()
-        took = time.monotonic() - begun
-        self._next = begun + max(1.0, 20.0 * took)
+        took = time.monotonic() - start
+        self._next = start + max(1.0, 20.0 * took)

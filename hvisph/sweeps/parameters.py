@@ -68,9 +68,9 @@ def plain(cell: str) -> object:
     words = {"true": True, "false": False, "null": None}
     if text in words:
         return words[text]
-    for kind in (int, float):
+    for number_type in (int, float):
         try:
-            return kind(text)
+            return number_type(text)
         except ValueError:
             pass
     return text

@@ -92,8 +92,8 @@ class Plan:
             return call()
         except CaseError as error:
             keys = tuple(part for part in error.where.split(".") if part) if path == ("vary",) else ()
-            known = (*path, *keys)
-            raise locate_error(known, error.message, self.places) from None
+            location = (*path, *keys)
+            raise locate_error(location, error.message, self.places) from None
 
 
 def setting(document: Document, path: str, value: object) -> Document:

@@ -80,8 +80,8 @@ def convergence(
     `results`, `spacings`: values and their spacings, in any order.
     `uncertainties`: uncertainty of each value at its spacing; None where unknown.
     """
-    known = uncertainties or [None] * len(results)
-    points = sorted(zip(spacings, results, known, strict=True), key=lambda point: point[0])
+    errors = uncertainties or [None] * len(results)
+    points = sorted(zip(spacings, results, errors, strict=True), key=lambda point: point[0])
     if len(points) < 2:
         return Convergence("too few")
     h, f, _ = zip(*points, strict=True)
@@ -166,37 +166,37 @@ def logistic_limit(values: Sequence[float], happened: Sequence[bool]) -> tuple[f
     return middle - width * float(fitted[0] / fitted[1]), width * float(np.pi / np.sqrt(3.0) / abs(fitted[1]))
 
 
-def next_values(known: Bracket, points: int, width: float) -> list[float]:
+def next_values(limits: Bracket, points: int, width: float) -> list[float]:
     """Return values that shrink the bracket by `points` + 1; none where it is narrow enough, open or mixed."""
-    if known.below is None or known.above is None or known.mixed:
+    if limits.below is None or limits.above is None or limits.mixed:
         return []
-    if abs(known.above - known.below) <= width * (1.0 + 1e-9):
+    if abs(limits.above - limits.below) <= width * (1.0 + 1e-9):
         return []
-    step = (known.above - known.below) / (points + 1)
-    return [known.below + k * step for k in range(1, points + 1)]
+    step = (limits.above - limits.below) / (points + 1)
+    return [limits.below + k * step for k in range(1, points + 1)]
 
 
-def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known: Bracket) -> LambertJonas | None:
+def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], limits: Bracket) -> LambertJonas | None:
     """Return the curve through two or more perforating shots; p = 2 below four, the bracket's limit for two."""
     v, r = np.asarray(velocities, float), np.asarray(residuals, float)
-    if len(v) < 2 or known.limit is None:
+    if len(v) < 2 or limits.limit is None:
         return None
     free = min(len(v) - 1, 3)
-    start = [0.9, known.limit, 2.0][:free]
-    lower = min(float(v.min()), known.above or np.inf)
+    start = [0.9, limits.limit, 2.0][:free]
+    lower = min(float(v.min()), limits.above or np.inf)
     bounds = ([0.01, 0.0, 1.0][:free], [1.2, lower, 6.0][:free])
-    start[1:2] = [min(known.limit, 0.999 * lower)][: max(free - 1, 0)]
+    start[1:2] = [min(limits.limit, 0.999 * lower)][: max(free - 1, 0)]
 
-    def full(x: np.ndarray) -> tuple[float, float, float]:
+    def parameters(x: np.ndarray) -> tuple[float, float, float]:
         a = float(x[0])
-        limit = float(x[1]) if free > 1 else known.limit or 0.0
+        limit = float(x[1]) if free > 1 else limits.limit or 0.0
         return a, float(x[2]) if free > 2 else 2.0, limit
 
     sizes = np.maximum(np.abs(start), 1e-3)
     fit = scipy.optimize.least_squares(
-        lambda x: lambert_jonas_velocity(v, *full(x)) - r, start, bounds=bounds, x_scale=sizes
+        lambda x: lambert_jonas_velocity(v, *parameters(x)) - r, start, bounds=bounds, x_scale=sizes
     )
-    a, p, limit = full(fit.x)
+    a, p, limit = parameters(fit.x)
     return LambertJonas(a, p, limit, float(np.sqrt(np.mean(fit.fun**2))))
 
 
@@ -208,8 +208,8 @@ def read_fit(source: str | PlainMapping | None, folder: Path) -> Plain | None:
     try:
         fit = json.loads((path / "results.json").read_text(encoding="utf-8"))["fit"]
         paths = [name for name in fit["parameters"] if name.startswith(MATERIAL)]
-        chosen = [list(fit["parameters"]).index(name) for name in paths]
-        correlation = np.array(fit["correlation"])[np.ix_(chosen, chosen)].tolist()
+        columns = [list(fit["parameters"]).index(name) for name in paths]
+        correlation = np.array(fit["correlation"])[np.ix_(columns, columns)].tolist()
         keys = ("value", "deviation", "unit")
         parameters = {name: {key: fit["parameters"][name][key] for key in keys} for name in paths}
         return {"material": fit["material"]["name"], "parameters": parameters, "correlation": correlation}
@@ -250,8 +250,8 @@ def combine_uncertainties(
     if any(value is None for value in perturbed) or not values:
         return None
     finest, coarsest = (values[int(pick(spacings))] for pick in (np.argmin, np.argmax))
-    known = convergence(values, spacings)
-    spread = max(values) - min(values) if known.index is None else known.index * abs(finest)
+    fit = convergence(values, spacings)
+    spread = max(values) - min(values) if fit.index is None else fit.index * abs(finest)
     g = np.array([float(value or 0.0) - coarsest for value in perturbed])
     parts = {"spacing": float(spread), "time": float(time)}
     if len(g):
@@ -261,7 +261,7 @@ def combine_uncertainties(
         "value": finest,
         "half_width": total,
         "parts": parts,
-        "shares": {kind: (part / total) ** 2 if total else 0.0 for kind, part in parts.items()},
+        "shares": {source: (part / total) ** 2 if total else 0.0 for source, part in parts.items()},
     }
 
 
@@ -282,10 +282,10 @@ class Surrogate:
 
     def sobol(self, distributions: Sequence[Any]) -> tuple[list[float], list[float]]:
         """Return first-order and total Sobol indices for independent inputs of these `scipy.stats` distributions."""
-        found = scipy.stats.sobol_indices(
+        indices = scipy.stats.sobol_indices(
             func=lambda x: self.predict(x.T), n=SOBOL_POINTS, dists=list(distributions), rng=0
         )
-        return [float(v) for v in found.first_order], [float(v) for v in found.total_order]
+        return [float(v) for v in indices.first_order], [float(v) for v in indices.total_order]
 
 
 def sensitivity(x: np.ndarray, y: np.ndarray, distributions: Sequence[Any]) -> Plain | None:

@@ -26,19 +26,19 @@ LOOK = 1.0  # wall time between two checks whether the worker is still wanted [s
 class _Limited(Listener):
     """Interrupts a run after a wall time or at the end of the sweep; reports the first step of the first case."""
 
-    def __init__(self, seconds: float | None, stepping: Callable[[], None], wanted: Callable[[], bool]):
+    def __init__(self, seconds: float | None, stepping: Callable[[], None], is_needed: Callable[[], bool]):
         self.end = None if seconds is None else time.monotonic() + seconds
-        self.stepping, self.wanted, self.reached = stepping, wanted, False
+        self.stepping, self.wanted, self.reached = stepping, is_needed, False
         self.look = time.monotonic() + LOOK
 
     def progress(self, progress: Progress) -> None:
         self.stepping()
-        now = time.monotonic()
-        if now > self.look:
-            self.look = now + LOOK
+        clock = time.monotonic()
+        if clock > self.look:
+            self.look = clock + LOOK
             if not self.wanted():
                 raise KeyboardInterrupt
-        if self.end is not None and now > self.end:
+        if self.end is not None and clock > self.end:
             self.reached = True
             raise KeyboardInterrupt
 
@@ -51,10 +51,10 @@ class Worker:
         folder: SweepFolder,
         threads: int | None = None,
         selection: Selection | None = None,
-        wanted: Path | None = None,
+        presence: Path | None = None,
     ):
         self.folder, self.threads, self.selection = folder, threads, selection or Selection()
-        self.file = wanted
+        self.file = presence
         self.plan: Plan = folder.plan()
         self.sweep: Sweep = self.plan.sweep
         self.table = TableKeeper(folder, self.sweep.record)
@@ -64,7 +64,7 @@ class Worker:
         """Compute until no case is left; return 0, or 130 after a signal."""
         while True:
             members = self.folder.members()
-            left = busy = 0
+            waiting = busy = 0
             for member in self.selection.by_cost(members):
                 if self._enough_failures(members):
                     return 0
@@ -72,7 +72,7 @@ class Worker:
                     return INTERRUPTED
                 if not self.selection.takes(member, self.folder.standing(member)):
                     continue
-                left += 1
+                waiting += 1
                 with self.folder.claim(member) as claimed:
                     standing = self.folder.standing(member, held=claimed)
                     if not claimed:
@@ -80,17 +80,17 @@ class Worker:
                     elif self.selection.takes(member, standing) and not self._compute(member):
                         return INTERRUPTED
                 self.table.write(members)
-            if left == 0:
+            if waiting == 0:
                 return 0
-            if busy == left:
+            if busy == waiting:
                 time.sleep(POLL)
 
     def _is_active(self) -> bool:
         return self.file is None or self.file.exists()
 
     def _enough_failures(self, members: Sequence[Member]) -> bool:
-        most = self.sweep.stop_after_failures
-        return most is not None and sum(self.folder.standing(member).status in ENDED[1:] for member in members) >= most
+        top = self.sweep.stop_after_failures
+        return top is not None and sum(self.folder.standing(member).status in ENDED[1:] for member in members) >= top
 
     def _compute(self, member: Member) -> bool:
         """Run a case to its end, its limit or a signal; False after a signal."""
