@@ -55,19 +55,19 @@ def cut(positions: np.ndarray, volumes: np.ndarray, spacing: np.ndarray, mirrors
 
     `spacing` is (n,) [m]. Raises `CaseError` when a plane passes through a body that is not symmetric about it.
     """
-    kept = np.arange(len(positions))
+    numbers = np.arange(len(positions))
     for mirror in mirrors:
-        along = mirror.sign * (positions[:, mirror.axis] - mirror.at)
-        near = spacing[kept]
-        if (along < 0).any() and (along > 0).any():
-            _require_symmetry(positions, mirror, float(near.max()))
-        inside = np.abs(along) <= IN_PLANE * near
-        stays = (along > 0) | inside
+        height = mirror.sign * (positions[:, mirror.axis] - mirror.at)
+        dx = spacing[numbers]
+        if (height < 0).any() and (height > 0).any():
+            _require_symmetry(positions, mirror, float(dx.max()))
+        inside = np.abs(height) <= IN_PLANE * dx
+        stays = (height > 0) | inside
         positions, volumes = positions.copy(), volumes.copy()
-        positions[inside, mirror.axis] = mirror.at + mirror.sign * SPLIT * near[inside]
+        positions[inside, mirror.axis] = mirror.at + mirror.sign * SPLIT * dx[inside]
         volumes[inside] *= 0.5
-        positions, volumes, kept = positions[stays], volumes[stays], kept[stays]
-    return np.ascontiguousarray(positions), volumes, kept
+        positions, volumes, numbers = positions[stays], volumes[stays], numbers[stays]
+    return np.ascontiguousarray(positions), volumes, numbers
 
 
 def _require_symmetry(positions: np.ndarray, mirror: Mirror, spacing: float) -> None:
@@ -143,8 +143,8 @@ def require_revolved(solid: Shape) -> None:
     r = random.uniform(0.0, max(high[1], high[2]), 400)
     start = solid.distance(np.stack([x, r, np.zeros(400)], axis=1))
     for angle in (0.7, 1.9, 3.4, 5.1):
-        turned = solid.distance(np.stack([x, r * math.cos(angle), r * math.sin(angle)], axis=1))
-        if np.abs(turned - start).max() > ROUND * size:
+        rotated = solid.distance(np.stack([x, r * math.cos(angle), r * math.sin(angle)], axis=1))
+        if np.abs(rotated - start).max() > ROUND * size:
             raise CaseError(
                 f"the {solid.kind} is no solid of revolution about the x axis; take a cylinder for a plate, a tube or "
                 "ring off the axis, and leave out what turns or moves it off the axis",
@@ -190,10 +190,10 @@ class Edge(Plane):
 
 def is_beyond(edges: Sequence[Edge], positions: np.ndarray) -> np.ndarray:
     """Return which positions (n, dim) [m] lie beyond any of the edges (n,)."""
-    beyond = np.zeros(len(positions), bool)
+    outside = np.zeros(len(positions), bool)
     for edge in edges:
-        beyond |= edge.distance_beyond(positions) > 0.0
-    return beyond
+        outside |= edge.distance_beyond(positions) > 0.0
+    return outside
 
 
 def cut_open(
@@ -210,28 +210,28 @@ def cut_open(
     of the body within it.
     """
     for edge in edges:
-        beyond = edge.distance_beyond(positions)
-        if (beyond + 1.5 * spacing < 0.0).all():
+        excess = edge.distance_beyond(positions)
+        if (excess + 1.5 * spacing < 0.0).all():
             continue
-        if (np.abs(beyond) < BETWEEN * spacing).any():
+        if (np.abs(excess) < BETWEEN * spacing).any():
             raise CaseError(
                 f"a row of particles lies in the edge {'xyz'[edge.axis]} = {edge.at:g}; move the edge by half a "
                 f"spacing, {0.5 * float(spacing.min()):.3g}"
             )
-        inside = beyond < 0.0
+        inside = excess < 0.0
         if not inside.any():
             raise CaseError(f"lies beyond the edge {'xyz'[edge.axis]} = {edge.at:g}; move one of them, or turn `keep`")
-        positions, volumes, spacing, beyond = positions[inside], volumes[inside], spacing[inside], beyond[inside]
-        near = -beyond < depth * spacing
-        made = positions[near].copy()
-        made[:, edge.axis] = 2.0 * edge.at - made[:, edge.axis]
-        grown = volumes[near]
+        positions, volumes, spacing, excess = positions[inside], volumes[inside], spacing[inside], excess[inside]
+        adjacent = -excess < depth * spacing
+        images = positions[adjacent].copy()
+        images[:, edge.axis] = 2.0 * edge.at - images[:, edge.axis]
+        grown = volumes[adjacent]
         if axisymmetric and edge.axis == 1:
-            if (made[:, 1] <= 0.0).any():
+            if (images[:, 1] <= 0.0).any():
                 raise CaseError(f"the layer beyond the edge y = {edge.at:g} would reach the axis; move the edge out")
-            grown = grown * made[:, 1] / positions[near, 1]
-        positions, volumes = np.concatenate([positions, made]), np.concatenate([volumes, grown])
-        spacing = np.concatenate([spacing, spacing[near]])
+            grown = grown * images[:, 1] / positions[adjacent, 1]
+        positions, volumes = np.concatenate([positions, images]), np.concatenate([volumes, grown])
+        spacing = np.concatenate([spacing, spacing[adjacent]])
     return np.ascontiguousarray(positions), volumes, spacing
 
 
@@ -250,44 +250,44 @@ def face_areas(
     depth [m].
     """
     axis, sign = normal
-    along = sign * positions[:, axis]
-    outer, depth = along > along.max() - ROW * spacing, spacing
+    height = sign * positions[:, axis]
+    outer, depth = height > height.max() - ROW * spacing, spacing
     if not outer.all():
-        behind = along[~outer]
-        depth = float(along[outer].mean() - behind[behind > behind.max() - ROW * spacing].mean())
-    row = np.rint((along[outer].mean() - along) / depth).astype(np.int64)
-    some = np.flatnonzero(row < len(shares))
-    areas = volumes[some] / depth
+        inner = height[~outer]
+        depth = float(height[outer].mean() - inner[inner > inner.max() - ROW * spacing].mean())
+    row = np.rint((height[outer].mean() - height) / depth).astype(np.int64)
+    outer_rows = np.flatnonzero(row < len(shares))
+    areas = volumes[outer_rows] / depth
     if axisymmetric and axis == 1:
-        areas *= (along[outer].mean() + 0.5 * depth) * sign / positions[some, 1]
-    face = areas[row[some] == 0].sum()
-    areas *= shares[np.maximum(row[some], 0)]
-    return some, areas * (face / areas.sum()), depth
+        areas *= (height[outer].mean() + 0.5 * depth) * sign / positions[outer_rows, 1]
+    face = areas[row[outer_rows] == 0].sum()
+    areas *= shares[np.maximum(row[outer_rows], 0)]
+    return outer_rows, areas * (face / areas.sum()), depth
 
 
-def row_shares(layers: np.ndarray, aside: np.ndarray, slope: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def row_shares(layers: np.ndarray, lateral: np.ndarray, slope: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Return the shares (rows,) of a face that the pair sums of the rows behind it lack, from the face inwards.
 
-    Row k lacks the layers (distances `layers`, places `aside`, see `sph.kernels.Kernel.layers`) farther than k
+    Row k lacks the layers (distances `layers`, places `lateral`, see `sph.kernels.Kernel.layers`) farther than k
     spacings, each with the sum of |dW/dr| n . (x_a - x_b)/r, `slope` but for a factor. So a uniform stress and the
     traction of the face cancel at every row.
     """
-    r = np.sqrt(layers[1:, None] ** 2 + aside**2)
+    r = np.sqrt(layers[1:, None] ** 2 + lateral**2)
     lacks = np.cumsum((slope(r) * layers[1:, None] / r).sum(axis=1)[::-1])[::-1]
     return np.asarray(lacks / lacks.sum())
 
 
 def _with_images(positions: np.ndarray, planes: Sequence[tuple[int, float]], reach: float) -> Arrays:
     """Return positions and those of images within `reach` of planes, the particle of each, and signs (n, dim)."""
-    found = [(positions, np.arange(len(positions)), np.ones(positions.shape))]
+    images = [(positions, np.arange(len(positions)), np.ones(positions.shape))]
     for axis, at in planes:
-        for places, source, signs in list(found):
-            near = np.abs(places[:, axis] - at) < reach
-            image, turned = places[near].copy(), signs[near].copy()
+        for places, source, signs in list(images):
+            adjacent = np.abs(places[:, axis] - at) < reach
+            image, mirrored = places[adjacent].copy(), signs[adjacent].copy()
             image[:, axis] = 2.0 * at - image[:, axis]
-            turned[:, axis] *= -1.0
-            found.append((image, source[near], turned))
-    places, source, signs = (np.concatenate(parts) for parts in zip(*found, strict=True))
+            mirrored[:, axis] *= -1.0
+            images.append((image, source[adjacent], mirrored))
+    places, source, signs = (np.concatenate(parts) for parts in zip(*images, strict=True))
     return places, source, signs
 
 
@@ -312,19 +312,19 @@ def follow(
     """
     feet = layer.copy()
     for edge in edges:
-        over = edge.distance_beyond(feet) > 0.0
-        feet[over, edge.axis] = edge.at
+        outside = edge.distance_beyond(feet) > 0.0
+        feet[outside, edge.axis] = edge.at
     places, source, signs = _with_images(matter, planes, reach)
     tree, counts = scipy.spatial.cKDTree(places), []
-    chosen: list[np.ndarray] = []
+    sources: list[np.ndarray] = []
     weights: list[np.ndarray] = []
-    for foot, beside in zip(feet, tree.query_ball_point(feet, reach), strict=True):
-        near = np.sort(np.array(beside or [tree.query(foot)[1]], np.int64))
-        weight = (1.0 - ((places[near] - foot) ** 2).sum(axis=1) / reach**2) ** 2
-        counts.append(len(near))
-        chosen.append(near)
+    for foot, candidates in zip(feet, tree.query_ball_point(feet, reach), strict=True):
+        neighbours = np.sort(np.array(candidates or [tree.query(foot)[1]], np.int64))
+        weight = (1.0 - ((places[neighbours] - foot) ** 2).sum(axis=1) / reach**2) ** 2
+        counts.append(len(neighbours))
+        sources.append(neighbours)
         weights.append(weight / weight.sum())
-    every = np.concatenate(chosen)
-    first, away = np.cumsum([0, *counts[:-1]]), layer - feet
-    normals = away / np.linalg.norm(away, axis=1)[:, None]
-    return MigratingRows(first, source[every], np.concatenate(weights), signs[every], normals)
+    rows = np.concatenate(sources)
+    first, offset = np.cumsum([0, *counts[:-1]]), layer - feet
+    normals = offset / np.linalg.norm(offset, axis=1)[:, None]
+    return MigratingRows(first, source[rows], np.concatenate(weights), signs[rows], normals)

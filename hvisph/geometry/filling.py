@@ -78,13 +78,13 @@ def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
             pairs = scipy.spatial.cKDTree(points).query_pairs(reach + 0.3 * a, output_type="ndarray")
             farthest = sum(lengths[step : step + PAIRS_EVERY]) + UNSURE * a  # that a point goes until the next look
             outer = np.flatnonzero(shape.distance(points) > -DEPTH * dx - farthest)
-        first, second = pairs.T
-        apart = points[first] - points[second]
-        r = np.maximum(np.sqrt((apart**2).sum(axis=1)), 1e-6 * a)
-        push = apart * (np.maximum(1 - r / reach, 0.0) ** 2 / r)[:, None]
+        first, partner = pairs.T
+        offset = points[first] - points[partner]
+        r = np.maximum(np.sqrt((offset**2).sum(axis=1)), 1e-6 * a)
+        push = offset * (np.maximum(1 - r / reach, 0.0) ** 2 / r)[:, None]
         move = np.stack(
             [
-                np.bincount(first, push[:, k], len(points)) - np.bincount(second, push[:, k], len(points))
+                np.bincount(first, push[:, k], len(points)) - np.bincount(partner, push[:, k], len(points))
                 for k in range(shape.dim)
             ],
             axis=1,
@@ -169,12 +169,12 @@ def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Fill
             if change >= cost:
                 continue
             try:
-                other = _stretch_to_mass(shape, dx * (1 + k / steps * farthest), arrange)
+                candidate = _stretch_to_mass(shape, dx * (1 + k / steps * farthest), arrange)
             except CaseError:
                 continue
-            worth = change + DEAR * abs(math.log(_share(shape, other)))
+            worth = change + DEAR * abs(math.log(_share(shape, candidate)))
             if worth < cost:
-                best, cost = other, worth
+                best, cost = candidate, worth
     share = _share(shape, best)
     if abs(share - 1) > lattices.ROUND_OFF:
         best = replace(best, volumes=best.volumes * share)

@@ -34,24 +34,24 @@ class Filling:
         return float(np.min(self.spacing))
 
 
-def count_across(length: float, spacing: float, what: str = "body", even: bool = False) -> int:
+def count_across(length: float, spacing: float, noun: str = "body", even: bool = False) -> int:
     """Return the count, or count of pairs, that at `spacing` comes nearest to `length` [m]; `CaseError` if none."""
     count = math.floor(length / spacing + 0.5 + ROUND_OFF)
     if count < 1:
         raise CaseError(
-            f"the {what} of {length:g} is thinner than half a particle at spacing {spacing:g}; "
+            f"the {noun} of {length:g} is thinner than half a particle at spacing {spacing:g}; "
             "refine the resolution or enlarge the body",
             where="resolution",
         )
     return 2 * max(1, math.floor(length / spacing / 2 + 0.5 + ROUND_OFF)) if even else count
 
 
-def make_filling(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
+def make_filling(positions: np.ndarray, dx: float, size: tuple[float, ...], requested: tuple[float, ...]) -> Filling:
     """Return the `Filling` of particles of volume dx^dim, with a note on another size; `CaseError` without any."""
     if len(positions) == 0:
         raise CaseError(f"no particle at spacing {dx:g} fits into the body", where="resolution")
-    differs = any(abs(got - want) > ROUND_OFF * want for got, want in zip(size, asked, strict=True))
-    note = f"{_sizes(asked)} is filled as {_sizes(size)} at resolution {dx:g}" if differs else ""
+    differs = any(abs(got - want) > ROUND_OFF * want for got, want in zip(size, requested, strict=True))
+    note = f"{_sizes(requested)} is filled as {_sizes(size)} at resolution {dx:g}" if differs else ""
     volumes = np.full(len(positions), dx ** positions.shape[1])
     return Filling(np.ascontiguousarray(positions), volumes, size, dx, note)
 
@@ -110,23 +110,23 @@ def fill_hexagonal(shape: Shape, dx: float) -> Filling:
     the height. Raises `CaseError` when the shape is thinner than half a column.
     """
     a = TRIANGULAR * dx
-    between = a * math.sqrt(3) / 2
+    column_spacing = a * math.sqrt(3) / 2
     if not isinstance(shape, Box):
         low, high = shape.bounds()
-        across, up = ((high - low) / 2).tolist()
-        half = count_across(across, between, f"{shape.kind}'s half width") + 1
-        nodes = 2 * (count_across(max(up, a), a) + 1) + 1
-        columns = [_column(k * between, centre_coordinates(nodes + k % 2, a)) for k in range(-half, half + 1)]
+        half_width, half_height = ((high - low) / 2).tolist()
+        half = count_across(half_width, column_spacing, f"{shape.kind}'s half width") + 1
+        nodes = 2 * (count_across(max(half_height, a), a) + 1) + 1
+        columns = [_column(k * column_spacing, centre_coordinates(nodes + k % 2, a)) for k in range(-half, half + 1)]
         points = np.concatenate(columns) + (low + high) / 2
         return make_filling(points[shape.contains(points)], dx, shape.extent(), shape.extent())
     width, height = shape.extent()
-    count = count_across(width, between)
+    count = count_across(width, column_spacing)
     count_across(height, a)
     short = max(1, math.floor(height / a))
-    places = enumerate(centre_coordinates(count, between))
+    places = enumerate(centre_coordinates(count, column_spacing))
     columns = [_column(x, centre_coordinates(short + (k + 1) % 2, a)) for k, x in places]
     mean = short + sum((k + 1) % 2 for k in range(count)) / count
-    return make_filling(np.concatenate(columns), dx, (count * between, mean * a), shape.extent())
+    return make_filling(np.concatenate(columns), dx, (count * column_spacing, mean * a), shape.extent())
 
 
 def _column(x: float, y: np.ndarray) -> np.ndarray:
@@ -292,19 +292,19 @@ def _from_middle(length: float, fine: float | None, dx: float, grading: Grading,
     return edges
 
 
-def _layer_thicknesses(rest: float, dx: float, grading: Grading) -> np.ndarray | None:
-    """Return as few graded layers as fill `rest` [m]; None where as many of `dx` are thicker than that."""
+def _layer_thicknesses(depth: float, dx: float, grading: Grading) -> np.ndarray | None:
+    """Return as few graded layers as fill `depth` [m]; None where as many of `dx` are thicker than that."""
 
     def layers(count: int, ratio: float) -> np.ndarray:
         return np.asarray(np.minimum(dx * ratio ** np.arange(1, count + 1), grading.coarsest))
 
     count = 1
-    while layers(count, grading.ratio).sum() < rest * (1 - ROUND_OFF):
+    while layers(count, grading.ratio).sum() < depth * (1 - ROUND_OFF):
         count += 1
-    if count * dx > rest:
+    if count * dx > depth:
         return None
     low, high = 1.0, grading.ratio
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if layers(count, middle).sum() < rest else (low, middle)
+        low, high = (middle, high) if layers(count, middle).sum() < depth else (low, middle)
     return layers(count, high)

@@ -76,53 +76,53 @@ class Overlap:
 
 def overlaps(bodies: Sequence[Standing]) -> list[Overlap]:
     """Return the pairs of bodies that overlap by 0.4 spacings or more; bodies apart along an axis cost nothing."""
-    found = ((k, l, _overlap(bodies[k], bodies[l])) for k, l in combinations(range(len(bodies)), 2))
-    return [Overlap((k, l), *where) for k, l, where in found if where is not None]
+    pairs = ((k, l, _overlap(bodies[k], bodies[l])) for k, l in combinations(range(len(bodies)), 2))
+    return [Overlap((k, l), *where) for k, l, where in pairs if where is not None]
 
 
-def _overlap(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
+def _overlap(first: Standing, second: Standing) -> tuple[np.ndarray, float] | None:
     """Return place and depth of the overlap of two bodies."""
-    dx = min(one.spacing[0], other.spacing[0])
-    if one.uniform and other.uniform and _boxes_are_separate(one.bounds(), other.bounds(), 1e-6 * dx):
+    dx = min(first.spacing[0], second.spacing[0])
+    if first.uniform and second.uniform and _boxes_are_separate(first.bounds(), second.bounds(), 1e-6 * dx):
         return None
-    if one.surface is not None and other.surface is not None:
-        shapes_apart = _boxes_are_separate(one.surface.bounds(), other.surface.bounds(), SLACK * dx)
-        for a, b in () if shapes_apart else ((one, other), (other, one)):
+    if first.surface is not None and second.surface is not None:
+        shapes_apart = _boxes_are_separate(first.surface.bounds(), second.surface.bounds(), SLACK * dx)
+        for a, b in () if shapes_apart else ((first, second), (second, first)):
             place, depth = _deepest(a, b, dx)
             if depth >= DEEPEST * dx:
                 return place, depth
-        return _same_place(one, other, SAME_PLACE * dx)
-    for a, b in ((one, other), (other, one)):
+        return _same_place(first, second, SAME_PLACE * dx)
+    for a, b in ((first, second), (second, first)):
         if b.surface is not None:
             depths = -b.distance(a.positions)
             if depths.max() > INSIDE * dx:
                 return a.positions[depths.argmax()], float(depths.max())
-    return _overfilled(one, other) or _same_place(one, other, SAME_PLACE * dx)
+    return _overfilled(first, second) or _same_place(first, second, SAME_PLACE * dx)
 
 
-def _boxes_are_separate(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray], slack: float) -> bool:
+def _boxes_are_separate(a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray], slack: float) -> bool:
     """Whether along some axis one box ends before the other begins, or no more than `slack` [m] later."""
-    return bool((one[0] - other[1] >= -slack).any() or (other[0] - one[1] >= -slack).any())
+    return bool((a[0] - b[1] >= -slack).any() or (b[0] - a[1] >= -slack).any())
 
 
-def _deepest(one: Standing, other: Standing, dx: float) -> tuple[np.ndarray, float]:
-    """Return the point of `one` that lies deepest in `other`, and how deep: the first that is too deep will do."""
-    under = UNDER * one.spacing[1]
-    low, high = other.surface.bounds() if other.surface is not None else other.bounds()
-    points = one.positions[((one.positions >= low - under) & (one.positions <= high + under)).all(axis=1)]
-    best, place = -math.inf, np.zeros(one.positions.shape[1])
+def _deepest(first: Standing, second: Standing, dx: float) -> tuple[np.ndarray, float]:
+    """Return the point of `first` that lies deepest in `second`, and its depth; a depth above the limit ends the search."""
+    under = UNDER * first.spacing[1]
+    low, high = second.surface.bounds() if second.surface is not None else second.bounds()
+    points = first.positions[((first.positions >= low - under) & (first.positions <= high + under)).all(axis=1)]
+    best, place = -math.inf, np.zeros(first.positions.shape[1])
     if len(points) == 0:
         return place, best
-    away = other.distance(points)
-    near = np.argsort(away, kind="stable")[: MOST_OF_MESH if one.triangles or other.triangles else MOST]
-    points = points[near[away[near] < under]]
+    distance = second.distance(points)
+    nearest = np.argsort(distance, kind="stable")[: MOST_OF_MESH if first.triangles or second.triangles else MOST]
+    points = points[nearest[distance[nearest] < under]]
     for step in (0.0, *STEPS):
         if len(points) == 0:
             break
         if step:
-            points = points - step * one.spacing[1] * solid_of(other.surface).outward(points, SLOPE * dx)
-            points = push_inside(solid_of(one.surface), points, 0.0, 0.1 * SLACK * dx, SLOPE * dx)
-        depth = np.where(one.distance(points) <= SLACK * dx, -other.distance(points), -math.inf)
+            points = points - step * first.spacing[1] * solid_of(second.surface).outward(points, SLOPE * dx)
+            points = push_inside(solid_of(first.surface), points, 0.0, 0.1 * SLACK * dx, SLOPE * dx)
+        depth = np.where(first.distance(points) <= SLACK * dx, -second.distance(points), -math.inf)
         if depth.max() > best:
             best, place = float(depth.max()), points[depth.argmax()]
         if best >= DEEPEST * dx:
@@ -155,35 +155,35 @@ class _Mirrored(Shape):
         return 2 * self.section.volume
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        own = self.placed.inwards(points) if isinstance(self.placed, Placed) else points
-        return self.section.solid.distance(np.concatenate([own, np.zeros((len(own), 1))], axis=1))
+        local = self.placed.inwards(points) if isinstance(self.placed, Placed) else points
+        return self.section.solid.distance(np.concatenate([local, np.zeros((len(local), 1))], axis=1))
 
 
-def _same_place(one: Standing, other: Standing, reach: float) -> tuple[np.ndarray, float] | None:
+def _same_place(a: Standing, b: Standing, reach: float) -> tuple[np.ndarray, float] | None:
     """Return a place occupied by particles of both bodies."""
-    boxes = [(body.positions.min(axis=0) - reach, body.positions.max(axis=0) + reach) for body in (one, other)]
+    boxes = [(body.positions.min(axis=0) - reach, body.positions.max(axis=0) + reach) for body in (a, b)]
     low, high = np.maximum(boxes[0][0], boxes[1][0]), np.minimum(boxes[0][1], boxes[1][1])
-    near = [body.positions[((body.positions >= low) & (body.positions <= high)).all(axis=1)] for body in (one, other)]
-    if not (len(near[0]) and len(near[1])):
+    sets = [body.positions[((body.positions >= low) & (body.positions <= high)).all(axis=1)] for body in (a, b)]
+    if not (len(sets[0]) and len(sets[1])):
         return None
     # loaded here: scipy.spatial takes 0.2 s to import, and bodies in a row never come this far
-    distance, _ = scipy.spatial.cKDTree(near[1]).query(near[0], distance_upper_bound=reach)
-    return (near[0][distance.argmin()], 0.0) if np.isfinite(distance).any() else None
+    distance, _ = scipy.spatial.cKDTree(sets[1]).query(sets[0], distance_upper_bound=reach)
+    return (sets[0][distance.argmin()], 0.0) if np.isfinite(distance).any() else None
 
 
-def _overfilled(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
+def _overfilled(first: Standing, second: Standing) -> tuple[np.ndarray, float] | None:
     """Return where the particles of both together fill more volume than there is."""
-    dim, reach = one.positions.shape[1], ROUND * max(one.spacing[1], other.spacing[1])
+    dim, reach = first.positions.shape[1], ROUND * max(first.spacing[1], second.spacing[1])
     norm = {1: 32 / 35, 2: math.pi / 4, 3: 64 * math.pi / 315}[dim] * reach**dim
-    trees = [scipy.spatial.cKDTree(body.positions) for body in (one, other)]
-    near = [np.isfinite(trees[1 - k].query(trees[k].data, distance_upper_bound=reach)[0]) for k in (0, 1)]
-    points = np.concatenate([trees[k].data[near[k]] for k in (0, 1)])
+    trees = [scipy.spatial.cKDTree(body.positions) for body in (first, second)]
+    adjacent = [np.isfinite(trees[1 - k].query(trees[k].data, distance_upper_bound=reach)[0]) for k in (0, 1)]
+    points = np.concatenate([trees[k].data[adjacent[k]] for k in (0, 1)])
     if len(points) == 0:
         return None
     filled, at = np.zeros(len(points)), scipy.spatial.cKDTree(points)
-    for tree, body in zip(trees, (one, other), strict=True):
+    for tree, body in zip(trees, (first, second), strict=True):
         pairs = at.sparse_distance_matrix(tree, reach, output_type="ndarray")
         share = body.breadth[pairs["j"]] ** dim * (1 - (pairs["v"] / reach) ** 2) ** 3
         filled += np.bincount(pairs["i"], share, len(points))
-    most = int(filled.argmax())
-    return (points[most], 0.0) if filled[most] > FULLEST * norm else None
+    fullest = int(filled.argmax())
+    return (points[fullest], 0.0) if filled[fullest] > FULLEST * norm else None

@@ -50,34 +50,34 @@ def _refuse_misfit(name: str, positions: np.ndarray, breadth: np.ndarray) -> Non
         return
     distances, numbers = scipy.spatial.cKDTree(positions).query(positions, k=2)
     distance = distances[:, 1]
-    one = int(np.argmin(distance / breadth))
-    if distance[one] < ONE_PLACE * breadth[one]:
-        first, second = sorted(numbers[one] + 1)
+    closest = int(np.argmin(distance / breadth))
+    if distance[closest] < ONE_PLACE * breadth[closest]:
+        first, second = sorted(numbers[closest] + 1)
         raise CaseError(
             f"'{name}' has two particles at one place, those of lines {first} and {second} of its data; keep one "
             "of them",
             where="shape.file",
         )
-    usual, wide = float(np.median(distance)), float(np.median(breadth))
-    if not 1.0 / MISFIT < usual / wide < MISFIT:
+    usual, size = float(np.median(distance)), float(np.median(breadth))
+    if not 1.0 / MISFIT < usual / size < MISFIT:
         raise CaseError(
-            f"particles of '{name}' are {usual:.3g} m apart, and by their masses and the material's density {wide:.3g} "
+            f"particles of '{name}' are {usual:.3g} m apart, and by their masses and the material's density {size:.3g} "
             "m wide; give the right `unit`, masses (per metre of depth in 2D) or material",
             where="shape.file",
         )
 
 
 def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
-    kind = path.suffix.lower()
-    if kind == ".csv":
+    ending = path.suffix.lower()
+    if ending == ".csv":
         *axes, mass = read_columns(path, (*"xyz"[:dim], "mass"))
         return np.stack(axes, axis=1), mass
-    if kind in (".h5", ".hdf5"):
+    if ending in (".h5", ".hdf5"):
         with h5py.File(path, "r") as file:
             missing = [name for name in ("position", "mass") if name not in file]
             if missing:
-                given = ", ".join(file)
-                raise CaseError(f"'{path}' has no data set {', '.join(missing)}; it has {given}", where="shape.file")
+                names = ", ".join(file)
+                raise CaseError(f"'{path}' has no data set {', '.join(missing)}; it has {names}", where="shape.file")
             return np.asarray(file["position"])[:, :dim], np.asarray(file["mass"])
     import meshio
 
@@ -94,10 +94,10 @@ def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
     if not Path(path).stat().st_size:
         raise CaseError(f"'{path}' is empty", where="file")
     table = np.genfromtxt(path, delimiter=",", names=True, dtype=float, encoding="utf-8", ndmin=1)
-    given = table.dtype.names or ()
-    missing = [name for name in names if name not in given]
+    heads = table.dtype.names or ()
+    missing = [name for name in names if name not in heads]
     if missing:
-        raise CaseError(f"'{path}' has no column {', '.join(missing)}; it has {', '.join(given)}", where="file")
+        raise CaseError(f"'{path}' has no column {', '.join(missing)}; it has {', '.join(heads)}", where="file")
     columns = [np.asarray(table[name]) for name in names]
     if not all(np.isfinite(column).all() for column in columns):
         raise CaseError(f"'{path}' holds a value that is no finite number", where="file")

@@ -37,11 +37,11 @@ def touch(first: Solid, second: Solid) -> tuple[float, float] | None:
     start += (first.spacing + second.spacing) / 2
     move = np.zeros(first.shape.dim)
     move[0] = -start
-    moved = Solid(Placed(first.shape, move), first.positions + move, first.spacing)
-    far, x = min(_shortest(moved, second, 1.0), _shortest(second, moved, -1.0))
-    if not np.isfinite(far):
+    shifted = Solid(Placed(first.shape, move), first.positions + move, first.spacing)
+    distance, x = min(_shortest(shifted, second, 1.0), _shortest(second, shifted, -1.0))
+    if not np.isfinite(distance):
         return None
-    return x + start - min(far, _between_particles(moved, second)), x
+    return x + start - min(distance, _between_particles(shifted, second)), x
 
 
 def _shortest(origin: Solid, aim: Solid, sign: float) -> tuple[float, float]:
@@ -94,13 +94,13 @@ def _between_particles(first: Solid, second: Solid) -> float:
         return np.inf
     trees = [scipy.spatial.cKDTree(skin[:, 1:]) for skin in skins]
     pairs = trees[0].query_ball_tree(trees[1], reach)
-    one = np.repeat(np.arange(len(pairs)), [len(p) for p in pairs])
-    if len(one) == 0:
+    left = np.repeat(np.arange(len(pairs)), [len(p) for p in pairs])
+    if len(left) == 0:
         return np.inf
-    other = np.concatenate([np.asarray(p, dtype=int) for p in pairs])
-    apart = skins[1][other] - skins[0][one]
-    beside = np.minimum((apart[:, 1:] ** 2).sum(axis=1), reach**2)
-    return float((apart[:, 0] - np.sqrt(reach**2 - beside)).min())
+    right = np.concatenate([np.asarray(p, dtype=int) for p in pairs])
+    offset = skins[1][right] - skins[0][left]
+    lateral = np.minimum((offset[:, 1:] ** 2).sum(axis=1), reach**2)
+    return float((offset[:, 0] - np.sqrt(reach**2 - lateral)).min())
 
 
 def on_surface(shape: Shape, points: np.ndarray) -> np.ndarray:
@@ -143,13 +143,13 @@ def needed_turn(shape: Shape, matrix: np.ndarray) -> np.ndarray | None:
         return None
     if shape.dim != 3 or not isinstance(shape, ROUND):
         return matrix
-    own = np.eye(3)["xyz".index(shape.axis)]
-    now = matrix @ own
-    across, along = np.cross(own, now), float(own @ now)
-    size = float(np.linalg.norm(across))
+    axis = np.eye(3)["xyz".index(shape.axis)]
+    rotated = matrix @ axis
+    normal, cosine = np.cross(axis, rotated), float(axis @ rotated)
+    size = float(np.linalg.norm(normal))
     if size > 1e-12:
-        return rotation_matrix(3, math.atan2(size, along), tuple(across))
-    return None if along > 0.0 else rotation_matrix(3, math.pi, tuple(np.roll(own, 1)))
+        return rotation_matrix(3, math.atan2(size, cosine), tuple(normal))
+    return None if cosine > 0.0 else rotation_matrix(3, math.pi, tuple(np.roll(axis, 1)))
 
 
 def rotate(filling: Filling, matrix: np.ndarray) -> Filling:
@@ -189,31 +189,31 @@ def row(
     if len(in_row) == 1:
         centres[first, 0] = -faces[first][0]
         return centres
-    struck = in_row[1]
-    inner, face = _meeting(fillings, surfaces, faced, first, struck)
-    centres[struck, 0] = -face
-    centres[first, 0] = -gaps[struck] - inner
-    behind = faces[struck][1] - face
+    second = in_row[1]
+    inner, face = _meeting(fillings, surfaces, faced, first, second)
+    centres[second, 0] = -face
+    centres[first, 0] = -gaps[second] - inner
+    rear = faces[second][1] - face
     for before, body in pairwise(in_row[1:]):
         inner, face = _meeting(fillings, surfaces, faced, before, body)
         # the same but for round-off where they touch at the outermost particles
         at_faces = inner == faces[before][1]
-        front = (behind if at_faces else centres[before, 0] + inner) + gaps[body]
+        front = (rear if at_faces else centres[before, 0] + inner) + gaps[body]
         centres[body, 0] = front - face
-        behind = front + faces[body][1] - face
+        rear = front + faces[body][1] - face
     return centres
 
 
 def _meeting(
-    fillings: Sequence[Filling], surfaces: Sequence[Shape | None], faced: Sequence[bool], one: int, other: int
+    fillings: Sequence[Filling], surfaces: Sequence[Shape | None], faced: Sequence[bool], left: int, right: int
 ) -> tuple[float, float]:
     """Return where two bodies touch, as x about the origin of the one and of the other [m]."""
-    pair = [(surfaces[body], fillings[body]) for body in (one, other)]
+    pair = [(surfaces[body], fillings[body]) for body in (left, right)]
     solids = [Solid(shape, f.positions, f.finest) for shape, f in pair if shape is not None]
-    touching = touch(*solids) if len(solids) == 2 and not (faced[one] and faced[other]) else None
+    touching = touch(*solids) if len(solids) == 2 and not (faced[left] and faced[right]) else None
     if touching is not None:
         return touching
-    return _faces(fillings[one], surfaces[one])[1], _faces(fillings[other], surfaces[other])[0]
+    return _faces(fillings[left], surfaces[left])[1], _faces(fillings[right], surfaces[right])[0]
 
 
 def _faces(filling: Filling, surface: Shape | None) -> tuple[float, float]:
@@ -230,20 +230,20 @@ AT_ONCE = 200
 
 
 def draw_diameters(
-    limits: tuple[float, float], exponent: float, dim: int, wanted: float, generator: np.random.Generator
+    limits: tuple[float, float], exponent: float, dim: int, total: float, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return diameters [m], falling, whose spheres (discs in 2D) have at most the volume `wanted` [m^dim]."""
+    """Return diameters [m], falling, whose spheres (discs in 2D) have at most the volume `total` [m^dim]."""
     low, high = limits
-    found: list[float] = []
+    diameters: list[float] = []
     filled = 0.0
     while True:
         u = generator.random()
         d = low * (1.0 - u * (1.0 - (high / low) ** exponent)) ** (1.0 / exponent) if exponent else high
         volume = ball_volume(d, dim)
-        if filled + volume > wanted:
-            return np.sort(np.array(found))[::-1]
+        if filled + volume > total:
+            return np.sort(np.array(diameters))[::-1]
         filled += volume
-        found.append(d)
+        diameters.append(d)
 
 
 def ball_volume(diameter: float, dim: int) -> float:
@@ -268,13 +268,13 @@ def place_spheres(
         for _ in range(TRIES // AT_ONCE):
             places = low + generator.random((AT_ONCE, shape.dim)) * (high - low)
             free = shape.distance(places) <= -0.5 * d
-            apart = np.sqrt(((places[:, None] - centres[None]) ** 2).sum(axis=2))
-            free &= (apart >= 0.5 * (d + diameters[:number])).all(axis=1)
+            distance = np.sqrt(((places[:, None] - centres[None]) ** 2).sum(axis=2))
+            free &= (distance >= 0.5 * (d + diameters[:number])).all(axis=1)
             if free.any():
                 centres = np.vstack([centres, places[np.argmax(free)]])
                 break
         else:
-            filled = sum(ball_volume(one, shape.dim) for one in diameters[:number]) / shape.volume
+            filled = sum(ball_volume(diameter, shape.dim) for diameter in diameters[:number]) / shape.volume
             raise CaseError(
                 f"there is no free place for a sphere of {d:.3g} after {number} of {len(diameters)}, which "
                 f"fill {filled:.3g}; give a smaller volume or smaller diameters"

@@ -54,11 +54,11 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
             dataset = h5.create_dataset(f"{_ARRAYS}/{name}", values.shape, values.dtype)
             for begin in range(0, len(values), _PIECE):
                 dataset[begin : begin + _PIECE] = values[begin : begin + _PIECE]
-    earlier = [other for other in list_checkpoints(folder) if other.name < path.name]
-    for other in list_checkpoints(folder):
-        if other.name not in {path.name, *(kept.name for kept in earlier[: KEPT - 1])}:
+    earlier = [file for file in list_checkpoints(folder) if file.name < path.name]
+    for file in list_checkpoints(folder):
+        if file.name not in {path.name, *(recent.name for recent in earlier[: KEPT - 1])}:
             with suppress(OSError):  # an additional one does no harm
-                other.unlink()
+                file.unlink()
     return path
 
 
@@ -78,10 +78,10 @@ def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
         header = json.loads(h5[_HEADER][...].tobytes())
         if not isinstance(header, dict) or not isinstance(header["step"], int):
             raise ValueError("its header is none")
-        for what, here in (("code_version", __version__), ("format_version", FORMAT_VERSION)):
-            if header[what] != here:
+        for key, version in (("code_version", __version__), ("format_version", FORMAT_VERSION)):
+            if header[key] != version:
                 raise CaseError(
-                    f"cannot go on from {path}: its {what} is {header[what]}, and this is {here}; "
+                    f"cannot go on from {path}: its {key} is {header[key]}, and this is {version}; "
                     "a run continues with the version that began it"
                 )
         arrays: dict[str, np.ndarray] = {}

@@ -109,16 +109,16 @@ def snapshot_of_another_code(
             raise OutputError(f"it has no array '{name}' for the {quantity}{hint}")
     dim = max((axis for axis in range(points.shape[1]) if points[:, axis].any()), default=0) + 1
     fields = {"position": np.ascontiguousarray(points[:, :dim], dtype=float)}
-    velocity, used = _velocity(arrays, dim, convention.aliases("velocity"))
+    velocity, keys_used = _velocity(arrays, dim, convention.aliases("velocity"))
     if velocity is not None:
         fields["velocity"] = velocity
     for name in (name for name in QUANTITIES if name not in ("position", "velocity", *INTEGER_QUANTITIES)):
-        known = (key for key in convention.aliases(name) if key in arrays and key not in used)
-        key = next((key for key in known if arrays[key][1].ndim == 1), None)
+        candidates = (key for key in convention.aliases(name) if key in arrays and key not in keys_used)
+        key = next((key for key in candidates if arrays[key][1].ndim == 1), None)
         if key is not None:
             fields[name] = arrays[key][1].astype(float)
-            used.append(key)
-    fields |= {name: values for key, (name, values) in arrays.items() if key not in used and name not in fields}
+            keys_used.append(key)
+    fields |= {name: values for key, (name, values) in arrays.items() if key not in keys_used and name not in fields}
     _refuse_impossible(fields)
     if convention.units is None and "density" in fields:
         _refuse_unlikely(fields["density"])
@@ -154,8 +154,8 @@ def _refuse_impossible(fields: Mapping[str, np.ndarray]) -> None:
         if wrong.any():
             k = int(np.argmax(wrong))
             allowed = f"below {LARGEST_COORDINATE:g} in size" if name == "position" else "above zero and finite"
-            shown = ", ".join(f"{value:.3g}" for value in values[k])
-            raise OutputError(f"the {name} of point {k} is {shown}, but must be {allowed}")
+            numbers = ", ".join(f"{value:.3g}" for value in values[k])
+            raise OutputError(f"the {name} of point {k} is {numbers}, but must be {allowed}")
 
 
 def _refuse_unlikely(density: np.ndarray) -> None:

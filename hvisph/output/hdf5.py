@@ -48,8 +48,8 @@ PLAIN = StorageOptions()
 def write_hdf5(path: str | Path, snapshot: Snapshot, form: StorageOptions = PLAIN) -> None:
     """Write a snapshot; raises `OutputError` where it cannot be written, and leaves an earlier file untouched."""
     with writing(path) as h5:
-        more: Plain = {"constants_in": form.constants_in} if form.constants_in else {}
-        text = header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
+        entries: Plain = {"constants_in": form.constants_in} if form.constants_in else {}
+        text = header_text(snapshot, entries | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
         h5.create_dataset("hvisph/header", data=np.bytes_(text)).attrs["crc32"] = np.uint32(crc32(text))
 
 
@@ -111,12 +111,12 @@ def _array(h5: h5py.File, place: str, sums: Mapping[str, int]) -> np.ndarray:
 
 def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarray]:
     """Return the constant arrays of a snapshot that are stored in another one of the same particles."""
-    beside = path.with_name(name)
+    sibling = path.with_name(name)
     if not file_names.PATTERNS[file_names.SNAPSHOTS].fullmatch(name):
         raise OutputError(f"cannot read {path}: '{name[:64]}' is no snapshot beside it")
-    if not beside.is_file():
-        raise OutputError(f"cannot read {path}: masses, bodies and materials stand in {beside}, which is not there")
-    with reading(beside, "a snapshot") as h5:
+    if not sibling.is_file():
+        raise OutputError(f"cannot read {path}: masses, bodies and materials stand in {sibling}, which is not there")
+    with reading(sibling, "a snapshot") as h5:
         data = h5["VTKHDF/PointData"]
         if not np.array_equal(data["id"][...], number):
             raise OutputError(f"it should hold masses, bodies and materials of {path}, but has other particles")
@@ -140,8 +140,8 @@ def mark_vtk(h5: h5py.File) -> h5py.Group:
     """Return the group that ParaView reads, made and marked in an open HDF5 file."""
     root = h5.create_group("VTKHDF")
     # VTK compares this attribute as fixed-length ASCII and rejects h5py's default variable length
-    kind = b"UnstructuredGrid"
-    root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
+    grid_type = b"UnstructuredGrid"
+    root.attrs.create("Type", grid_type, dtype=h5py.string_dtype("ascii", len(grid_type)))
     root.attrs["Version"] = np.array([2, 0])
     return root
 
@@ -149,10 +149,10 @@ def mark_vtk(h5: h5py.File) -> h5py.Group:
 def write_labels(root: h5py.Group, bodies: Sequence[str], materials: Sequence[str]) -> None:
     """Write names as texts of the field data, in the order of the numbers `body` and `material`."""
     # VTK reads texts of variable length that claim to be ASCII, and reads their content as UTF-8
-    kind = h5py.string_dtype("ascii")
+    text_type = h5py.string_dtype("ascii")
     for label, words in zip(LABELS, (bodies, materials), strict=True):
         texts = [word.replace("\0", " ").encode() for word in words]
-        root.create_dataset(f"FieldData/{label}", data=np.array(texts, dtype=object), dtype=kind)
+        root.create_dataset(f"FieldData/{label}", data=np.array(texts, dtype=object), dtype=text_type)
 
 
 def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: StorageOptions) -> dict[str, int]:
@@ -228,8 +228,8 @@ def _arrays(place: h5py.Group, path: Path) -> dict[str, np.ndarray]:
     shapes = {name: tuple(place[name].shape) for name in NAMES}
     if any(np.prod(shape) > MOST_NUMBERS for shape in shapes.values()):
         raise CaseError(f"has more than {MOST_NUMBERS} numbers in a dataset", file=str(path))
-    whole = (*shapes["density"], *shapes["temperature"])
-    if len(whole) != 2 or shapes["pressure"] != whole or shapes["energy"] != whole:
+    grid = (*shapes["density"], *shapes["temperature"])
+    if len(grid) != 2 or shapes["pressure"] != grid or shapes["energy"] != grid:
         sizes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         raise CaseError(f"its datasets do not fit: {sizes}; needed are (n), (m), (n, m) and (n, m)", file=str(path))
     return {name: np.asarray(place[name], dtype=float) for name in NAMES}

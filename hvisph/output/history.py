@@ -34,20 +34,20 @@ class HistoryWriter:
             if header != list(columns):
                 raise OutputError(f"cannot go on with {path}: its columns are {', '.join(header)}")
             at = header.index("step")
-            kept = []
+            complete = []
             for number, row in enumerate(rows):
                 if len(row) != len(header):
                     raise ValueError(f"line {number + 2} has not {len(header)} columns; it is damaged")
                 if float(row[at]) <= step:
-                    kept.append(row)
+                    complete.append(row)
         except OSError as error:
             raise OutputError(f"cannot read {path}: {reason(error)}") from error
         except (ValueError, csv.Error) as error:
             raise OutputError(f"cannot go on with {path}: it is not a history ({error})") from error
-        write_text(path, csv_text([header, *kept]))
+        write_text(path, csv_text([header, *complete]))
         writer = cls.__new__(cls)
         writer._start(Path(path), columns)
-        writer.last_step = int(kept[-1][at]) if kept else None
+        writer.last_step = int(complete[-1][at]) if complete else None
         return writer
 
     def _start(self, path: Path, columns: Sequence[str], flush_seconds: float = 1.0) -> None:
@@ -64,8 +64,8 @@ class HistoryWriter:
         """Add one record: a value for each column, by name or in their order."""
         if isinstance(record, Mapping):
             if record.keys() != set(self.columns):
-                different = sorted(record.keys() ^ set(self.columns))
-                raise ValueError(f"record and columns differ in {', '.join(different)}")
+                names = sorted(record.keys() ^ set(self.columns))
+                raise ValueError(f"record and columns differ in {', '.join(names)}")
             record = [record[name] for name in self.columns]
         elif len(record) != len(self.columns):
             raise ValueError(f"{len(record)} values for {len(self.columns)} columns")
@@ -82,9 +82,9 @@ class HistoryWriter:
         try:
             if not os.path.exists(self.path):
                 raise FileNotFoundError(2, "it has vanished")
-            written = 0
-            while written < len(block):
-                written += os.write(self._handle, block[written:])
+            count = 0
+            while count < len(block):
+                count += os.write(self._handle, block[count:])
         except OSError as error:
             if os.fstat(self._handle).st_size > self._size:
                 os.ftruncate(self._handle, self._size)

@@ -68,8 +68,8 @@ def misfit(value: object, form: Form = _SUMMARY, path: str = "") -> str:
         entries = dict(enumerate(value)) if isinstance(value, list) else None
     if not isinstance(entries, dict):
         return f"its {path} has no keys" if path else "it is not a summary"
-    wanted: Mapping[Any, Any] = dict.fromkeys(entries, form["*"]) if "*" in form else form
-    texts = [misfit(entries.get(key, _is_text), part, f"{path}.{key}".lstrip(".")) for key, part in wanted.items()]
+    parts: Mapping[Any, Any] = dict.fromkeys(entries, form["*"]) if "*" in form else form
+    texts = [misfit(entries.get(key, _is_text), part, f"{path}.{key}".lstrip(".")) for key, part in parts.items()]
     for key, entry in entries.items() if "*?" in form else ():
         optional = {name: part for name, part in form["*?"].items() if isinstance(entry, dict) and name in entry}
         texts.append(misfit(entry, optional, f"{path}.{key}"))
@@ -101,8 +101,8 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
         return read_vtk(path, convention)
     if text.startswith(b"ITEM:"):
         return read_lammps(path, convention)
-    what = "it is empty" if not start else "it is none of HDF5, VTU, VTP, VTK and LAMMPS dump"
-    raise OutputError(f"cannot read {path}: {what}")
+    content = "it is empty" if not start else "it is none of HDF5, VTU, VTP, VTK and LAMMPS dump"
+    raise OutputError(f"cannot read {path}: {content}")
 
 
 def read_time(path: str | Path, convention: Convention = SI) -> float:
@@ -119,11 +119,11 @@ def list_snapshots(run: str | Path) -> list[Path]:
     folder = Path(run)
     if not folder.is_dir():
         raise OutputError(f"cannot read {run}: no such folder")
-    own = (f"*{file_names.SNAPSHOT_ENDING}", f"*{file_names.OLD_ENDING}")
+    native = (f"*{file_names.SNAPSHOT_ENDING}", f"*{file_names.OLD_ENDING}")
     for place, patterns in (
-        (folder / file_names.SNAPSHOTS, own),
+        (folder / file_names.SNAPSHOTS, native),
         (folder / file_names.VTU, ("*.vtu",)),
-        (folder, own),
+        (folder, native),
         *((folder, (pattern,)) for pattern in FOREIGN),
     ):
         paths = (path for pattern in patterns for path in place.glob(pattern) if path.name != file_names.TIME_SERIES)
@@ -149,8 +149,8 @@ def snapshots_in(run: str | Path) -> list[Path]:
     elif "table.csv" in names:
         remedy = f"it is that of a sweep: give one of {folder / 'runs'}"
     else:
-        held = ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
-        remedy = f"it holds {held or 'nothing'}; give the folder that a run made (runs/NAME), or a snapshot"
+        listing = ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
+        remedy = f"it holds {listing or 'nothing'}; give the folder that a run made (runs/NAME), or a snapshot"
     raise CaseError(f"{run}: the folder holds no snapshot: {remedy}")
 
 
@@ -179,8 +179,8 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
     except (ValueError, csv.Error) as error:
         raise OutputError(f"cannot read {path}: it is not a history ({error})") from error
     if any(len(row) != len(header) for row in rows):
-        bad = next(i for i, row in enumerate(rows) if len(row) != len(header))
-        raise OutputError(f"cannot read {path}: line {bad + 2} has not {len(header)} columns; it is damaged")
+        line = next(i for i, row in enumerate(rows) if len(row) != len(header))
+        raise OutputError(f"cannot read {path}: line {line + 2} has not {len(header)} columns; it is damaged")
     if "time" not in header:
         raise OutputError(f"cannot read {path}: it is not a history (it has no column 'time')")
     columns = {name: _column_values([row[k] for row in rows]) for k, name in enumerate(header)}

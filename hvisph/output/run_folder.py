@@ -212,19 +212,15 @@ def looks_like_a_run(folder: Path) -> bool:
 def refuse_links(folder: Path) -> None:
     """Raise `CaseError` if a name that hvisph uses belongs to a link or anything but a plain file or folder."""
     folders = (folder / name for name in file_names.FOLDERS)
-    refused = [path for path in folders if not _plain_or_absent(path, file_names.is_plain_folder)]
+    links = [path for path in folders if not _plain_or_absent(path, file_names.is_plain_folder)]
     files = folder / file_names.LOCK, *file_names.own_files(folder)
-    refused += [path for path in files if not _plain_or_absent(path, file_names.is_plain)]
-    if refused:
-        what = (
-            "link"
-            if refused[0].is_symlink()
-            else "plain folder"
-            if refused[0].name in file_names.FOLDERS
-            else "plain file"
+    links += [path for path in files if not _plain_or_absent(path, file_names.is_plain)]
+    if links:
+        noun = (
+            "link" if links[0].is_symlink() else "plain folder" if links[0].name in file_names.FOLDERS else "plain file"
         )
         raise CaseError(
-            f"{refused[0]} is {'a' if what == 'link' else 'no'} {what}, and hvisph writes and deletes nothing through "
+            f"{links[0]} is {'a' if noun == 'link' else 'no'} {noun}, and hvisph writes and deletes nothing through "
             "links; move it away, or run into another folder; nothing was changed",
             where="--out",
         )
@@ -238,8 +234,8 @@ def clear_unfinished(folder: str | Path) -> None:
                 path.unlink()
 
 
-def _plain_or_absent(path: Path, plain: Callable[[Path], bool]) -> bool:
-    return plain(path) or not (path.is_symlink() or path.exists())
+def _plain_or_absent(path: Path, is_plain: Callable[[Path], bool]) -> bool:
+    return is_plain(path) or not (path.is_symlink() or path.exists())
 
 
 def _lock_folder(folder: Path) -> FileLock:
@@ -267,7 +263,7 @@ def delete_snapshots(path: Path, last: bool) -> None:
         numbered = sorted(
             file for file in folder.iterdir() if file_names.is_own(file) and file_names.number_of(file) is not None
         )
-        kept = numbered[-1:] if last and name not in (file_names.CHECKPOINT, file_names.REGIONS) else []
+        latest = numbered[-1:] if last and name not in (file_names.CHECKPOINT, file_names.REGIONS) else []
         for file in numbered:
-            if file not in kept and not file.is_symlink():
+            if file not in latest and not file.is_symlink():
                 file.unlink(missing_ok=True)

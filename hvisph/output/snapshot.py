@@ -56,10 +56,10 @@ class Snapshot:
         """Numbers of the bodies that have particles, in order."""
         return [int(body) for body in np.flatnonzero(np.bincount(self.body))]
 
-    def part(self, chosen: np.ndarray) -> "Snapshot":
-        """Return the particles with the indices `chosen` alone."""
-        fields = transform_arrays(self.fields, lambda _, values: values[chosen])
-        return replace(self, fields=fields, body=self.body[chosen], material=self.material[chosen], id=self.id[chosen])
+    def part(self, rows: np.ndarray) -> "Snapshot":
+        """Return the particles with the indices `rows` alone."""
+        fields = transform_arrays(self.fields, lambda _, values: values[rows])
+        return replace(self, fields=fields, body=self.body[rows], material=self.material[rows], id=self.id[rows])
 
 
 FORMAT_VERSION = 1
@@ -95,8 +95,8 @@ def to_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
     return out
 
 
-def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
-    """Return all of `snapshot` except its arrays, and the further entries `more`, as JSON text."""
+def header_text(snapshot: Snapshot, entries: Plain | None = None) -> str:
+    """Return all of `snapshot` except its arrays, and further `entries`, as JSON text."""
     header = {
         "format_version": FORMAT_VERSION,
         "time": float(snapshot.time),
@@ -106,7 +106,7 @@ def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
         "materials": list(snapshot.materials),
         "fields": list(snapshot.fields),
         "metadata": snapshot.metadata,
-    } | (more or {})
+    } | (entries or {})
 
     def plain(value: object) -> object:
         if isinstance(value, np.generic | np.ndarray):
@@ -118,9 +118,9 @@ def header_text(snapshot: Snapshot, more: Plain | None = None) -> str:
 
 def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
     """Return the snapshot of a header and arrays as in a file; `KeyError`, `TypeError`, `ValueError` if foreign."""
-    for key, kind in _HEADER.items():
-        if not isinstance(header[key], kind) or isinstance(header[key], bool):
-            raise ValueError(f"its {key} is no {kind.__name__ if isinstance(kind, type) else 'number'}")
+    for key, value_type in _HEADER.items():
+        if not isinstance(header[key], value_type) or isinstance(header[key], bool):
+            raise ValueError(f"its {key} is no {value_type.__name__ if isinstance(value_type, type) else 'number'}")
     dim, number = header["dimensions"], arrays["id"]
     if dim not in SYMMETRIC_LENGTH:
         raise ValueError(f"it has {dim} dimensions")
@@ -130,10 +130,10 @@ def snapshot_from(header: Plain, arrays: Mapping[str, np.ndarray]) -> Snapshot:
     for name in ("bodies", "materials"):
         if not header[name] or not all(isinstance(entry, str) for entry in header[name]):
             raise ValueError(f"its {name} have no names")
-    for name, most in (("body", len(header["bodies"])), ("material", len(header["materials"])), ("id", 2**62)):
+    for name, count in (("body", len(header["bodies"])), ("material", len(header["materials"])), ("id", 2**62)):
         values = arrays[name]
         fits = values.shape == number.shape and values.dtype.kind in "iu"
-        if not fits or (len(values) and not (values.min() >= 0 and values.max() < most)):
+        if not fits or (len(values) and not (values.min() >= 0 and values.max() < count)):
             raise ValueError(f"'{name}' is no index for each particle")
     _check_metadata(header["metadata"], dim)
     fields = transform_arrays(arrays, lambda name, values: _field(name, values, dim, len(number)), header["fields"])

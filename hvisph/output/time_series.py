@@ -105,16 +105,16 @@ def _write(h5: h5py.File, layouts: Sequence[_Layout]) -> None:
             for label, texts in zip(LABELS, layouts[0].labels, strict=True)
         ),
     ):
-        own = name.removeprefix("FieldData/")
-        group[f"FieldDataOffsets/{own}"] = offsets
-        group[f"FieldDataSizes/{own}"] = np.array([[1, size]] * steps)
+        field = name.removeprefix("FieldData/")
+        group[f"FieldDataOffsets/{field}"] = offsets
+        group[f"FieldDataSizes/{field}"] = np.array([[1, size]] * steps)
 
 
 def _concatenate(root: h5py.Group, name: str, layouts: Sequence[_Layout]) -> None:
     """Create the array that concatenates those of all snapshots."""
-    (_, *columns), kind, _ = layouts[0].arrays[name]
+    (_, *columns), form, _ = layouts[0].arrays[name]
     total = sum(layout.arrays[name][0][0] for layout in layouts)
-    virtual = h5py.VirtualLayout((total, *columns), kind)
+    virtual = h5py.VirtualLayout((total, *columns), form)
     at = 0
     for layout in layouts:
         shape, dtype, file = layout.arrays[name]

@@ -51,10 +51,10 @@ def verify_checksum(file: BinaryIO) -> None:
     if not has_checksum(file):
         raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
     length = file.seek(-CHECKSUM_LENGTH, 2)
-    stated = file.read(CHECKSUM_LENGTH)[len(_START) : -len(_END)]
+    stored = file.read(CHECKSUM_LENGTH)[len(_START) : -len(_END)]
     computed = f"{_crc32(file, length):08x}".encode()
     file.seek(0)
-    if computed != stated:
+    if computed != stored:
         raise OutputError("it is damaged, or was changed after it was written (its checksum does not fit)")
 
 
@@ -104,25 +104,25 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[h
     with read_errors(path, f"{what} of hvisph"), Path(path).open("rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
             raise OutputError("it is not an HDF5 file")
-        found = os.fstat(file.fileno())
-        state = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
-        known = _CHECKED.get(state)
-        if verified and not known:
+        status = os.fstat(file.fileno())
+        state = status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+        checked = _CHECKED.get(state)
+        if verified and not checked:
             verify_checksum(file)
-        elif known is None and not has_checksum(file):
+        elif checked is None and not has_checksum(file):
             raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
         file.seek(0)
         with h5py.File(file, "r") as h5:
-            if known is None:
+            if checked is None:
                 _refuse_foreign_content(h5, file.seek(0, 2))
-            _record_state(state, whole=verified or bool(known))
+            _record_state(state, valid=verified or bool(checked))
             yield h5
 
 
-def _record_state(state: State, whole: bool) -> None:
-    """Record that the content of a file was checked, and whether its checksum was (`whole`), until it is replaced."""
+def _record_state(state: State, valid: bool) -> None:
+    """Record that the content of a file was checked, and whether its checksum was (`valid`), until it is replaced."""
     if clock.time() - 1e-9 * state[3] > CLOCK_GRAIN:  # within the clock's grain a change would not show
-        _CHECKED[state] = whole
+        _CHECKED[state] = valid
         while len(_CHECKED) > MOST_REMEMBERED:
             del _CHECKED[next(iter(_CHECKED))]
 
@@ -154,13 +154,13 @@ def _refuse_external(node: object, name: str) -> None:
     if not isinstance(node, h5py.Dataset):
         raise OutputError(f"'{name}' in it is no array")
     properties = node.id.get_create_plist()
-    plain = properties.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not properties.get_nfilters()
+    is_plain = properties.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not properties.get_nfilters()
     filters = {properties.get_filter(k)[0] for k in range(properties.get_nfilters())}
-    plain = plain or (node.chunks is not None and filters <= {h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE})
-    plain = plain and not properties.get_external_count()
+    is_plain = is_plain or (node.chunks is not None and filters <= {h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE})
+    is_plain = is_plain and not properties.get_external_count()
     if name in LABELS and h5py.check_string_dtype(node.dtype) is not None and node.size <= MOST_OBJECTS:
         return  # for other programs: hvisph never reads them
-    if not plain or node.dtype.kind not in "fiubS" or node.dtype.hasobject:
+    if not is_plain or node.dtype.kind not in "fiubS" or node.dtype.hasobject:
         raise OutputError(f"'{name}' in it is no plain array inside the file, and hvisph writes no other")
 
 

@@ -33,8 +33,8 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
     dim, n = snapshot.dimensions, snapshot.count
     with replacing(path) as file:
         order = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
-        kind = f'type="UnstructuredGrid" version="1.0" byte_order="{order}" header_type="UInt64"'
-        file.write(f"<VTKFile {kind}>\n".encode())
+        file_type = f'type="UnstructuredGrid" version="1.0" byte_order="{order}" header_type="UInt64"'
+        file.write(f"<VTKFile {file_type}>\n".encode())
         file.write(f'<UnstructuredGrid>\n<Piece NumberOfPoints="{n}" NumberOfCells="{n}">\n<Points>\n'.encode())
         _write_array(file, "Points", snapshot.fields["position"], lambda values: to_vtk("position", values, dim))
         file.write(b"</Points>\n<Cells>\n")
@@ -50,7 +50,7 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
         file.write(b"</PointData>\n</Piece>\n<FieldData>\n")
         header = np.frombuffer(header_text(snapshot).encode("ascii"), dtype=np.uint8)
         for name, values in ((TIME, np.array([snapshot.time])), (HEADER, header)):
-            _write_array(file, name, values, further=f'NumberOfTuples="{len(values)}"')
+            _write_array(file, name, values, attributes=f'NumberOfTuples="{len(values)}"')
         file.write(b"</FieldData>\n</UnstructuredGrid>\n</VTKFile>\n")
         append_checksum(file)
 
@@ -97,18 +97,18 @@ def _write_array(
     name: str,
     values: np.ndarray,
     convert: Callable[[np.ndarray], np.ndarray] = np.ascontiguousarray,
-    further: str = "",
+    attributes: str = "",
 ) -> None:
     """Write an array in base 64 after its length, in pieces; `convert` converts rows."""
-    empty = convert(values[:0])
-    kind = {"f": "Float", "i": "Int", "u": "UInt"}[empty.dtype.kind] + str(8 * empty.dtype.itemsize)
-    columns = f'NumberOfComponents="{empty.shape[1]}"' if empty.ndim == 2 else ""
-    file.write(f'<DataArray type="{kind}" Name="{escape(name)}" {columns} {further} format="binary">\n'.encode())
-    row = empty.dtype.itemsize * math.prod(empty.shape[1:])
-    rest = np.uint64(row * len(values)).tobytes()
+    none = convert(values[:0])
+    vtk = {"f": "Float", "i": "Int", "u": "UInt"}[none.dtype.kind] + str(8 * none.dtype.itemsize)
+    columns = f'NumberOfComponents="{none.shape[1]}"' if none.ndim == 2 else ""
+    file.write(f'<DataArray type="{vtk}" Name="{escape(name)}" {columns} {attributes} format="binary">\n'.encode())
+    row = none.dtype.itemsize * math.prod(none.shape[1:])
+    pending = np.uint64(row * len(values)).tobytes()
     for begin in range(0, len(values), _PIECE):
-        rest += convert(values[begin : begin + _PIECE]).tobytes()
-        whole = len(rest) // 3 * 3  # pieces of whole triplets of bytes join without padding
-        file.write(base64.b64encode(rest[:whole]))
-        rest = rest[whole:]
-    file.write(base64.b64encode(rest) + b"\n</DataArray>\n")
+        pending += convert(values[begin : begin + _PIECE]).tobytes()
+        length = len(pending) // 3 * 3  # pieces of whole triplets of bytes join without padding
+        file.write(base64.b64encode(pending[:length]))
+        pending = pending[length:]
+    file.write(base64.b64encode(pending) + b"\n</DataArray>\n")

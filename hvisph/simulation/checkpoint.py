@@ -68,19 +68,19 @@ class CheckpointContent:
                 arrays = {name: slabs.whole(name) for name in rows} if slabs else {}
                 yield Checkpoint(self.clock.steps, header, arrays | history) if slabs else None
             return
-        whole = {name: share.gather_rows(values) for name, values in rows.items()}
+        gathered = {name: share.gather_rows(values) for name, values in rows.items()}
         if not share.world.first:
             yield None
             return
-        order = np.argsort(whole[TAGS][:, ID])
-        arrays = {name: Ordered(values, order) for name, values in whole.items()}
+        order = np.argsort(gathered[TAGS][:, ID])
+        arrays = {name: Ordered(values, order) for name, values in gathered.items()}
         yield Checkpoint(self.clock.steps, header, arrays | history)
 
     def _rows(self) -> dict[str, np.ndarray]:
         """Return the particle arrays of a checkpoint by name."""
-        particles, carried = self.setup.particles, self.setup.stepper.get_carried()
+        particles, state_of_stepper = self.setup.particles, self.setup.stepper.get_carried()
         rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags, PEAKS: self.peaks.rows}
-        return rows | {f"{CARRIED}{name}": values for name, values in carried.items()}
+        return rows | {f"{CARRIED}{name}": values for name, values in state_of_stepper.items()}
 
     def _header(self, time_step: TimeStep) -> Plain:
         clock, budget = self.clock, self.budget
@@ -107,23 +107,23 @@ class CheckpointContent:
         share, particles, arrays = self.setup.subdomain, self.setup.particles, checkpoint.arrays
         refuse_changed(checkpoint, self.case)
         header, rows, history = self._header(TimeStep(1.0, "")), self._rows(), self.setup.stepper.history()
-        own = {name: ((share.count, *values.shape[1:]), values.dtype) for name, values in rows.items()}
-        own |= {f"{HISTORY}{name}": (values.shape, values.dtype) for name, values in history.items()}
+        layout = {name: ((share.count, *values.shape[1:]), values.dtype) for name, values in rows.items()}
+        layout |= {f"{HISTORY}{name}": (values.shape, values.dtype) for name, values in history.items()}
 
         def whole() -> dict[str, np.ndarray]:
             with _content_errors(checkpoint):
-                refuse_misfit(checkpoint, header, own)
+                refuse_misfit(checkpoint, header, layout)
                 if header.get("origin") != checkpoint.header.get("origin"):
                     raise ValueError("the run that it started from has been run anew since")
                 return {name: arrays[f"{HISTORY}{name}"] for name in history}
 
-        taken = share.world.broadcast_from_first(whole)
+        history_values = share.world.broadcast_from_first(whole)
         own_rows = {name: share.scatter_rows(arrays.get(name)) for name in rows}
         with share.world.raise_together(), _content_errors(checkpoint):
             renews = header["case"]["formulation"].get("reference_update_strain") is not None
             refuse_other_particles(own_rows[STATE], own_rows[TAGS], particles, renews)
         with _content_errors(checkpoint):
-            return self._restore(checkpoint.header, own_rows, taken)
+            return self._restore(checkpoint.header, own_rows, history_values)
 
     def _restore(self, header: Plain, rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
         clock, budget, particles, stepper = self.clock, self.budget, self.setup.particles, self.setup.stepper
@@ -173,25 +173,25 @@ class CheckpointSchedule:
             return False
         return wall.monotonic() - self._last >= max(self.every, self._cost / TIME_SHARE)
 
-    def record(self, started: float) -> None:
-        """Record that a checkpoint begun at `started` on the monotonic clock [s] was written."""
+    def record(self, start: float) -> None:
+        """Record that a checkpoint begun at `start` on the monotonic clock [s] was written."""
         self._last = wall.monotonic()
-        self._cost = self._last - started
+        self._cost = self._last - start
 
 
 def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
     """Raise `CaseError` with the differences of two cases, but for an end after the checkpoint."""
-    before, now = checkpoint.header.get("case"), case.model_dump(mode="json")
+    before, current = checkpoint.header.get("case"), case.model_dump(mode="json")
     try:
-        reached, end = float(checkpoint.header["clock"]["time"]), before["time"]["end"]  # type: ignore[index]
+        time, end = float(checkpoint.header["clock"]["time"]), before["time"]["end"]  # type: ignore[index]
     except (LookupError, ValueError, TypeError) as error:
-        what = f"the checkpoint of step {checkpoint.step} does not fit this run"
-        raise OutputError(f"{what}: it lacks {error}") from error
+        fault = f"the checkpoint of step {checkpoint.step} does not fit this run"
+        raise OutputError(f"{fault}: it lacks {error}") from error
     changes = [
         "{} was {} and is {}".format(
             path, *("nothing" if value is None else shorten(str(value)) for value in (old, new))
         )
-        for path, old, new in _differences(before, now, "")
+        for path, old, new in _differences(before, current, "")
         if not any(path == may or path.startswith(f"{may}.") for may in MAY_CHANGE)
     ]
     if changes:
@@ -199,25 +199,25 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
             f"the case has changed since the checkpoint: {'; '.join(changes[:5])}"
             f"{f' and {len(changes) - 5} more' if len(changes) > 5 else ''}; put it back, or begin a new run"
         )
-    if case.time.end < reached and case.time.end != end:
+    if case.time.end < time and case.time.end != end:
         unit = " s" if case.units == "si" else ""
-        message = f"the run is at {reached:.6g}{unit} already, beyond {case.time.end:.6g}{unit}"
+        message = f"the run is at {time:.6g}{unit} already, beyond {case.time.end:.6g}{unit}"
         raise CaseError(message, where="time.end")
 
 
-def _differences(before: object, now: object, path: str) -> list[tuple[str, Any, Any]]:
-    if isinstance(before, dict) and isinstance(now, dict):
-        keys = [*before, *(key for key in now if key not in before)]
-        changes = [_differences(before.get(key), now.get(key), f"{path}.{key}" if path else key) for key in keys]
+def _differences(before: object, after: object, path: str) -> list[tuple[str, Any, Any]]:
+    if isinstance(before, dict) and isinstance(after, dict):
+        keys = [*before, *(key for key in after if key not in before)]
+        changes = [_differences(before.get(key), after.get(key), f"{path}.{key}" if path else key) for key in keys]
         return [difference for part in changes for difference in part]
-    if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
-        parts = [_differences(a, b, f"{path}.{k}") for k, (a, b) in enumerate(zip(before, now, strict=True))]
+    if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        parts = [_differences(a, b, f"{path}.{k}") for k, (a, b) in enumerate(zip(before, after, strict=True))]
         return [difference for part in parts for difference in part]
-    return [] if before == now else [(path, before, now)]
+    return [] if before == after else [(path, before, after)]
 
 
-def refuse_misfit(checkpoint: Checkpoint, header: Plain, own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:
-    """Raise `ValueError` unless `given` has the types and shapes of `own` and `header`."""
+def refuse_misfit(checkpoint: Checkpoint, header: Plain, layout: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:
+    """Raise `ValueError` unless a checkpoint has the types and shapes of `layout` and `header`."""
     for name, value in header.items():
         if name != "case":
             _refuse_other_kind(value, checkpoint.header[name], name)
@@ -225,12 +225,12 @@ def refuse_misfit(checkpoint: Checkpoint, header: Plain, own: dict[str, tuple[tu
         raise ValueError("it has other fields")
     if not (checkpoint.header["clock"]["time"] >= 0.0 and checkpoint.header["step"]["length"] > 0.0):
         raise ValueError("its time or its step is not positive")
-    if checkpoint.arrays.keys() != own.keys():
-        raise ValueError(f"it differs in {', '.join(sorted(checkpoint.arrays.keys() ^ own.keys()))}")
-    for name, (shape, kind) in own.items():
-        other = checkpoint.arrays[name]
-        if other.dtype != kind or other.shape != shape:
-            raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {shape}")
+    if checkpoint.arrays.keys() != layout.keys():
+        raise ValueError(f"it differs in {', '.join(sorted(checkpoint.arrays.keys() ^ layout.keys()))}")
+    for name, (shape, dtype) in layout.items():
+        stored = checkpoint.arrays[name]
+        if stored.dtype != dtype or stored.shape != shape:
+            raise ValueError(f"'{name}' has another shape or kind: {stored.shape}, not {shape}")
     numbers = checkpoint.arrays["tags"][:, ID]
     if not np.array_equal(numbers, np.arange(len(numbers))):
         raise ValueError("its particles are not in the order of their numbers, each once")
@@ -242,44 +242,44 @@ def refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Parti
     flags = tags[:, FLAGS] & ~np.uint32(RETIRED)
     if (tags[:, fixed] != particles.tags[:, fixed]).any() or (flags != particles.tags[:, FLAGS]).any():
         raise ValueError("its particles are of other bodies or materials, or others are held")
-    moved = Particles(particles.dim, 0, particles.names[len(Particles(particles.dim, 0).names) :])
-    moved.data = state
-    kept = (tags[:, FLAGS] & RETIRED) == 0
-    if (moved["mass"] != np.where(kept, particles["mass"], 0.0)).any():
+    restored = Particles(particles.dim, 0, particles.names[len(Particles(particles.dim, 0).names) :])
+    restored.data = state
+    active = (tags[:, FLAGS] & RETIRED) == 0
+    if (restored["mass"] != np.where(active, particles["mass"], 0.0)).any():
         raise ValueError("its particles have other masses")
-    if not (moved["smoothing_length"] > 0.0).all() or not np.isfinite(moved["position"]).all():
+    if not (restored["smoothing_length"] > 0.0).all() or not np.isfinite(restored["position"]).all():
         raise ValueError("its particles have no places or no smoothing lengths")
-    if "kernel_type" in moved.offsets and not np.isin(moved["kernel_type"], (0.0, 1.0)).all():
+    if "kernel_type" in restored.offsets and not np.isin(restored["kernel_type"], (0.0, 1.0)).all():
         raise ValueError("its particles have no kind of kernel")
-    if "reference_position" not in moved.offsets:
+    if "reference_position" not in restored.offsets:
         return
-    at = moved["reference_position"]
+    at = restored["reference_position"]
     if not np.isfinite(at).all() or (not renews and (at != particles["reference_position"]).any()):
         raise ValueError("its particles have other places in the reference configuration")
 
 
-def _refuse_other_kind(own: object, stored: object, path: str) -> None:
+def _refuse_other_kind(form: object, stored: object, path: str) -> None:
     """Raise `ValueError` unless plain values have equal types; None may stand for a number."""
-    if isinstance(own, dict):
-        if not isinstance(stored, dict) or own.keys() != stored.keys():
+    if isinstance(form, dict):
+        if not isinstance(stored, dict) or form.keys() != stored.keys():
             raise ValueError(f"its {path} has other keys")
-        for name, value in own.items():
+        for name, value in form.items():
             _refuse_other_kind(value, stored[name], f"{path}.{name}")
     elif path == "series":
         if not isinstance(stored, list) or not all(_is_entry(entry) for entry in stored):
             raise ValueError(f"its {path} is no list of times and files")
-    elif isinstance(own, list):
-        if not isinstance(stored, list) or len(stored) != len(own):
+    elif isinstance(form, list):
+        if not isinstance(stored, list) or len(stored) != len(form):
             raise ValueError(f"its {path} has another length")
-        for number, (value, stored_value) in enumerate(zip(own, stored, strict=True)):
+        for number, (value, stored_value) in enumerate(zip(form, stored, strict=True)):
             _refuse_other_kind(value, stored_value, f"{path}.{number}")
-    elif isinstance(own, str) != isinstance(stored, str) or not (
+    elif isinstance(form, str) != isinstance(stored, str) or not (
         stored is None or isinstance(stored, str) or is_number(stored)
     ):
         raise ValueError(f"its {path} is of another kind")
-    elif isinstance(own, int) and not isinstance(own, bool) and not (isinstance(stored, int) and abs(stored) < 2**62):
+    elif isinstance(form, int) and not isinstance(form, bool) and not (isinstance(stored, int) and abs(stored) < 2**62):
         raise ValueError(f"its {path} is no whole number")
-    elif own is not None and stored is None:
+    elif form is not None and stored is None:
         raise ValueError(f"its {path} is missing")
 
 

@@ -70,10 +70,10 @@ class Clock:
 
     def last(self, time_step: TimeStep) -> TimeStep | None:
         """Return `time_step` shortened to end at the end time if it reaches it; None otherwise and for fixed steps."""
-        left = self.end - self.time
-        if self.fixed is not None or time_step.lands_on is not None or time_step.length * (1.0 + TIME_TOLERANCE) < left:
+        rest = self.end - self.time
+        if self.fixed is not None or time_step.lands_on is not None or time_step.length * (1.0 + TIME_TOLERANCE) < rest:
             return None
-        return TimeStep(left, "end", self.end)
+        return TimeStep(rest, "end", self.end)
 
     def output_times(self, time_step: TimeStep) -> list[float]:
         """Return the output times strictly inside `time_step`; none with a fixed step."""
@@ -95,9 +95,9 @@ class Clock:
             self.outputs += len(self.output_times(time_step))
             self.time = time_step.lands_on if time_step.lands_on is not None else self.time + time_step.length
             slack = TIME_TOLERANCE * time_step.length
-        reached = self.outputs < self._last and self.time >= self.moment(self.outputs + 1) - slack
-        self.outputs += reached
-        return reached
+        is_output = self.outputs < self._last and self.time >= self.moment(self.outputs + 1) - slack
+        self.outputs += is_output
+        return is_output
 
     def extend(self) -> TimeStep:
         """Return the present step after `end` was moved."""
@@ -118,10 +118,10 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
     for first in range(0, len(before), SLAB):  # no copy of the whole
         rows = slice(first, first + SLAB)
         gained = particles["velocity"][rows] - at["velocity"][rows]
-        now, slab = particles.data[rows], before[rows]
-        endless = np.isinf(now)  # density without pressure of particles in free flight in a late stage: it has no mean
-        slab += share * np.subtract(now, slab, out=np.zeros_like(now), where=~endless)
-        slab[endless] = now[endless]
+        end, slab = particles.data[rows], before[rows]
+        endless = np.isinf(end)  # density without pressure of particles in free flight in a late stage: it has no mean
+        slab += share * np.subtract(end, slab, out=np.zeros_like(end), where=~endless)
+        slab[endless] = end[endless]
         at["position"][rows] -= bulge * dt * gained
         at["internal_energy"][rows] += bulge * (gained**2).sum(axis=1)
     if "kernel_type" in at.offsets:  # there is nothing between the two

@@ -89,10 +89,10 @@ class Domain:
         particles, support = self._setup.particles, self._setup.stepper.support
         side = int(np.ceil(self._setup.subdomain.count ** (1.0 / particles.dim)))
         places = np.empty((len(number), particles.dim))
-        rest = number.astype(np.int64)
+        index = number.astype(np.int64)
         for k in range(particles.dim):
-            places[:, k] = PARKING_SPACING * support * (rest % side)
-            rest //= side
+            places[:, k] = PARKING_SPACING * support * (index % side)
+            index //= side
         if particles.kinematics.axisymmetric:  # the second coordinate is a radius
             places[:, 1] += PARKING_DISTANCE * support
         places[:, axis] = edge + sign * (PARKING_DISTANCE * support + places[:, axis])

@@ -78,8 +78,8 @@ class LateStages:
 
     def pending(self) -> str:
         """Return a note on stages that have not begun; empty where there are none."""
-        left = len(self._stages) - self._done
-        return f"{left} late stage{'s' if left > 1 else ''} (at: auto) did not begin" if left else ""
+        count = len(self._stages) - self._done
+        return f"{count} late stage{'s' if count > 1 else ''} (at: auto) did not begin" if count else ""
 
     def _largest_modulus(self) -> float:
         """Return the bulk modulus of the next stage [Pa]; by default a tenth of the one before."""
@@ -111,8 +111,8 @@ class LateStages:
             for values in (pressure, stress, rates)
         )
         density = max(material.density_at_rest for material in self._setup.substances)
-        wanted = max(30.0 * highest, 100.0 * density * fast**2, 100.0 * strongest)
-        return _State(dispersed, pressure, stress, highest, fast, closing, wanted)
+        modulus_wanted = max(30.0 * highest, 100.0 * density * fast**2, 100.0 * strongest)
+        return _State(dispersed, pressure, stress, highest, fast, closing, modulus_wanted)
 
     def switch(self, time: float, step: int) -> str:
         """Begin the next stage and return a remark; `Failure` at a pressure above a tenth of its bulk modulus."""
@@ -155,10 +155,10 @@ class LateStages:
     def _is_dispersed(self, rows: np.ndarray, material: Material, temperature: np.ndarray | None) -> np.ndarray:
         """Return which particles of a material move without pressure, because they are hot or thin (n,)."""
         particles = self._stepper.particles
-        rho, known = particles["density"][rows], particles["history_variable"][rows]
+        rho, density_at_zero = particles["density"][rows], particles["history_variable"][rows]
         if self._done:
-            least = DISPERSED_SHARE * material.density * particles["flaw_strain"][rows]
-            return np.asarray(~np.isfinite(known) | (rho < least))
-        thin = (rho if material.porosity is None else rho * known) < DISPERSED_SHARE * material.density
+            limit = DISPERSED_SHARE * material.density * particles["flaw_strain"][rows]
+            return np.asarray(~np.isfinite(density_at_zero) | (rho < limit))
+        thin = (rho if material.porosity is None else rho * density_at_zero) < DISPERSED_SHARE * material.density
         hot = False if temperature is None else temperature > material.melting_point  # not a number is never above
         return np.asarray(thin | hot)

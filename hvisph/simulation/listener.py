@@ -68,13 +68,13 @@ class Reporter:
 
     def report(self, time_step: TimeStep, body: int, drift: float | None) -> None:
         """Report the next step, the body that limits it and the energy drift, when due."""
-        now, clock = wall.perf_counter(), self._clock
-        since = now - self._last
-        if since < REPORT_EVERY:
+        instant, clock = wall.perf_counter(), self._clock
+        interval = instant - self._last
+        if interval < REPORT_EVERY:
             return
-        pace = (clock.steps - self._last_steps) / since
-        self._last, self._last_steps = now, clock.steps
-        elapsed, limit, where = now - self._began, time_step.criterion, self._setup.bodies[body]
+        pace = (clock.steps - self._last_steps) / interval
+        self._last, self._last_steps = instant, clock.steps
+        elapsed, limit, where = instant - self._began, time_step.criterion, self._setup.bodies[body]
         progress = Progress(clock.time, clock.end, clock.steps, time_step.length, limit, where, elapsed, pace, drift)
         self._listener.progress(progress)
 
@@ -108,7 +108,7 @@ class StopRequests:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+        self, error_type: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
         for number, before in self._before.items():
             signal.signal(number, before)

@@ -72,9 +72,9 @@ class Run:
         """Report the start after `seconds` of wall time, with the notes on the case."""
         count, world = self.subdomain.count, self.subdomain.world
         threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
-        several = f"{world.size} processes, each with " if world.size > 1 else ""
+        processes = f"{world.size} processes, each with " if world.size > 1 else ""
         self.folder.log.write(
-            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {several}{threads}; ready "
+            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {processes}{threads}; ready "
             f"after {seconds:.2f} s{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
         self.listener.start(self.folder.path, count, self.clock.end)
@@ -120,8 +120,8 @@ class Run:
     def _prepare(self) -> None:
         """Evaluate the initial rates; restore the checkpoint when resuming."""
         separate_fragments(self.setup, 0)
-        early = type(self.setup.stepper) is Stepper and self.case.settle is None  # less memory before rates are filled
-        if early:
+        direct = type(self.setup.stepper) is Stepper and self.case.settle is None  # less memory before rates are filled
+        if direct:
             self.start = self.writer.start(self.case.begins)
         self.setup.stepper.start()
         self._settled = settle(self.case, self.setup)
@@ -129,7 +129,7 @@ class Run:
             self.writer.start_positions.rows[...] = self.setup.particles["position"]
         self.budget = Budget(self.setup)
         self.checks = SanityChecks(self.setup, self.case.limits, self.budget.scale - self.budget.energy)
-        if not early:
+        if not direct:
             self.start = self.writer.start(self.case.begins)
         state, series, peaks = self.files.state, self.writer.series, self.writer.peaks
         parts = self.case, self.setup, self.clock, self.budget, self.checks, state, series, peaks
@@ -146,8 +146,8 @@ class Run:
         return self._stopped if self.subdomain.world.size > 1 else self.stop.number is not None
 
     def _has_reached_steps(self) -> bool:
-        most = self.case.time.max_steps
-        return self.clock.is_finished or (most is not None and self.clock.steps >= most)
+        limit = self.case.time.max_steps
+        return self.clock.is_finished or (limit is not None and self.clock.steps >= limit)
 
     def _begin(self) -> None:
         """Choose the first step."""
@@ -161,14 +161,14 @@ class Run:
 
     def _limit(self, collapsed: RunError | None = None) -> GlobalLimit:
         """Return the step limit over all processes; `collapsed` is the error of this process, if any."""
-        own = Limit(-1.0, COLLAPSED, -1) if collapsed else own_limit(self.case, self.setup)
-        whole = self.subdomain.reduce_limit(own, self.stop.number or 0, self.files.checkpoint_due())
-        if whole.criterion == COLLAPSED:
-            what = self.subdomain.first_of(collapsed)
-            raise self.checks.describe_collapse(what, self.clock.time, self.clock.steps) from collapsed
-        if whole.stop and self.subdomain.world.size > 1:
-            self._stopped, self.stop.number = True, self.stop.number or whole.stop
-        return whole
+        local = Limit(-1.0, COLLAPSED, -1) if collapsed else own_limit(self.case, self.setup)
+        joint = self.subdomain.reduce_limit(local, self.stop.number or 0, self.files.checkpoint_due())
+        if joint.criterion == COLLAPSED:
+            error = self.subdomain.first_of(collapsed)
+            raise self.checks.describe_collapse(error, self.clock.time, self.clock.steps) from collapsed
+        if joint.stop and self.subdomain.world.size > 1:
+            self._stopped, self.stop.number = True, self.stop.number or joint.stop
+        return joint
 
     def _advance(self) -> None:
         """Advance by one step: rates, next step, state, schedule."""
@@ -186,15 +186,15 @@ class Run:
         limit = self._limit(collapsed)
         self.checks.check_step(limit, clock.time, clock.steps)
         following, number = clock.choose(limit.dt, limit.criterion, self.time_step), clock.outputs
-        due = self._complete(following)
-        if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
+        outputs = self._complete(following)
+        if clock.steps % self.case.output.history_every == 0 or outputs or self.observer.due(clock.steps):
             self.files.record(self.time_step, limit.number, self.done.length, self.budget)
         self._report(self.checks.warning(clock.time))
         drift = self.budget.energy_drift(stepper.sums)
         self.checks.check_state(drift, clock.time, clock.steps)
-        while due:  # snapshots refer to the present order of the particles
+        while outputs:  # snapshots refer to the present order of the particles
             number += 1
-            self.files.write_output(due.pop(0)(), number)
+            self.files.write_output(outputs.pop(0)(), number)
         if self.late.is_due(clock.time, clock.steps):
             self._report(self.late.switch(clock.time, clock.steps))
             stepper.predict(following.length)
@@ -215,22 +215,22 @@ class Run:
         """Complete the step under way; return functions that create the snapshots due in it."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following
-        started, moments = clock.time, clock.output_times(self.done)
+        begin, moments = clock.time, clock.output_times(self.done)
         before = copy_rows(particles.data, stepper.workspace) if moments else particles.data
         stepper.complete(self.done.length, following.length)
-        reached = clock.complete(self.done)
+        is_output = clock.complete(self.done)
         self.budget.record(stepper.sums, self.done.length, stepper.pressures)
         self.writer.peaks.record()
-        due: list[Callable[[], Moment]] = [
-            partial(self._interpolated_state, before, time, started, time == moments[-1]) for time in moments
+        outputs: list[Callable[[], Moment]] = [
+            partial(self._interpolated_state, before, time, begin, time == moments[-1]) for time in moments
         ]
-        if reached:
-            due.append(partial(self.writer.snapshot, clock.time, clock.steps))
-        return due
+        if is_output:
+            outputs.append(partial(self.writer.snapshot, clock.time, clock.steps))
+        return outputs
 
-    def _interpolated_state(self, before: np.ndarray, time: float, started: float, last: bool) -> Moment:
+    def _interpolated_state(self, before: np.ndarray, time: float, begin: float, last: bool) -> Moment:
         """Interpolate the state within the last step; at the `last` such time the previous state is overwritten."""
-        share, state = (time - started) / self.done.length, before if last else before.copy()
+        share, state = (time - begin) / self.done.length, before if last else before.copy()
         return self.writer.snapshot(
             time, self.clock.steps, interpolate_state(state, self.setup.particles, share, self.done.length)
         )
@@ -244,7 +244,7 @@ class Run:
         if shared:
             self.folder.log.write(shared)
         sums = self.setup.stepper.sums
-        ended: Plain = {
+        record: Plain = {
             "status": self.status,
             "time": self.clock.time,
             "steps": self.clock.steps,
@@ -261,7 +261,7 @@ class Run:
 
         def summary_of() -> Plain:
             assert last is not None
-            return measure_end(self.case, self.text, self.writer, last(), ended, self.listener, self.setup.origin)
+            return measure_end(self.case, self.text, self.writer, last(), record, self.listener, self.setup.origin)
 
         summary = self.subdomain.world.broadcast_from_first(summary_of)
         self.listener.finish(summary)
@@ -287,10 +287,10 @@ def separate_fragments(setup: Setup, steps: int) -> None:
     if share.world.size == 1:
         components = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
     else:
-        whole = None
+        all_components = None
         if share.world.first:
-            whole = np.zeros(len(tags), np.uint32)
-            whole[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
-        components = share.scatter_rows(whole)
+            all_components = np.zeros(len(tags), np.uint32)
+            all_components[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+        components = share.scatter_rows(all_components)
     if share.get_maxima(float((components != pieces).any()))[0]:
         stepper.split(components)

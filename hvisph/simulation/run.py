@@ -73,10 +73,10 @@ def run(
 
 
 def complete(
-    case: Case, folder: Path, again: bool, threads: int | None, listener: Listener | None, end: float | None = None
+    case: Case, folder: Path, anew: bool, threads: int | None, listener: Listener | None, end: float | None = None
 ) -> Outcome:
-    """Continue the run of `case` in `folder`; begin it where it cannot be continued, or is to be run `again`."""
-    if (folder / file_names.CASE).is_file() and not again:
+    """Continue the run of `case` in `folder`; begin it where it cannot be continued, or is to be run `anew`."""
+    if (folder / file_names.CASE).is_file() and not anew:
         with suppress(CaseError, OutputError):  # the case begins again, or fails for the same reason
             return resume(folder, end, threads=threads, listener=listener)
     return run(case, folder, force=folder.exists(), threads=threads, listener=listener)
@@ -114,12 +114,12 @@ def set_threads(threads: int | None, worthwhile: int | None = None, beside: int 
     """Use so many threads, or `worthwhile`, or the share of `beside` processes; `CaseError` for too many."""
     refuse_fork()
     release_large_arrays()
-    most = numba.config.NUMBA_NUM_THREADS
-    if threads is not None and not 1 <= threads <= most:
+    limit = numba.config.NUMBA_NUM_THREADS
+    if threads is not None and not 1 <= threads <= limit:
         raise CaseError(
-            f"{threads} threads asked for; allowed: 1 to {most}, the cores of this machine", where="--threads"
+            f"{threads} threads asked for; allowed: 1 to {limit}, the cores of this machine", where="--threads"
         )
-    numba.set_num_threads(threads or max(1, min(worthwhile or most, most // beside)))
+    numba.set_num_threads(threads or max(1, min(worthwhile or limit, limit // beside)))
 
 
 def resume(
@@ -175,7 +175,7 @@ def resume_run(
     world, path = detect_processes(), Path(run)
     listener = listener if listener and world.first else Listener()
     with world.end_together(), folder_of(world, path, lambda: RunFolder.open(path)) as folder:
-        found: list[Checkpoint | None] = []
+        checkpoints: list[Checkpoint | None] = []
 
         def make() -> InitialState:
             checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message, lazily=world.size > 1)
@@ -183,11 +183,11 @@ def resume_run(
                 listener.message("there is no checkpoint yet; beginning again")
             else:
                 refuse_changed(checkpoint, case)
-            found.append(checkpoint)
+            checkpoints.append(checkpoint)
             return begin(case)
 
         start, parts = prepare_process(case, world, make)
-        checkpoint = found[0] if found else None
+        checkpoint = checkpoints[0] if checkpoints else None
         header = world.broadcast_from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
         with report_compilation(listener.compiling):
             with world.raise_together():
@@ -214,32 +214,32 @@ def distribute(
     """
     if world.size == 1:
         return make(), None
-    held: list[tuple[InitialState, np.ndarray]] = []
+    stored: list[tuple[InitialState, np.ndarray]] = []
 
     def prepare() -> tuple[InitialState, Parts]:
-        whole = make()
-        particles = whole.particles
-        if whole.formulation.stepper.keeps_order:  # lists are sorted in this order
+        state = make()
+        particles = state.particles
+        if state.formulation.stepper.keeps_order:  # lists are sorted in this order
             from hvisph.schemes.adaptive.stepper import order_of
 
-            particles.permute(order_of(particles, whole.formulation.kernel.reach * whole.longest))
-            whole = replace(whole, sequence=np.arange(particles.count, dtype=np.uint64))
-        observed = observed_particles(particles, whole.planes, spacing)
+            particles.permute(order_of(particles, state.formulation.kernel.reach * state.longest))
+            state = replace(state, sequence=np.arange(particles.count, dtype=np.uint64))
+        observed = observed_particles(particles, state.planes, spacing)
         parts = Parts(world.size, particles["position"], particles.id)
         owner = parts.owner(particles["position"], particles.id)
         if np.bincount(owner, minlength=world.size).min() == 0:
             raise CaseError(f"{particles.count} particles are too few for {world.size} processes; start fewer")
-        held.append((whole, owner))
-        return replace(whole, particles=particles.like(0), sequence=None, observed=observed), parts
+        stored.append((state, owner))
+        return replace(state, particles=particles.like(0), sequence=None, observed=observed), parts
 
-    own, parts = world.broadcast_from_first(prepare)
-    whole, owner = held.pop() if held else (own, None)
-    wanted = None if owner is None else [np.flatnonzero(owner == rank) for rank in range(world.size)]
-    own.particles.data = world.scatter_rows(whole.particles.data, wanted)
-    own.particles.tags = world.scatter_rows(whole.particles.tags, wanted)
-    if own.formulation.stepper.keeps_order:
-        own = replace(own, sequence=world.scatter_rows(whole.sequence, wanted))
-    return own, parts
+    part, parts = world.broadcast_from_first(prepare)
+    start, owner = stored.pop() if stored else (part, None)
+    owned = None if owner is None else [np.flatnonzero(owner == rank) for rank in range(world.size)]
+    part.particles.data = world.scatter_rows(start.particles.data, owned)
+    part.particles.tags = world.scatter_rows(start.particles.tags, owned)
+    if part.formulation.stepper.keeps_order:
+        part = replace(part, sequence=world.scatter_rows(start.sequence, owned))
+    return part, parts
 
 
 def compile_for_all(world: SingleProcess, case: Case, start: InitialState) -> None:
@@ -248,9 +248,9 @@ def compile_for_all(world: SingleProcess, case: Case, start: InitialState) -> No
     def evaluate() -> None:
         particles = start.particles
         bodies = np.unique(particles.body)
-        few = np.concatenate([np.flatnonzero(particles.body == body)[:COMPILED_PARTICLES] for body in bodies])
+        rows = np.concatenate([np.flatnonzero(particles.body == body)[:COMPILED_PARTICLES] for body in bodies])
         sample = particles.like(0)
-        sample.data, sample.tags = particles.data[few], particles.tags[few]
+        sample.data, sample.tags = particles.data[rows], particles.tags[rows]
         with suppress(RunError):
             set_up(case, replace(start, particles=sample, sequence=None, boundaries=None)).stepper.start()
 

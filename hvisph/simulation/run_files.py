@@ -97,18 +97,18 @@ class RunFiles:
 
     def write_last(self, failed: bool) -> Callable[[], Snapshot] | None:
         """Write the final state, under its own name after a failure; return its source."""
-        with self.writer.snapshot(self._clock.time, self._clock.steps).open() as now:
-            if now is None:
+        with self.writer.snapshot(self._clock.time, self._clock.steps).open() as final:
+            if final is None:
                 return None
             number: int | str = file_names.POST_MORTEM if failed else self._clock.outputs
             if isinstance(number, int) and self._clock.time != self.state.written:
                 number += 1
             if number != self._clock.outputs:
-                self.writer.write(now, number)
+                self.writer.write(final, number)
             self.writer.write_series()
             if not self.writer.exact:
-                kept = load_arrays(now, keep=True)
-                return lambda: kept
+                copy = load_arrays(final, keep=True)
+                return lambda: copy
         path = self.writer.path(number)
         return lambda: read_snapshot(path, lazily=True)
 
@@ -118,14 +118,14 @@ class RunFiles:
 
     def checkpoint(self, checkpoint_content: CheckpointContent, time_step: TimeStep, wall_seconds: float) -> None:
         """Write a checkpoint after all records up to it."""
-        started = wall.monotonic()
+        start = wall.monotonic()
         self.state.wall_seconds = wall_seconds
         if self.history is not None:
             self.history.sync()
         with checkpoint_content.capture(time_step) as checkpoint:
             if checkpoint is not None:
                 write_checkpoint(self.folder.checkpoint_path, checkpoint)
-        self._cadence.record(started)
+        self._cadence.record(start)
 
 
 @dataclass
@@ -148,26 +148,26 @@ def exit_code_of(status: str, summary: Plain, signal: int) -> int:
 
 
 def measure_end(
-    case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: Plain, listener: Listener, origin: Plain
+    case: Case, text: str, writer: SnapshotWriter, final: Snapshot, record: Plain, listener: Listener, origin: Plain
 ) -> Plain:
-    """Write and return the summary by the run's files, with warnings; `ended` as for `summarise`."""
+    """Write and return the summary by the run's files, with warnings; `record` as for `summarise`."""
     from hvisph.diagnostics.summary import summarise  # all that measures: nothing of it is needed to begin
 
     folder = writer.folder
     summary = summarise(
         case,
         text,
-        **ended,
+        **record,
         threads=numba.get_num_threads(),
         start=_start(case, text, writer),
-        now=now,
+        now=final,
         history=read_history(folder.path),
         snapshots=list_snapshots(folder.path),
     )
     summary |= {"start": origin} if origin else {}
     folder.write_json(file_names.SUMMARY, summary)
-    how = f"{ended['status']} at {ended['time']:.6g} s after {ended['steps']} steps"
-    folder.log.write(f"{how}, {ended['wall_seconds']:.2f} s")
+    ending = f"{record['status']} at {record['time']:.6g} s after {record['steps']} steps"
+    folder.log.write(f"{ending}, {record['wall_seconds']:.2f} s")
     for remark in summary["remarks"]:
         folder.log.write(f"remark: {remark}")
         listener.message(f"remark: {remark}")

@@ -58,7 +58,7 @@ def settle(case: Case, setup: Setup) -> str:
         boundaries.wait(True)
     motion = getattr(stepper, "motion", None)
     rigid = [] if motion is None else motion.rigid
-    stopped = [(rigid_body, rigid_body.hold()) for rigid_body in rigid if moves[setup.bodies.index(rigid_body.name)]]
+    states = [(rigid_body, rigid_body.hold()) for rigid_body in rigid if moves[setup.bodies.index(rigid_body.name)]]
     if moves.any():  # the last rates contain their velocities
         stepper.predict(0.0)
         stepper.evaluate()
@@ -87,28 +87,28 @@ def settle(case: Case, setup: Setup) -> str:
         if not (limit.dt > 0.0 and isfinite(stepper.sums[column.FASTEST])):
             raise RunError(f"settling failed after {clock.time:.4g} s: not finite; give a smaller time.cfl")
         step = following
-    left = float(stepper.sums[column.FASTEST])
+    peak = float(stepper.sums[column.FASTEST])
     particles.tags[...], particles.data[is_held] = tags, start_state
     if boundaries is not None:
         boundaries.wait(False)
     if motion is not None:
         motion.time = case.begins
-    for rigid_body, state in stopped:
+    for rigid_body, state in states:
         rigid_body.release(state)
     stepper.predict(0.0)
     stepper.evaluate()
     if loads is not None:
         loads[...] = start_loads
-    ratio, second, speed = left / scale if scale > 0.0 else 0.0, *((" s", " m/s") if case.units == "si" else ("", ""))
+    ratio, unit, speed = peak / scale if scale > 0.0 else 0.0, *((" s", " m/s") if case.units == "si" else ("", ""))
     text = (
-        f"settled for {case.settle:g}{second} in {clock.steps} steps: greatest speed left {left:.3g}{speed}, "
+        f"settled for {case.settle:g}{unit} in {clock.steps} steps: greatest speed left {peak:.3g}{speed}, "
         f"{ratio:.2g} of the speed of a damped fall"
     )
     if ratio <= AT_REST:
         return f"note: {text}"
     longer = case.settle + 3.0 / rate * np.log(ratio / AT_REST)
     return (
-        f"warning: {text}, more than {AT_REST:g}: the bodies are not at rest; settle longer, as {longer:.2g}{second}, "
+        f"warning: {text}, more than {AT_REST:g}: the bodies are not at rest; settle longer, as {longer:.2g}{unit}, "
         "or support the sides"
     )
 
@@ -119,11 +119,11 @@ def damping_rate(setup: Setup, gravity: Gravity, rests: np.ndarray) -> tuple[flo
     field = gravity.acceleration(x)
     pull = np.sqrt((field**2).sum(axis=1))
     if gravity.kind == SPHERE:
-        away = np.sqrt(((x - np.array(gravity.vector)) ** 2).sum(axis=1))
-        low, high = 0.0, share.get_maxima(float(away[rests].max(initial=0.0)))[0]
+        distance = np.sqrt(((x - np.array(gravity.vector)) ** 2).sum(axis=1))
+        low, high = 0.0, share.get_maxima(float(distance[rests].max(initial=0.0)))[0]
     else:
-        up = x @ -np.array(gravity.vector) / max(float(np.sqrt(np.square(gravity.vector).sum())), 1e-300)
-        low, high = share.get_maxima(*(float(height[rests].max(initial=-np.inf)) for height in (-up, up))) * (-1.0, 1.0)
+        z = x @ -np.array(gravity.vector) / max(float(np.sqrt(np.square(gravity.vector).sum())), 1e-300)
+        low, high = share.get_maxima(*(float(height[rests].max(initial=-np.inf)) for height in (-z, z))) * (-1.0, 1.0)
     length = float(setup.particles["smoothing_length"].max(initial=0.0))
     height = float(high - low + share.get_maxima(length)[0])
     speeds = [material.longitudinal_sound_speed for material in setup.substances]

@@ -77,32 +77,32 @@ class SnapshotWriter:
             return self._snapshot_in_slabs(
                 self._take_snapshot(time, step, particles, self.peaks.rows, self.start_positions.rows), particles
             )
-        whole = share.whole(particles, self.peaks.rows, self.start_positions.rows)
-        return Moment(None if whole is None else self._take_snapshot(time, step, whole[0], *whole[1]))
+        gathered = share.whole(particles, self.peaks.rows, self.start_positions.rows)
+        return Moment(None if gathered is None else self._take_snapshot(time, step, gathered[0], *gathered[1]))
 
-    def _snapshot_in_slabs(self, own: Snapshot, particles: Particles) -> Moment:
-        """Return a snapshot over all processes that is fetched by slabs; `own` is the part of this process."""
+    def _snapshot_in_slabs(self, part: Snapshot, particles: Particles) -> Moment:
+        """Return a snapshot over all processes that is fetched by slabs; `part` is the part of this process."""
         share = self.setup.subdomain
         retired = np.sort(share.gather_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
-        indices = {name: getattr(own, name) for name in INDICES}
-        arrays = Derived((*own.fields, *INDICES), lambda name: indices[name] if name in indices else own.fields[name])
-        number = np.asarray(own.id)
+        indices = {name: getattr(part, name) for name in INDICES}
+        arrays = Derived((*part.fields, *INDICES), lambda name: indices[name] if name in indices else part.fields[name])
+        number = np.asarray(part.id)
         places = number - np.searchsorted(retired, number)
         slabs = Slabs(share.world, arrays, places, share.count - len(retired))
         if not share.world.first:
             return Moment(None, slabs)
         body, material, number = map(slabs.whole, INDICES)
-        fields = Derived(own.fields, slabs.whole)
-        return Moment(replace(own, fields=fields, body=body, material=material, id=number), slabs)
+        fields = Derived(part.fields, slabs.whole)
+        return Moment(replace(part, fields=fields, body=body, material=material, id=number), slabs)
 
     def _take_snapshot(
-        self, time: float, step: int, particles: Particles, highest: np.ndarray, begun: np.ndarray
+        self, time: float, step: int, particles: Particles, highest: np.ndarray, initial: np.ndarray
     ) -> Snapshot:
         """Return a snapshot with maximum pressures [Pa] and initial positions (n, dim) [m]."""
         stepper = self.setup.stepper
         order = np.argsort(particles.id)
         order = order[particles.tags[order, FLAGS] & RETIRED == 0]
-        own = [name for name in OF_STATE if name in particles.names]
+        stored = [name for name in OF_STATE if name in particles.names]
 
         def derive(name: str) -> np.ndarray:
             return diagnose(particles, stepper.table, stepper.models, (name,))[name]
@@ -110,18 +110,18 @@ class SnapshotWriter:
         def field(name: str) -> Any:
             match name:
                 case "displacement":
-                    return Ordered(particles["position"] - begun, order)
+                    return Ordered(particles["position"] - initial, order)
                 case "peak_pressure":
                     return np.maximum(highest, derive("pressure"))[order]
                 case "entropy":
                     return self._entropy(particles, np.maximum(highest, derive("pressure")))[order]
                 case "failed":
                     return (particles["damage"][order] >= 1.0).astype(np.uint8)
-            return Ordered(particles[name] if name in own else derive(name), order)
+            return Ordered(particles[name] if name in stored else derive(name), order)
 
         derived = known_names(particles, stepper.table, stepper.models)
-        more = ["entropy"] * ("entropies" in self.metadata)
-        names_ = (*own, *derived, "displacement", "peak_pressure", *more, "failed")
+        optional = ["entropy"] * ("entropies" in self.metadata)
+        names_ = (*stored, *derived, "displacement", "peak_pressure", *optional, "failed")
         numbers = particles.body, particles.material, particles.id
         body, material, number = (cast(Any, Ordered(values, order, np.int64)) for values in numbers)
         metadata, fields = dict(self.metadata) | self._moved_planes(time), Derived(names_, field)
@@ -131,20 +131,20 @@ class SnapshotWriter:
     def _moved_planes(self, time: float) -> Plain:
         """Return the positions of moving planes of symmetry at the start and at a time [s]."""
         moving = getattr(getattr(self.setup.stepper, "boundaries", None), "moving", ())
-        moved = [{"axis": "xyz"[it.plane.axis], "from": it.place, "at": it.place_at(time)} for it in moving]
-        return {"moved_planes": moved} if moved else {}
+        planes = [{"axis": "xyz"[m.plane.axis], "from": m.place, "at": m.place_at(time)} for m in moving]
+        return {"moved_planes": planes} if planes else {}
 
     def _entropy(self, particles: Particles, peak: np.ndarray) -> np.ndarray:
         """Return specific entropies (n,) [J/(kg K)], not a number where the material has none."""
-        found = np.full(particles.count, np.nan)
+        entropies = np.full(particles.count, np.nan)
         for number, material in enumerate(self.setup.substances):
             rows = np.flatnonzero(particles.material == number)
             by_heat = material.eos.tag != tags.TILLOTSON and self.setup.stepper.models[number, EOS_TAG] == tags.LATE
             if material.entropies and len(rows) and not by_heat:
                 distension = 1.0 if material.porosity is None else particles["history_variable"][rows]
                 rho, e = (particles[name][rows] for name in ("density", "internal_energy"))
-                found[rows] = entropy(material, rho, e, distension, peak[rows])
-        return found
+                entropies[rows] = entropy(material, rho, e, distension, peak[rows])
+        return entropies
 
     def permute(self, order: np.ndarray) -> None:
         """Reorder stored arrays with the particles."""
@@ -183,8 +183,8 @@ class SnapshotWriter:
         path = self.folder.path
         try:
             for path in file_names.own_files(self.folder.path):
-                own = file_names.number_of(path)
-                stale = path.stem == file_names.POST_MORTEM or (own is not None and own > number)
+                file_number = file_names.number_of(path)
+                stale = path.stem == file_names.POST_MORTEM or (file_number is not None and file_number > number)
                 if path.parent.name != file_names.CHECKPOINT and stale and file_names.is_plain(path):
                     path.unlink()
         except OSError as error:
@@ -195,8 +195,8 @@ class SnapshotWriter:
         if "hdf5" in self.output.formats:
             began = wall.monotonic()
             write_time_series(self.folder.path)
-            now = wall.monotonic()
-            self._series_due = now + (now - began) / TIME_SHARE
+            end = wall.monotonic()
+            self._series_due = end + (end - began) / TIME_SHARE
 
     def write(self, snapshot: Snapshot, number: int | str, whole: bool = True) -> None:
         """Write a snapshot and its regions in every format, by number or name; `whole` writes all particles."""
@@ -208,12 +208,12 @@ class SnapshotWriter:
         reduced = _reduce_fields(snapshot, output)
         if "hdf5" in output.formats or not numbered:
             first = self.folder.snapshot_path(0).name
-            known = numbered and number != 0 and snapshot.count == self._count  # particles leave, and none comes
-            once = output.static_fields == "once" and known
+            constant = numbered and number != 0 and snapshot.count == self._count  # particles leave, and none comes
+            refers = output.static_fields == "once" and constant
             write_hdf5(
                 self.folder.snapshot_path(number),
                 reduced,
-                StorageOptions(output.compress == "gzip", first if once else None),
+                StorageOptions(output.compress == "gzip", first if refers else None),
             )
             if number and wall.monotonic() > self._series_due:  # not for the first snapshot
                 self.write_series()
@@ -221,7 +221,7 @@ class SnapshotWriter:
             path = _with_folder(self.folder.vtu_path(number))
             write_vtu(path, reduced)
             entry = f"{file_names.VTU}/{path.name}"
-            self.series[:] = [listed for listed in self.series if listed[1] != entry]
+            self.series[:] = [item for item in self.series if item[1] != entry]
             self.series.append((snapshot.time, entry))
             write_pvd(self.folder.path / file_names.SERIES, self.series)
 
@@ -243,15 +243,15 @@ def _with_folder(path: Path) -> Path:
 
 def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
     """Return the indices of a region's particles in a snapshot, slab by slab."""
-    chosen, position = [], snapshot.fields["position"]
+    indices, position = [], snapshot.fields["position"]
     bodies = [snapshot.bodies.index(body) for body in region.bodies]
     for begin in range(0, snapshot.count, SLAB):
         rows = slice(begin, begin + SLAB)
         inside = in_box(region.box, position[rows]) & (snapshot.id[rows] % region.stride == 0)
         if bodies:
             inside &= np.isin(snapshot.body[rows], bodies)
-        chosen.append(begin + np.flatnonzero(inside))
-    return np.concatenate(chosen)
+        indices.append(begin + np.flatnonzero(inside))
+    return np.concatenate(indices)
 
 
 def _reduce_fields(snapshot: Snapshot, output: Output) -> Snapshot:
@@ -283,8 +283,8 @@ def _roles(case: Case) -> list[str | None]:
     bodies = case.bodies.values()
     moves = [any(body.velocity) or bool(body.initial_velocity) for body in bodies]
     kinds = [body.material.eos.type for body in bodies]
-    beside = [
-        (kind == "jwl" and not any(moves)) or (kind == "ideal_gas" and not moving and set(kinds) != {"ideal_gas"})
-        for kind, moving in zip(kinds, moves, strict=True)
+    neutral = [
+        (eos == "jwl" and not any(moves)) or (eos == "ideal_gas" and not moving and set(kinds) != {"ideal_gas"})
+        for eos, moving in zip(kinds, moves, strict=True)
     ]
-    return [body.role or ("other" if neither else None) for body, neither in zip(bodies, beside, strict=True)]
+    return [body.role or ("other" if neither else None) for body, neither in zip(bodies, neutral, strict=True)]

@@ -115,12 +115,12 @@ class Ogive(Profile):
         return (-half, half - self.nose_length, half) if self.shank_length > 0 else (-half, half)
 
     def radius(self, x: np.ndarray) -> np.ndarray:
-        along = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
-        return np.maximum(np.sqrt(self.arc**2 - along**2) - self.arc + self.diameter / 2, 0.0)
+        depth = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
+        return np.maximum(np.sqrt(self.arc**2 - depth**2) - self.arc + self.diameter / 2, 0.0)
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        along = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
-        side = np.hypot(along, r - self.diameter / 2 + self.arc) - self.arc
+        depth = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
+        side = np.hypot(depth, r - self.diameter / 2 + self.arc) - self.arc
         return np.maximum(side, -self.length / 2 - x)
 
 
@@ -166,9 +166,9 @@ class RoundedCylinder(Profile):
     ends: str = "both"  # ``both`` or ``front``: which edges are rounded
 
     def __post_init__(self) -> None:
-        most = min(self.diameter / 2, self.length / (2 if self.ends == "both" else 1))
-        if self.edge_radius > most * (1 + 1e-12):
-            raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {most:g}", where="edge_radius")
+        largest = min(self.diameter / 2, self.length / (2 if self.ends == "both" else 1))
+        if self.edge_radius > largest * (1 + 1e-12):
+            raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {largest:g}", where="edge_radius")
 
     def breaks(self) -> tuple[float, ...]:
         half, edge = self.length / 2, self.edge_radius
@@ -176,12 +176,12 @@ class RoundedCylinder(Profile):
         return tuple(dict.fromkeys([-half, *inner, half]))
 
     def radius(self, x: np.ndarray) -> np.ndarray:
-        along = np.maximum(self._nose_coordinate(x) - (self.length / 2 - self.edge_radius), 0.0)
-        return np.sqrt(np.maximum(self.edge_radius**2 - along**2, 0.0)) + self.diameter / 2 - self.edge_radius
+        depth = np.maximum(self._nose_coordinate(x) - (self.length / 2 - self.edge_radius), 0.0)
+        return np.sqrt(np.maximum(self.edge_radius**2 - depth**2, 0.0)) + self.diameter / 2 - self.edge_radius
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        edge, along = self.edge_radius, self._nose_coordinate(x)
-        rounded = box_distance(along - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
+        edge, height = self.edge_radius, self._nose_coordinate(x)
+        rounded = box_distance(height - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
         return np.maximum(rounded, -self.length / 2 - x)
 
     def _nose_coordinate(self, x: np.ndarray) -> np.ndarray:
@@ -208,6 +208,6 @@ class Nosed(Centred):
         return 2 * self.profile.integral(1) if self.dim == 2 else math.pi * self.profile.integral(2)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        along = AXES.index(self.axis)
-        radius = np.sqrt((np.delete(points, along, axis=1) ** 2).sum(axis=1))
-        return self.profile.distance(points[:, along], radius)
+        column = AXES.index(self.axis)
+        radius = np.sqrt((np.delete(points, column, axis=1) ** 2).sum(axis=1))
+        return self.profile.distance(points[:, column], radius)

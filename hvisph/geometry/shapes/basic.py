@@ -120,12 +120,12 @@ class Cylinder(Axial, Centred):
         return math.pi * self.diameter**2 / 4 * self.length
 
     def contains(self, points: np.ndarray) -> np.ndarray:
-        along, across = self.split(points)
-        return _within_ball(across, self.diameter) & _within_box(along[:, None], (self.length,))
+        height, lateral = self.split(points)
+        return _within_ball(lateral, self.diameter) & _within_box(height[:, None], (self.length,))
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        along, across = self.split(points)
-        return box_distance(np.abs(along) - self.length / 2, _beyond_ball(across, self.diameter))
+        height, lateral = self.split(points)
+        return box_distance(np.abs(height) - self.length / 2, _beyond_ball(lateral, self.diameter))
 
 
 def _within_ball(points: np.ndarray, diameter: float) -> np.ndarray:
@@ -196,9 +196,9 @@ class Tube(Axial, Centred):
         return math.pi * (self.outer_diameter**2 - self.inner_diameter**2) / 4 * self.length
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        along, across = self.split(points)
-        wall = _wall(across, self.outer_diameter, self.inner_diameter)
-        return box_distance(np.abs(along) - self.length / 2, wall)
+        height, lateral = self.split(points)
+        wall = _wall(lateral, self.outer_diameter, self.inner_diameter)
+        return box_distance(np.abs(height) - self.length / 2, wall)
 
 
 def _require_hollow(outer: float, inner: float) -> None:

@@ -55,8 +55,8 @@ class Placed(Shape):
 
     def inwards(self, points: np.ndarray) -> np.ndarray:
         """Return `points` (n, dim) in the shape's own coordinates [m]."""
-        moved = points - self.position
-        return moved if self.matrix is None else moved @ self.matrix
+        offset = points - self.position
+        return offset if self.matrix is None else offset @ self.matrix
 
 
 class Measured(Shape):
@@ -85,10 +85,10 @@ class OfParts(Measured):
 
     def _reduce_distance(self, points: np.ndarray, of_two: np.ufunc) -> np.ndarray:
         """Return the signed distances to the parts reduced by `of_two` (n,) [m]."""
-        found = self.parts[0].distance(points)
+        distance = self.parts[0].distance(points)
         for part in self.parts[1:]:
-            of_two(found, part.distance(points), out=found)
-        return found
+            of_two(distance, part.distance(points), out=distance)
+        return distance
 
 
 class Union(OfParts):
@@ -138,10 +138,10 @@ class Difference(Measured):
         return self.whole.bounds()
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        most = self.whole.distance(points)
+        largest = self.whole.distance(points)
         for part in self.removed:
-            np.maximum(most, -part.distance(points), out=most)
-        return most
+            np.maximum(largest, -part.distance(points), out=largest)
+        return largest
 
 
 @dataclass(frozen=True)
@@ -184,8 +184,8 @@ class Repeat(Measured):
         """Area or volume: that of all copies where they are separate, to 1e-4 where they overlap [m^dim]."""
         low, high = self.shape.bounds()
         steps = np.asarray(self.vectors)
-        beside = [np.array(index) @ steps for index in itertools.product((-1, 0, 1), repeat=len(steps)) if any(index)]
-        if self._all_near and all((np.abs(move) >= (high - low) * (1 - 1e-12)).any() for move in beside):
+        offsets = [np.array(index) @ steps for index in itertools.product((-1, 0, 1), repeat=len(steps)) if any(index)]
+        if self._all_near and all((np.abs(move) >= (high - low) * (1 - 1e-12)).any() for move in offsets):
             return self.shape.volume * self.copies
         return super().volume
 
@@ -199,32 +199,32 @@ class Repeat(Measured):
     def distance(self, points: np.ndarray) -> np.ndarray:
         steps = np.asarray(self.vectors)
         last = [(n - 1) / 2 for n in self.counts]
-        least = np.full(len(points), np.inf)
+        smallest = np.full(len(points), np.inf)
         if self.copies <= ALL_COPIES or not self._all_near:
             for index in itertools.product(*(range(n) for n in self.counts)):
-                np.minimum(least, self.shape.distance(points - (np.array(index) - last) @ steps), out=least)
-            return least
+                np.minimum(smallest, self.shape.distance(points - (np.array(index) - last) @ steps), out=smallest)
+            return smallest
         low, high = self.shape.bounds()
         cell = self._nearest_copy(points - (low + high) / 2)
-        for beside in itertools.product(*((0, -1, 1) if n > 1 else (0,) for n in self.counts)):
-            at = points - (np.clip(cell + beside, 0, np.array(self.counts) - 1) - last) @ steps
+        for shift in itertools.product(*((0, -1, 1) if n > 1 else (0,) for n in self.counts)):
+            at = points - (np.clip(cell + shift, 0, np.array(self.counts) - 1) - last) @ steps
             # the nearest copy comes first; of another only those look that its box could be nearer to
-            near = np.maximum(low - at, at - high).max(axis=1) < least
-            least[near] = np.minimum(least[near], self.shape.distance(at[near]))
-        return least
+            candidates = np.maximum(low - at, at - high).max(axis=1) < smallest
+            smallest[candidates] = np.minimum(smallest[candidates], self.shape.distance(at[candidates]))
+        return smallest
 
     def _nearest_copy(self, points: np.ndarray) -> np.ndarray:
         """Return the index of the copy with the nearest centre (n, vectors)."""
         steps, last = np.asarray(self.vectors), np.array(self.counts) - 1
         free = np.rint(points @ self._inverse + last / 2)
         cell = np.clip(free, 0, last)
-        beyond = (cell != free).any(axis=1)
-        at, index = points[beyond], cell[beyond]
+        outside = (cell != free).any(axis=1)
+        at, index = points[outside], cell[outside]
         for _ in range(ROUNDS if len(at) else 0):
             for axis, step in enumerate(steps):
-                off = (at - (index - last / 2) @ steps) @ step / (step @ step)
-                index[:, axis] = np.clip(np.rint(index[:, axis] + off), 0, last[axis])
-        cell[beyond] = index
+                offset = (at - (index - last / 2) @ steps) @ step / (step @ step)
+                index[:, axis] = np.clip(np.rint(index[:, axis] + offset), 0, last[axis])
+        cell[outside] = index
         return cell
 
 
@@ -257,12 +257,12 @@ class Honeycomb(Shape):
         top, side = second / math.sqrt(0.75), (second - 0.5 * first) / math.sqrt(0.75)
         corners = np.array([[first, -side], [first, side], [0.0, top], [-first, side], [-first, -side], [0.0, -top]])
         rows, columns = (int(size / self.cell) + 2 for size in (sides[1] / math.sqrt(0.75), sides[0]))
-        empty = 0.0
+        open_area = 0.0
         for j in range(-rows, rows + 1):
             for i in range(-columns, columns + 1):
                 centre = np.array([i + 0.5 * (j % 2), j * math.sqrt(0.75)]) * self.cell
-                empty += _area_in_rectangle(corners + centre, np.array(sides) / 2.0)
-        return depth * (sides[0] * sides[1] - empty)
+                open_area += _area_in_rectangle(corners + centre, np.array(sides) / 2.0)
+        return depth * (sides[0] * sides[1] - open_area)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return signed distances (n,) [m], negative inside; a lower bound beside edges and corners of cells."""
@@ -272,12 +272,12 @@ class Honeycomb(Shape):
         nearest = np.full(len(points), np.inf)
         # the cell of a point is that of the nearest centre: two rectangular lattices hold all centres
         step = self.cell * np.array([1.0, math.sqrt(3.0)])
-        moved = [points[:, 1:] - shift for shift in (0.0 * step, 0.5 * step)]
-        offsets = [one - step * np.rint(one / step) for one in moved]
+        relative = [points[:, 1:] - shift for shift in (0.0 * step, 0.5 * step)]
+        offsets = [r - step * np.rint(r / step) for r in relative]
         first, second = ((offset**2).sum(axis=1) for offset in offsets)
-        own = np.where((first <= second)[:, None], *offsets)
+        local = np.where((first <= second)[:, None], *offsets)
         for normal, part in zip(normals, half, strict=True):
-            np.minimum(nearest, 0.5 * self.cell - np.abs(own @ normal) - part, out=nearest)
+            np.minimum(nearest, 0.5 * self.cell - np.abs(local @ normal) - part, out=nearest)
         return np.maximum(nearest, outside)
 
 
@@ -285,13 +285,13 @@ def _area_in_rectangle(corners: np.ndarray, half: np.ndarray) -> float:
     """Return the area [m^2] of the convex polygon `corners` (n, 2) within +-`half` (2,), cut side by side."""
     cut = corners
     for axis, sign in itertools.product((0, 1), (1.0, -1.0)):
-        beyond = sign * cut[:, axis] - half[axis]
-        kept: list[np.ndarray] = []
-        for one, other, a, b in zip(cut, np.roll(cut, -1, 0), beyond, np.roll(beyond, -1), strict=True):
-            kept += [one] if a <= 0.0 else []
-            kept += [one + (other - one) * a / (a - b)] if (a > 0.0) != (b > 0.0) else []
-        if len(kept) < 3:
+        excess = sign * cut[:, axis] - half[axis]
+        ring: list[np.ndarray] = []
+        for start_point, end_point, a, b in zip(cut, np.roll(cut, -1, 0), excess, np.roll(excess, -1), strict=True):
+            ring += [start_point] if a <= 0.0 else []
+            ring += [start_point + (end_point - start_point) * a / (a - b)] if (a > 0.0) != (b > 0.0) else []
+        if len(ring) < 3:
             return 0.0
-        cut = np.array(kept)
+        cut = np.array(ring)
     x, y = cut.T
     return float(0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)))

@@ -57,20 +57,20 @@ class Mesh(Shape):
         """Tell which `points` (n, 3) [m] lie inside: booleans of shape (n,)."""
         points = np.asarray(points, dtype=float)
         inside = np.zeros(len(points), bool)
-        for chosen, ray, x, _ in self._crossings(points[:, 1:]):
-            ahead = ray[x > points[chosen[ray], 0]]
-            inside[chosen] = np.bincount(ahead, minlength=len(chosen)) % 2 == 1
+        for batch, ray, x, _ in self._crossings(points[:, 1:]):
+            crossed = ray[x > points[batch[ray], 0]]
+            inside[batch] = np.bincount(crossed, minlength=len(batch)) % 2 == 1
         return inside
 
     def contains_grid(self, axes: list[np.ndarray]) -> np.ndarray:
         """Tell which nodes of a lattice lie inside, from one ray for each of its rows along x: (nodes,)."""
         rows = grid(axes[1:])
-        behind = np.zeros((len(axes[0]) + 1, len(rows)), np.int32)
-        for chosen, ray, x, _ in self._crossings(rows):
-            np.add.at(behind, (np.searchsorted(axes[0], x), chosen[ray]), 1)
+        crossings = np.zeros((len(axes[0]) + 1, len(rows)), np.int32)
+        for batch, ray, x, _ in self._crossings(rows):
+            np.add.at(crossings, (np.searchsorted(axes[0], x), batch[ray]), 1)
         # a node is inside where an odd number of crossings lies ahead of it
-        ahead = np.cumsum(behind[::-1], axis=0)[::-1][1:]
-        return np.asarray(ahead % 2 == 1).ravel()
+        count = np.cumsum(crossings[::-1], axis=0)[::-1][1:]
+        return np.asarray(count % 2 == 1).ravel()
 
     def inconsistent_point(self) -> np.ndarray | None:
         """Return a point (3,) [m] that the surface encloses twice or with inverted normals; None if there is none."""
@@ -78,15 +78,15 @@ class Mesh(Shape):
         size = float((high - low).max())
         steps = (np.arange(RAYS) + 0.4142) / RAYS
         rows = grid([low[k] + steps * (high[k] - low[k]) for k in (1, 2)])
-        for chosen, ray, x, enters in self._crossings(rows):
+        for batch, ray, x, enters in self._crossings(rows):
             # faces that touch are left before they are entered
             order = np.lexsort((x + np.where(enters, TOUCHING, -TOUCHING) * size, ray))
             ray, x, enters = ray[order], x[order], enters[order]
-            within = np.cumsum(np.where(enters, 1, -1))  # each ray begins and ends outside
-            wrong = np.flatnonzero((within < 0) | (within > 1))
+            depth = np.cumsum(np.where(enters, 1, -1))  # each ray begins and ends outside
+            wrong = np.flatnonzero((depth < 0) | (depth > 1))
             if len(wrong):
                 k = wrong[0]
-                return np.array([0.5 * (x[k] + x[min(k + 1, len(x) - 1)]), *rows[chosen[ray[k]]]])
+                return np.array([0.5 * (x[k] + x[min(k + 1, len(x) - 1)]), *rows[batch[ray[k]]]])
         return None
 
     def _crossings(self, rays: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
@@ -97,18 +97,18 @@ class Mesh(Shape):
         ends = np.cumsum(bins.counts[cell[candidates]])
         start = 0
         while start < len(candidates):
-            done = ends[start - 1] if start else 0
-            stop = max(start + 1, int(np.searchsorted(ends, done + AT_ONCE, "right")))
-            chosen = candidates[start:stop]
-            yield chosen, *self._intersect(rays[chosen], cell[chosen])
+            total = ends[start - 1] if start else 0
+            stop = max(start + 1, int(np.searchsorted(ends, total + AT_ONCE, "right")))
+            batch = candidates[start:stop]
+            yield batch, *self._intersect(rays[batch], cell[batch])
             start = stop
 
     def _intersect(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the ray of each crossing with a triangle, its x, and whether the ray enters there."""
         bins = self._bins
-        many = bins.counts[cell]
-        ray = np.repeat(np.arange(len(rays)), many)
-        rank = np.arange(len(ray)) - np.repeat(np.cumsum(many) - many, many)
+        counts = bins.counts[cell]
+        ray = np.repeat(np.arange(len(rays)), counts)
+        rank = np.arange(len(ray)) - np.repeat(np.cumsum(counts) - counts, counts)
         t = self.corners[bins.members[bins.first[cell][ray] + rank]]
         p = rays[ray]
         sides = np.stack([_side(t[:, k], t[:, (k + 1) % 3], p) for k in range(3)])
@@ -120,31 +120,31 @@ class Mesh(Shape):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return signed distances (n,) [m], exact in sign, in size to half the spacing of points of the surface."""
-        away, _, along = self._nearest_sample(points)
+        distance, _, height = self._nearest_sample(points)
         # beside a sample of a flat face the distance to the face, farther away that to the sample
-        size = np.where(self._is_near_face(away), np.abs(along), away / (1 + SLACK) - self._sample_spacing / 2)
+        size = np.where(self._is_near_face(distance), np.abs(height), distance / (1 + SLACK) - self._sample_spacing / 2)
         return np.where(self.contains(points), -size, size)
 
     def outward(self, points: np.ndarray, step: float) -> np.ndarray:
         """Return unit vectors (n, 3) along which the distance to the surface grows; of a mesh without a `step`."""
-        away, (apart, normals), along = self._nearest_sample(points)
+        distance, (offset, normals), height = self._nearest_sample(points)
         ways = np.where(
-            self._is_near_face(away)[:, None],
-            np.sign(along)[:, None] * normals,
-            apart / np.maximum(away, 1e-300)[:, None],
+            self._is_near_face(distance)[:, None],
+            np.sign(height)[:, None] * normals,
+            offset / np.maximum(distance, 1e-300)[:, None],
         )
         return np.where(self.contains(points)[:, None], -ways, ways)
 
     def _nearest_sample(self, points: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
         """Return distance (n,) and vector from the nearest sample, its normal, (n, 3) each, and their product (n,)."""
         samples, normals, tree = self._surface
-        away, nearest = tree.query(points, eps=SLACK)
-        apart, facing = points - samples[nearest], normals[nearest]
-        return away, (apart, facing), (apart * facing).sum(axis=1)
+        distance, nearest = tree.query(points, eps=SLACK)
+        offset, facing = points - samples[nearest], normals[nearest]
+        return distance, (offset, facing), (offset * facing).sum(axis=1)
 
-    def _is_near_face(self, away: np.ndarray) -> np.ndarray:
+    def _is_near_face(self, distance: np.ndarray) -> np.ndarray:
         """Return which distances to a sample belong to points next to its face."""
-        return np.asarray(away < self._sample_spacing * 2)
+        return np.asarray(distance < self._sample_spacing * 2)
 
     @cached_property
     def _bins(self) -> "_Bins":
@@ -161,9 +161,9 @@ class Mesh(Shape):
         edges = self.corners[:, 1:] - self.corners[:, :1]
         normals = np.cross(edges[:, 0], edges[:, 1])
         area = np.sqrt((normals**2).sum(axis=1)) / 2
-        many = np.maximum(1, np.rint(area / self._sample_spacing**2)).astype(int)
-        owner = np.repeat(np.arange(len(many)), many)
-        rank = np.arange(len(owner)) - np.repeat(np.cumsum(many) - many, many)
+        counts = np.maximum(1, np.rint(area / self._sample_spacing**2)).astype(int)
+        owner = np.repeat(np.arange(len(counts)), counts)
+        rank = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
         # a sequence of low discrepancy, folded into the triangle
         u = (0.5 + (rank + 1) * 0.7548776662466927) % 1.0
         v = (0.5 + (rank + 1) * 0.5698402909980532) % 1.0
@@ -183,9 +183,9 @@ class _Bins:
         self.low, self.step = low, (high - low) / self.side
         begin = self._index(corners.min(axis=1))
         span = self._index(corners.max(axis=1)) - begin + 1
-        many = span.prod(axis=1)
-        triangle = np.repeat(np.arange(len(corners)), many)
-        rank = np.arange(len(triangle)) - np.repeat(np.cumsum(many) - many, many)
+        counts = span.prod(axis=1)
+        triangle = np.repeat(np.arange(len(corners)), counts)
+        rank = np.arange(len(triangle)) - np.repeat(np.cumsum(counts) - counts, counts)
         at = begin[triangle] + np.stack([rank // span[triangle, 1], rank % span[triangle, 1]], axis=1)
         flat = at[:, 0] * self.side + at[:, 1]
         order = np.argsort(flat, kind="stable")
@@ -233,9 +233,9 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     if loaded.volume < 0:
         loaded.invert()
     solid = Mesh(np.asarray(loaded.triangles, float) * scale, float(loaded.volume) * scale**3, Path(path).name)
-    twice = solid.inconsistent_point()
-    if twice is not None:
-        at = ", ".join(f"{c:.4g}" for c in twice / scale)
+    point = solid.inconsistent_point()
+    if point is not None:
+        at = ", ".join(f"{c:.4g}" for c in point / scale)
         raise CaseError(
             f"parts of the surface in '{path}' overlap, or one of them is inside out, as near ({at}): neither volume "
             "nor inside is certain; unite them in the CAD program, or give each as a mesh of its own in a `union`",
@@ -248,8 +248,8 @@ def _open(path: str | Path, mesh: Any) -> str:
     """Return where a surface is open."""
     edges = np.sort(np.asarray(mesh.edges_sorted), axis=1)
     unique, counts = np.unique(edges, axis=0, return_counts=True)
-    bad = unique[counts != 2]
-    at = np.asarray(mesh.vertices)[bad].mean(axis=1)
+    open_edges = unique[counts != 2]
+    at = np.asarray(mesh.vertices)[open_edges].mean(axis=1)
     if len(at) == 0:
         return f"the surface in '{path}' is not closed: its triangles face different ways; repair it in the CAD program"
     low, high = at.min(axis=0), at.max(axis=0)

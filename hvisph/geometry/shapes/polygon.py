@@ -63,14 +63,14 @@ class Polygon(Shape):
 
 
 def _to_edges(points: np.ndarray, start: np.ndarray, edge: np.ndarray) -> np.ndarray:
-    (px, py), (sx, sy, ex, ey) = points.T, (one[:, None] for one in (*start.T, *edge.T))
+    (px, py), (sx, sy, ex, ey) = points.T, (component[:, None] for component in (*start.T, *edge.T))
     x, y = px - sx, py - sy
     share = np.minimum(np.maximum((x * ex + y * ey) / (ex**2 + ey**2), 0.0), 1.0)
-    near = ((x - share * ex) ** 2 + (y - share * ey) ** 2).min(axis=0)
+    squared = ((x - share * ex) ** 2 + (y - share * ey) ** 2).min(axis=0)
     above, above_end = y >= 0, py - (sy + ey) >= 0
     # crossings of the ray towards +x, upwards and downwards edges alike
     crossed = (above != above_end) & ((ex * y - ey * x > 0) == above)
-    return np.asarray(np.sqrt(near) * np.where(np.logical_xor.reduce(crossed, axis=0), -1.0, 1.0))
+    return np.asarray(np.sqrt(squared) * np.where(np.logical_xor.reduce(crossed, axis=0), -1.0, 1.0))
 
 
 def _area(corners: np.ndarray) -> float:
@@ -88,11 +88,11 @@ def _crossing(corners: np.ndarray) -> tuple[int, int] | None:
         return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
     for i in range(n - 2):
-        others = np.arange(i + 2, n - (i == 0))
-        a, b, c, d = start[i], end[i], start[others], end[others]
+        candidates = np.arange(i + 2, n - (i == 0))
+        a, b, c, d = start[i], end[i], start[candidates], end[candidates]
         crosses = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
         if crosses.any():
-            return i, int(others[np.argmax(crosses)])
+            return i, int(candidates[np.argmax(crosses)])
     return None
 
 
@@ -117,8 +117,8 @@ class Prism(Axial):
         return self.section.volume * self.length
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        along, across = self.split(points)
-        return box_distance(np.abs(along) - self.length / 2, self.section.distance(across))
+        height, lateral = self.split(points)
+        return box_distance(np.abs(height) - self.length / 2, self.section.distance(lateral))
 
 
 @dataclass(frozen=True)
@@ -130,10 +130,10 @@ class Ring(Axial):
     axis: str = "x"  # ``x``, ``y`` or ``z``: what it goes round
 
     def __post_init__(self) -> None:
-        least = float(self.section.bounds()[0][1]) + self.radius
-        if least < -1e-9 * max(self.section.extent()):
+        inner = float(self.section.bounds()[0][1]) + self.radius
+        if inner < -1e-9 * max(self.section.extent()):
             raise CaseError(
-                f"the ring's section crosses the axis, to r = {least:g}; enlarge the radius", where="radius"
+                f"the ring's section crosses the axis, to r = {inner:g}; enlarge the radius", where="radius"
             )
 
     @property
@@ -151,6 +151,6 @@ class Ring(Axial):
         return 2 * math.pi * first_moment(self.section, 1, self.radius)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        along, across = self.split(points)
-        radius = np.sqrt((across**2).sum(axis=1))
-        return self.section.distance(np.stack([along, radius - self.radius], axis=1))
+        height, lateral = self.split(points)
+        radius = np.sqrt((lateral**2).sum(axis=1))
+        return self.section.distance(np.stack([height, radius - self.radius], axis=1))

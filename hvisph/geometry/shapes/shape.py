@@ -132,22 +132,22 @@ def push_inside(shape: Shape, points: np.ndarray, depth: float, tolerance: float
 
     `tolerance`, `step`: how far off a point may remain, and over which length slopes are taken [m].
     """
-    left = np.arange(len(points))
+    rows = np.arange(len(points))
     for _ in range(3):  # a point that is deep enough stays where it is
-        d = shape.distance(points[left]) + depth
+        d = shape.distance(points[rows]) + depth
         out = d > tolerance
-        left = left[out]
-        if len(left) == 0:
+        rows = rows[out]
+        if len(rows) == 0:
             break
-        points[left] -= d[out, None] * shape.outward(points[left], step)
+        points[rows] -= d[out, None] * shape.outward(points[rows], step)
     return points
 
 
-def box_distance(*beyond: np.ndarray) -> np.ndarray:
+def box_distance(*excess: np.ndarray) -> np.ndarray:
     """Return the signed distance to a box from how far a point lies beyond its faces along each axis."""
-    outside = np.sqrt(sum(np.maximum(b, 0.0) ** 2 for b in beyond))
-    inside = beyond[0]
-    for b in beyond[1:]:
+    outside = np.sqrt(sum(np.maximum(b, 0.0) ** 2 for b in excess))
+    inside = excess[0]
+    for b in excess[1:]:
         inside = np.maximum(inside, b)
     return np.where(inside > 0, outside, inside)
 
@@ -197,9 +197,9 @@ def integrate(shape: Shape, weight: Callable[[np.ndarray], np.ndarray] = lambda 
         parts = [shape.distance(centres[k : k + AT_ONCE]) for k in range(0, len(centres), AT_ONCE)]
         d = np.concatenate(parts) if parts else np.empty(0)
         reach = side * math.sqrt(dim) / 2
-        inside, along = d <= -reach, np.abs(d) < reach
+        inside, boundary = d <= -reach, np.abs(d) < reach
         total += weight(centres[inside]).sum() * side**dim
-        centres, d = centres[along], d[along]
+        centres, d = centres[boundary], d[boundary]
         depth += 1
         share = np.clip(0.5 - d / side, 0.0, 1.0)
         integral = float(total + (share * weight(centres)).sum() * side**dim)
