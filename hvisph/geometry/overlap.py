@@ -106,7 +106,7 @@ def _boxes_are_separate(a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, n
 
 
 def _deepest(first: Standing, second: Standing, dx: float) -> tuple[np.ndarray, float]:
-    """Return the point of `first` that lies deepest in `second`, and its depth; a depth above the limit ends the search."""
+    """Return the point of `first` that lies deepest in `second` and its depth; one above the limit ends the search."""
     under = UNDER * first.spacing[1]
     low, high = second.surface.bounds() if second.surface is not None else second.bounds()
     points = first.positions[((first.positions >= low - under) & (first.positions <= high + under)).all(axis=1)]
