@@ -48,8 +48,8 @@ def computable() -> Iterator[None]:
     try:
         yield
     except ArithmeticError as error:
-        what = str(error.args[-1] if error.args else error).lower()
-        fault = f"numbers of the case lead beyond what can be computed ({what}); look for one that is far too large"
+        detail = str(error.args[-1] if error.args else error).lower()
+        fault = f"numbers of the case lead beyond what can be computed ({detail}); look for one that is far too large"
         raise CaseError(f"{fault} or too small") from error
 
 
@@ -67,6 +67,6 @@ def suggest_nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:
     """Return ``"; did you mean 'x'?"`` for the closest of `allowed`; the list of them if short or none is close."""
     close = get_close_matches(str(word), list(allowed), n=1, cutoff=0.5)
     if close:
-        others = f" (allowed: {', '.join(allowed)})" if 1 < len(allowed) <= FEW else ""
-        return f"; did you mean '{close[0]}'?{others}"
+        listing = f" (allowed: {', '.join(allowed)})" if 1 < len(allowed) <= FEW else ""
+        return f"; did you mean '{close[0]}'?{listing}"
     return "; allowed: " + ", ".join(allowed) if allowed else ""

@@ -124,10 +124,10 @@ def transform_arrays(
 
     They are made at once, or on access where `arrays` are `Derived`. Raises `KeyError` for an unknown name.
     """
-    chosen = list(arrays if names is None else names)
-    for name in chosen:
+    selected = list(arrays if names is None else names)
+    for name in selected:
         if name not in arrays:
             raise KeyError(name)
     if isinstance(arrays, Derived):
-        return Derived(chosen, lambda name: change(name, arrays[name]))
-    return {name: change(name, arrays[name]) for name in chosen}
+        return Derived(selected, lambda name: change(name, arrays[name]))
+    return {name: change(name, arrays[name]) for name in selected}

@@ -48,11 +48,11 @@ class NumberFormat:
         unit = self.unit.split("/m")[0]
         return PER_SI.get(unit, _OTHERS.get(unit, 1.0))
 
-    def scale_to(self, size: float, few: float = _SMALL) -> "NumberFormat":
-        """Return the format in the unit that suits a number of `size` [SI]; this one from `few` of its unit on."""
+    def scale_to(self, size: float, limit: float = _SMALL) -> "NumberFormat":
+        """Return the format in the unit that suits a number of `size` [SI]; this one from `limit` of its unit on."""
         unit, slash, depth = self.unit.partition("/m")
-        ladder, least, many = _SIZED.get(unit, ({}, math.inf, math.inf))
-        if not least <= abs(size) < math.inf or few <= abs(size) * self.factor < many:
+        ladder, low, high = _SIZED.get(unit, ({}, math.inf, math.inf))
+        if not low <= abs(size) < math.inf or limit <= abs(size) * self.factor < high:
             return self
         best = next((u for u, factor in ladder.items() if abs(size) * factor >= 1.0), list(ladder)[-1])
         return NumberFormat(self.label, self.short, f"{best}{slash}{depth}", -1)
@@ -158,9 +158,9 @@ def main_measures(names: Sequence[str]) -> list[str]:
 def format_of(name: str, unit: str = "", unitless: bool = False) -> NumberFormat:
     """Return the format of a number whose SI `unit` is kept in tables; `unitless`, all but shares have none."""
     measure, _, variant = name.partition(".")
-    known = next((section[measure] for section in SECTIONS.values() if measure in section), None)
-    if known is not None:
-        display = known.display
+    row = next((section[measure] for section in SECTIONS.values() if measure in section), None)
+    if row is not None:
+        display = row.display
         if variant:
             display = replace(display, label=f"  {variant.replace('_', ' ')}")
     else:

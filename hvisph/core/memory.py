@@ -42,16 +42,16 @@ def group_memory(mount: Path = MOUNT, membership: Path = MEMBERSHIP) -> float:
     `mount`: where the groups are mounted; version 1 has the controller below it, as ``memory``.
     `membership`: the file that says which groups this process is in.
     """
-    least = math.inf
+    free = math.inf
     for controller, path in _memberships(membership):
-        root, limit, used = mount, "memory.max", "memory.current"
+        root, limit, usage = mount, "memory.max", "memory.current"
         if controller == "memory":
-            root, limit, used = mount / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+            root, limit, usage = mount / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
         for folder in _upwards(root, path):
-            most, taken = _number(folder / limit), _number(folder / used)
-            if most < UNLIMITED:
-                least = min(least, max(most - taken + _reclaimable(folder), 0.0))
-    return least
+            bound, in_use = _number(folder / limit), _number(folder / usage)
+            if bound < UNLIMITED:
+                free = min(free, max(bound - in_use + _reclaimable(folder), 0.0))
+    return free
 
 
 def own_memory() -> float:
@@ -60,15 +60,15 @@ def own_memory() -> float:
         import resource
     except ImportError:  # Windows has none
         return math.inf
-    least = math.inf
-    for kind, used in (("RLIMIT_AS", "vms"), ("RLIMIT_DATA", "data")):
-        limit = resource.getrlimit(getattr(resource, kind))[0] if hasattr(resource, kind) else resource.RLIM_INFINITY
+    free = math.inf
+    for name, field in (("RLIMIT_AS", "vms"), ("RLIMIT_DATA", "data")):
+        limit = resource.getrlimit(getattr(resource, name))[0] if hasattr(resource, name) else resource.RLIM_INFINITY
         if limit != resource.RLIM_INFINITY:
             import psutil
 
-            taken = psutil.Process(os.getpid()).memory_info()
-            least = min(least, max(float(limit) - float(getattr(taken, used, taken.rss)), 0.0))
-    return least
+            usage = psutil.Process(os.getpid()).memory_info()
+            free = min(free, max(float(limit) - float(getattr(usage, field, usage.rss)), 0.0))
+    return free
 
 
 def _memberships(file: Path) -> Iterator[tuple[str, str]]:

@@ -43,10 +43,10 @@ class Particles:
         self.tags = np.zeros((count, 4), np.uint32)
         self.begin(slice(None))
 
-    def begin(self, chosen: np.ndarray | slice) -> None:
-        """Initialize all fields of the chosen particles from the catalogue."""
+    def begin(self, rows: np.ndarray | slice) -> None:
+        """Initialize all fields of the particles `rows` from the catalogue."""
         for name in self.names:
-            self[name][chosen] = CATALOGUE[name].start
+            self[name][rows] = CATALOGUE[name].start
 
     @property
     def count(self) -> int:

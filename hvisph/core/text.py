@@ -50,8 +50,8 @@ def format_differences(values: Sequence[object]) -> list[str]:
     if len(values) < 2 or len(mappings) < len(values):
         return ["" if value is None else format_value(value) for value in values]
     keys = dict.fromkeys(key for value in mappings for key in value)
-    unlike = [key for key in keys if any(value.get(key) != mappings[0].get(key) for value in mappings[1:])]
-    return [format_value({key: value[key] for key in unlike if key in value}) for value in mappings]
+    unequal = [key for key in keys if any(value.get(key) != mappings[0].get(key) for value in mappings[1:])]
+    return [format_value({key: value[key] for key in unequal if key in value}) for value in mappings]
 
 
 def is_number(value: object) -> bool:
@@ -59,9 +59,9 @@ def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
-def shorten(text: str, most: int = 64) -> str:
-    """Return `text`, cut off behind `most` characters."""
-    return text if len(text) <= most else f"{text[:most]}..."
+def shorten(text: str, length: int = 64) -> str:
+    """Return `text`, cut off behind `length` characters."""
+    return text if len(text) <= length else f"{text[:length]}..."
 
 
 def last_name(path: str) -> str:

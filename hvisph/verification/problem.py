@@ -53,13 +53,13 @@ class Figure:
 
     def as_dict(self) -> Plain:
         """Return the plain form, with None for values that are not finite."""
-        plain = asdict(self) | {"off": self.off, "relative": self.relative, "passed": self.passed}
-        return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in plain.items()}
+        content = asdict(self) | {"off": self.off, "relative": self.relative, "passed": self.passed}
+        return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in content.items()}
 
 
-def limit(name: str, computed: float, most: float, unit: str = "", why: str = "") -> Figure:
-    """Return a figure that is at best zero and passes up to `most`."""
-    return Figure(name, computed, 0.0, most, unit, 0.0, why, at_most=True)
+def limit(name: str, computed: float, tolerance: float, unit: str = "", why: str = "") -> Figure:
+    """Return a figure that is at best zero and passes up to `tolerance`."""
+    return Figure(name, computed, 0.0, tolerance, unit, 0.0, why, at_most=True)
 
 
 @dataclass
@@ -103,8 +103,8 @@ class Ran:
     def momentum(self, body: int, snapshot: Snapshot | None = None) -> np.ndarray:
         """Return the momentum of a body, shape (dim,) [kg m/s]."""
         at = snapshot or self.last
-        own = at.body == body
-        return np.atleast_1d((at.fields["mass"][own, None] * vectors(at, "velocity")[own]).sum(axis=0))
+        rows = at.body == body
+        return np.atleast_1d((at.fields["mass"][rows, None] * vectors(at, "velocity")[rows]).sum(axis=0))
 
     def mean_velocity(self, body: int, snapshot: Snapshot | None = None) -> np.ndarray:
         """Return the velocity of a body's centre of mass, shape (dim,) [m/s]."""

@@ -123,18 +123,18 @@ def verdicts(
     for trial in problem.trials(options):
         if only.lower() not in trial.name.lower():
             continue
-        made = []
+        results = []
         for name in able:
-            made.append(run_trial(problem, trial, name, settings, keep, threads))
-            yield made[-1]
+            results.append(run_trial(problem, trial, name, settings, keep, threads))
+            yield results[-1]
         if problem.agree is not None:
-            yield from _agreement(problem, trial, made)
+            yield from _agreement(problem, trial, results)
 
 
-def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Iterator[Verdict]:
+def _agreement(problem: Problem, trial: Trial, results: Sequence[Verdict]) -> Iterator[Verdict]:
     """Evaluate the agreement of formulations in the figure that the problem names."""
     name, tolerance = problem.agree or ("", 0.0)
-    values = [figure.found for one in made for figure in one.figures if figure.name == name]
+    values = [figure.found for verdict in results for figure in verdict.figures if figure.name == name]
     if len(values) > 1:
         spread = max(values) / min(values) - 1.0 if min(values) > 0.0 else float("inf")
         together = limit(f"{name}, largest over least", spread, tolerance)
@@ -168,10 +168,10 @@ def run_trial(
         except HvisphError as error:
             verdict.status, verdict.message = "failed", str(error)
             return verdict
-        stopped = [one.summary["failure"] for one in ran if one.summary["failure"]]
-        if stopped and not trial.may_stop:
+        failures = [r.summary["failure"] for r in ran if r.summary["failure"]]
+        if failures and not trial.may_stop:
             verdict.status = "failed"
-            verdict.message = f"stopped at t = {stopped[0]['time']:.4g}: {stopped[0]['message']}"
+            verdict.message = f"stopped at t = {failures[0]['time']:.4g}: {failures[0]['message']}"
             return verdict
         verdict.figures, verdict.unitless = list(trial.figures(ran)), cases[0].units == "none"
         if trial.curves is not None:
@@ -185,16 +185,16 @@ def run_trial(
 
 def with_formulation(start: Start, formulation: str, settings: Iterable[str]) -> Case:
     """Return the case of a run by a formulation, with the settings of the problem."""
-    asked = dict(start.case.get("formulation", {}))
+    options = dict(start.case.get("formulation", {}))
     if formulation == "adaptive":
         materials = [body["material"] for body in start.case["bodies"].values()]
-        values = [library_values(one) if isinstance(one, str) else one for one in materials]
-        grows = any(one.get("damage", {}).get("type") == "johnson_cook" for one in values)
-        asked = {"conversion": {"strain": STRAIN, "damage": grows}} | asked
-    whole = start.case | {"formulation": {"type": formulation} | asked}
-    whole["limits"] = LIMITS | start.case.get("limits", {})
-    whole["output"] = {"formats": ["hdf5"], "checkpoint_every": None} | start.case.get("output", {})
-    return load_case(whole, settings)
+        values = [library_values(material) if isinstance(material, str) else material for material in materials]
+        grows = any(material.get("damage", {}).get("type") == "johnson_cook" for material in values)
+        options = {"conversion": {"strain": STRAIN, "damage": grows}} | options
+    content = start.case | {"formulation": {"type": formulation} | options}
+    content["limits"] = LIMITS | start.case.get("limits", {})
+    content["output"] = {"formats": ["hdf5"], "checkpoint_every": None} | start.case.get("output", {})
+    return load_case(content, settings)
 
 
 def _compute(start: Start, case: Case, folder: Path, threads: int | None) -> Ran:
@@ -205,8 +205,8 @@ def _compute(start: Start, case: Case, folder: Path, threads: int | None) -> Ran
     set_threads(threads, worthwhile_threads(case, setup.particles.count))
     if start.state is not None:
         start.state(setup.particles)
-    with RunFolder.create(folder, True) as held:
-        outcome = Run(case, setup, held, Listener()).go()
+    with RunFolder.create(folder, True) as run_folder:
+        outcome = Run(case, setup, run_folder, Listener()).go()
     if outcome.signal:
         raise KeyboardInterrupt
     return Ran(case, folder, outcome.summary)
@@ -224,8 +224,8 @@ def draw(verdicts: Sequence[Verdict], folder: Path) -> list[Path]:
 
 def file_name(problem: str, trial: str) -> str:
     """Return the name of a trial's picture."""
-    plain = "".join(letter if letter.isalnum() or letter == "." else " " for letter in trial)
-    return f"{problem}.{'_'.join(plain.split())}.png"
+    words = "".join(letter if letter.isalnum() or letter == "." else " " for letter in trial)
+    return f"{problem}.{'_'.join(words.split())}.png"
 
 
 def _draw(verdicts: Sequence[Verdict], folder: Path) -> Path:
@@ -236,18 +236,18 @@ def _draw(verdicts: Sequence[Verdict], folder: Path) -> Path:
             before = any(curve.exact for curve in into)
             for curve in curves:
                 if not curve.exact:
-                    more = "" if curve.label in PLAIN else f", {curve.label}"
-                    into.append(replace(curve, label=f"{verdict.formulation}{more}"))
+                    suffix = "" if curve.label in PLAIN else f", {curve.label}"
+                    into.append(replace(curve, label=f"{verdict.formulation}{suffix}"))
                 elif not before:
                     into.append(curve)
     first = verdicts[0]
-    drawn = next(one for one in verdicts if one.curves)
+    example = next(v for v in verdicts if v.curves)
     path = folder / file_name(first.problem, first.trial)
     return curves_picture(
         panels,
         path,
         title=f"{first.problem}: {first.trial}",
-        across=drawn.across,
-        unitless=drawn.unitless,
-        units=drawn.units,
+        across=example.across,
+        unitless=example.unitless,
+        units=example.units,
     )

@@ -60,9 +60,9 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
         for body, exact in ((0, LEFT[dim]), (1, SPEED - LEFT[dim])):
-            what = ("striker", "bar")[body]
+            part = ("striker", "bar")[body]
             computed = float(ran.mean_velocity(body)[0])
-            yield Figure(f"velocity of the {what}", computed, exact, TOLERANCE[dim], "m/s", SPEED, WHY[dim])
+            yield Figure(f"velocity of the {part}", computed, exact, TOLERANCE[dim], "m/s", SPEED, WHY[dim])
         before = float(ran.mean_velocity(1, ran.snapshots[-2])[0])
         changing = abs(float(ran.mean_velocity(1)[0]) - before)
         yield limit("remaining change of velocity", changing, 0.01 * SPEED, "m/s", "they have parted before")
@@ -87,7 +87,7 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
         order = np.lexsort((x, last.body))
         x, u = x[order], u[order]
         right = np.where(last.body[order] == 0, LEFT[dim], SPEED - LEFT[dim])
-        computed, exact = (np.insert(one, (last.body == 0).sum(), np.nan) for one in (u, right))
+        computed, exact = (np.insert(values, (last.body == 0).sum(), np.nan) for values in (u, right))
         x = np.insert(x, (last.body == 0).sum(), np.nan)  # a gap between the bodies
         return {"velocity_x": [Curve("computed", x, computed), Curve("exact", x, exact, exact=True)]}
 

@@ -65,43 +65,43 @@ def _trials(options: problem.Options) -> Iterator[problem.Trial]:
         yield _trial(projectile, target, speed, dx, STRIP[0], STRIP[1])
 
 
-def _trial(projectile: str, target: str, speed: float, dx: float, along: int, across: int = 0) -> problem.Trial:
-    first, second = problem.fluid(METALS[projectile]), problem.fluid(METALS[target])
-    return flat_impact(f"{projectile} on {target}", first, second, speed, dx, along, across)
+def _trial(projectile: str, target: str, speed: float, dx: float, length: int, width: int = 0) -> problem.Trial:
+    flyer, struck = problem.fluid(METALS[projectile]), problem.fluid(METALS[target])
+    return flat_impact(f"{projectile} on {target}", flyer, struck, speed, dx, length, width)
 
 
 def flat_impact(
-    name: str, projectile: Plain, target: Plain, speed: float, dx: float, along: int, across: int = 0
+    name: str, projectile: Plain, target: Plain, speed: float, dx: float, length: int, width: int = 0
 ) -> problem.Trial:
     """Return the flat impact of two materials without strength, its `speed` and dimensions added to `name`.
 
-    `dx` is the spacing [m]; `along`, `across` count particles along each plate and across half of a strip (0: 1D).
+    `dx` is the spacing [m]; `length`, `width` count particles along each plate and across half of a strip (0: 1D).
     """
-    shape: Plain = {"type": "interval", "length": along * dx}
-    rest = [0.0]
-    if across:
-        shape, rest = {"type": "box", "size": [along * dx, 2 * across * dx]}, [0.0, 0.0]
+    shape: Plain = {"type": "interval", "length": length * dx}
+    at_rest = [0.0]
+    if width:
+        shape, at_rest = {"type": "box", "size": [length * dx, 2 * width * dx]}, [0.0, 0.0]
     exact = impedance_match(_material(projectile), _material(target), speed)
     fastest = max(exact.projectile.shock_speed, exact.target.shock_speed)
     case: Plain = {
         "title": f"{name} at {speed / 1e3:g} km/s",
-        "kinematics": "plane_strain" if across else "uniaxial_strain",
+        "kinematics": "plane_strain" if width else "uniaxial_strain",
         "resolution": dx,
         "bodies": {
-            "projectile": {"material": projectile, "shape": shape, "velocity": [speed, *rest[1:]]},
+            "projectile": {"material": projectile, "shape": shape, "velocity": [speed, *at_rest[1:]]},
             "target": {"material": target, "shape": shape},
         },
-        "time": {"end": 0.8 * along * dx / fastest},
+        "time": {"end": 0.8 * length * dx / fastest},
     }
-    if across:
+    if width:
         case["symmetry"] = [{"axis": "y"}]
     return problem.Trial(
-        f"{name} {speed / 1e3:g} km/s {'2D strip' if across else '1D'}", [problem.Start(case)], _figures, _curves
+        f"{name} {speed / 1e3:g} km/s {'2D strip' if width else '1D'}", [problem.Start(case)], _figures, _curves
     )
 
 
-def _material(plain: Plain) -> Any:
-    return material_of(Material.model_validate(plain))
+def _material(model: Plain) -> Any:
+    return material_of(Material.model_validate(model))
 
 
 def _exact(ran: problem.Ran) -> Impact:
@@ -132,8 +132,8 @@ def _figures(runs: Sequence[problem.Ran]) -> Iterator[problem.Figure]:
         ):
             yield problem.Figure(f"{what} in the {name}", float(values[inside].mean()), value, tolerance, unit, why=WHY)
         rho = last.fields["density"]
-        off = mine & (steps <= reach) & (np.abs(rho / rho[inside].mean() - 1.0) > HEATED)
-        heated = max(heated, int(steps[off].max()) + 1 if off.any() else 0)
+        heated_rows = mine & (steps <= reach) & (np.abs(rho / rho[inside].mean() - 1.0) > HEATED)
+        heated = max(heated, int(steps[heated_rows].max()) + 1 if heated_rows.any() else 0)
     yield problem.limit("wall-heated particles per side", heated, 5, why="density off by more than 2 %")
 
 

@@ -71,11 +71,11 @@ def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         name = f"precursor (HEL) at {1e3 * at:g} mm"
         yield Figure(name, float(computed), plastic.ahead.stress, 0.03, "Pa", why=why)
     yield from _levels(ran, waves, first.stress)
-    left = SPEED - interface_slowdown(waves)  # after parting each keeps what it had at the first tension between them
+    slowed = SPEED - interface_slowdown(waves)  # after parting each keeps what it had at the first tension between them
     why = "of the slower plate: the momentum that stays with it"
-    yield Figure("flyer velocity after separation", float(ran.mean_velocity(0)[0]), left, 0.03, "m/s", why=why)
-    right = SPEED - left
-    yield Figure("target velocity after separation", float(ran.mean_velocity(1)[0]), right, 0.03, "m/s", left, why)
+    yield Figure("flyer velocity after separation", float(ran.mean_velocity(0)[0]), slowed, 0.03, "m/s", why=why)
+    right = SPEED - slowed
+    yield Figure("target velocity after separation", float(ran.mean_velocity(1)[0]), right, 0.03, "m/s", slowed, why)
 
 
 def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
@@ -109,10 +109,10 @@ def parting_time(waves: Tracked) -> float:
 def interface_slowdown(waves: Tracked) -> float:
     """Return the flyer's loss of velocity [m/s], by the impulse: good to 0.1 m/s, the momentum to 3 m/s."""
     times, states = waves.gauge(0.0)
-    until = parting_time(waves)
-    kept = times < until
-    stress = np.array([state.stress for state in states])[kept]
-    impulse = float((np.diff(np.append(times[kept], until)) * stress).sum())
+    end = parting_time(waves)
+    before = times < end
+    stress = np.array([state.stress for state in states])[before]
+    impulse = float((np.diff(np.append(times[before], end)) * stress).sum())
     return impulse / float(waves.bounds[1] - waves.bounds[0])
 
 
@@ -133,9 +133,9 @@ def _middle(time: np.ndarray, begin: float, end: float) -> np.ndarray:
 def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     (ran,) = runs
     _, waves = _waves(body_material(ran.case, "target"))
-    until = parting_time(waves)
-    shown = ran.history["time"] < until
-    time = ran.history["time"][shown]
+    end = parting_time(waves)
+    rows = ran.history["time"] < end
+    time = ran.history["time"][rows]
     gauge, moments = waves.gauge(_start_position(ran, GAUGES["far"]))
     surface, values = waves.surface()
     stress = np.array([-state.stress for state in moments])
@@ -143,8 +143,8 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     gauges = {"stress_xx": "gauge.far.stress_xx", "velocity_x": "gauge.surface.velocity_x"}
     panels: dict[str, list[Curve]] = {}
     for column, (times, right) in exact.items():
-        x, values = corners(times[times < until], right[times < until], until)
-        panels |= computed_and_exact(time, {column: ran.history[gauges[column]][shown]}, x, {column: values})
+        x, values = corners(times[times < end], right[times < end], end)
+        panels |= computed_and_exact(time, {column: ran.history[gauges[column]][rows]}, x, {column: values})
     return panels
 
 

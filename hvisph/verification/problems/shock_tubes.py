@@ -51,20 +51,20 @@ class RiemannSolution:
         g, p, rho = self.gamma, state.pressure, state.density
         c, ratio = sqrt(g * p / rho), self.pressure / p
         # all speeds as seen by the side's own gas, waves running outwards
-        away = side * (speed - state.velocity)
+        outward = side * (speed - state.velocity)
         inner = side * (self.velocity - state.velocity)
         if ratio > 1.0:
             share = (g - 1.0) / (g + 1.0)
             front = c * sqrt((g + 1.0) / (2.0 * g) * ratio + (g - 1.0) / (2.0 * g))
             shocked = rho * (ratio + share) / (share * ratio + 1.0)
-            ahead = away > front
+            undisturbed = outward > front
             return {
-                "density": np.where(ahead, rho, shocked),
-                "velocity": np.where(ahead, state.velocity, self.velocity),
-                "pressure": np.where(ahead, p, self.pressure),
+                "density": np.where(undisturbed, rho, shocked),
+                "velocity": np.where(undisturbed, state.velocity, self.velocity),
+                "pressure": np.where(undisturbed, p, self.pressure),
             }
         c_inner = c * ratio ** ((g - 1.0) / (2.0 * g))
-        at = np.clip(away, inner + c_inner, c)  # within the fan, or at the nearer edge of it
+        at = np.clip(outward, inner + c_inner, c)  # within the fan, or at the nearer edge of it
         u = 2.0 / (g + 1.0) * (at - c)
         sound = at - u
         return {
