@@ -237,7 +237,8 @@ def test_any_number_of_processes_gives_the_same_bits(name, processes, threads, t
 
 
 @needs_mpi
-@pytest.mark.parametrize("name", ["eulerian", "riemann", "total_lagrangian", "adaptive", "projection", "moving_plane"])
+@pytest.mark.parametrize("name", ["riemann", "total_lagrangian", "adaptive", "projection", "moving_plane",
+                                  pytest.param("eulerian", marks=pytest.mark.slow)])  # fmt: skip
 def test_a_run_goes_on_with_other_numbers_of_processes(name, tmp_path):
     case = CASES[name]()
     run(case, tmp_path / "one", threads=1)
