@@ -532,7 +532,7 @@ def test_failed_matter_that_is_not_detached_is_told_beside_the_number_of_fragmen
 def test_velocities_are_no_better_known_than_half_a_spacing_of_the_projectile():
     start, now = holed(3, 30 * MM, 300.0, (True, True))
     found = measure_snapshot(now, start)["residual_velocity"]
-    assert found.uncertainty_by["discretization"] == pytest.approx(300.0 * 0.5 * DX / (6 * MM), rel=0.1)
+    assert found.uncertainty_by["discretization"] == pytest.approx(300.0 * DX / (6 * MM), rel=0.1)
     assert found.uncertainty >= found.uncertainty_by["discretization"]
 
 

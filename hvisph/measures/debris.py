@@ -299,7 +299,7 @@ def ejecta(scene: Scene) -> Outcomes:
     momentum = -mass * (scene.now.fields["velocity"][rows] @ normal)
     own = scene.now.body[rows] == scene.target
     ejected, escapes = own | scene.is_projectile[rows], _escapes(scene, plate)
-    error = min(EJECTA_ERROR * scene.spacing / scene.width, 1.0) if scene.width > 0.0 else 0.0
+    error = min(EJECTA_ERROR * scene.relative_spacing, 1.0)
     variants: dict[str, Outcome] = dict.fromkeys(("all", "target", "escaping"), "the projectile has no momentum")
     if initial_momentum > 0.0:
         masks = {"all": ejected, "target": own, "escaping": escapes if isinstance(escapes, str) else ejected & escapes}

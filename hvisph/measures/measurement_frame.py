@@ -318,9 +318,9 @@ class Scene:
         return initial or float(self.now.fields["mass"][self.is_projectile].sum())
 
     @cached_property
-    def discretization(self) -> float:
-        """Estimated relative error of velocities, masses and energies: half a spacing over the projectile's width."""
-        return 0.5 * self.spacing / self.width if self.width > 0.0 else 0.0
+    def relative_spacing(self) -> float:
+        """Spacing over the projectile's width."""
+        return self.spacing / self.width if self.width > 0.0 else 0.0
 
     def name(self, body: int) -> str:
         """Return the name of a body."""
