@@ -190,15 +190,15 @@ class _Sections:
             for row in rows:
                 if row in described:
                     above.setdefault(described[row], []).append(row[0])
-            same = "; ".join(f"{', '.join(keys)} as in `{other}`" for other, keys in above.items())
-            lines.append((f"**`{tag}`**", "", "", _about(model, f" {same}." if same else "")))
+            links = "; ".join(f"{', '.join(keys)} as in `{place}`" for place, keys in above.items())
+            lines.append((f"**`{tag}`**", "", "", _about(model, f" {links}." if links else "")))
             lines += [row for row in rows if row not in described]
             described |= {row: tag for row in rows if row not in described}
         yield _table(lines)
 
 
-def _about(model: type[BaseModel], more: str = "") -> str:
-    return _escaped(" ".join((model.__doc__ or "").split())) + more
+def _about(model: type[BaseModel], note: str = "") -> str:
+    return _escaped(" ".join((model.__doc__ or "").split())) + note
 
 
 def _escaped(text: str) -> str:

@@ -56,11 +56,11 @@ def help_texts() -> str:
 def text() -> str:
     """Return the page."""
     commands, rows = {}, {}
-    for name, own in contexts().items():
-        command = commands[name] = own.command
-        records = [record for record in (p.get_help_record(own) for p in command.params) if record]
-        rows[name] = [f"`{left.replace('|', '/')}` | {right.replace('|', '/')}" for left, right in records]
-    counts = Counter(row for found in rows.values() for row in found)
+    for name, context in contexts().items():
+        command = commands[name] = context.command
+        records = [record for record in (p.get_help_record(context) for p in command.params) if record]
+        rows[name] = [f"`{use.replace('|', '/')}` | {right.replace('|', '/')}" for use, right in records]
+    counts = Counter(row for lists in rows.values() for row in lists)
     common = [row for row, count in counts.items() if count >= COMMON]
     lines = []
     for name, command in commands.items():

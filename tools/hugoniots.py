@@ -25,48 +25,48 @@ def rows(names: Sequence[str]) -> Iterator[str]:
     for name in names:
         notes = library_of().notes(name)
         if notes.hugoniot:
-            whose = next(" ".join(source.text.split()) for source in notes.sources if "hugoniot" in source.of)
-            yield row(name, f"{len(notes.hugoniot)} points: {whose}", notes.hugoniot, notes, fit=False)
+            author = next(" ".join(source.text.split()) for source in notes.sources if "hugoniot" in source.of)
+            yield row(name, f"{len(notes.hugoniot)} points: {author}", notes.hugoniot, notes, fit=False)
         for line in notes.lines:
             yield row(name, f"fit: {' '.join(line.source.split())}", line.points, notes, fit=True)
 
 
-def row(name: str, whose: str, points: Sequence[tuple[float, float]], notes: Notes, fit: bool) -> str:
+def row(name: str, author: str, points: Sequence[tuple[float, float]], notes: Notes, fit: bool) -> str:
     """Return a material's row beside some points."""
     model = library_of().load(name)
-    low, high = (end(up for up, _ in points) / 1e3 for end in (min, max))
-    beside = compare_hugoniot(model, points)
-    bare = "none" if model.strength.type == "none" else apart(compare_hugoniot(model, points, strength=False))
-    bins = None if fit else worst_bin(beside)
-    worst = max(abs(100.0 * (ours / measured - 1.0)) for _, measured, ours in beside)
+    low, high = (end(u for u, _ in points) / 1e3 for end in (min, max))
+    comparison = compare_hugoniot(model, points)
+    fluid = "none" if model.strength.type == "none" else apart(compare_hugoniot(model, points, strength=False))
+    bins = None if fit else worst_bin(comparison)
+    worst = max(abs(100.0 * (computed / measured - 1.0)) for _, measured, computed in comparison)
     words, judged = "", worst
     if bins is not None:
-        off, where, scatter = bins
-        words, judged = f"{off:+.1f} at {where / 1e3:.2g}; {scatter:.1f}", abs(off)
-    held = "yes" if judged <= MET + 0.05 else ""
-    if not held and notes.shocks:
-        held = f"{notes.shocks[0] / 1e3:g} to {notes.shocks[1] / 1e3:g}"
-    if notes.beyond and held != "yes":
-        held = f"{held or 'nowhere'}; else `{notes.beyond}`"
-    shown = f"| `{name}` | {whose} | {low:.3g} to {high:.3g} | {apart(beside)} | {words} | {bare} |"
-    return f"{shown} {held or 'no'} |"
+        error, where, scatter = bins
+        words, judged = f"{error:+.1f} at {where / 1e3:.2g}; {scatter:.1f}", abs(error)
+    verdict = "yes" if judged <= MET + 0.05 else ""
+    if not verdict and notes.shocks:
+        verdict = f"{notes.shocks[0] / 1e3:g} to {notes.shocks[1] / 1e3:g}"
+    if notes.beyond and verdict != "yes":
+        verdict = f"{verdict or 'nowhere'}; else `{notes.beyond}`"
+    cells = f"| `{name}` | {author} | {low:.3g} to {high:.3g} | {apart(comparison)} | {words} | {fluid} |"
+    return f"{cells} {verdict or 'no'} |"
 
 
-def apart(beside: Sequence[tuple[float, float, float]]) -> str:
+def apart(comparison: Sequence[tuple[float, float, float]]) -> str:
     """Return how far shock speeds are off, and where most."""
-    off = [(100.0 * (ours / measured - 1.0), up) for up, measured, ours in beside]
-    rms = (sum(one**2 for one, _ in off) / len(off)) ** 0.5
-    worst, where = max(off, key=lambda pair: abs(pair[0]))
+    errors = [(100.0 * (computed / measured - 1.0), u) for u, measured, computed in comparison]
+    rms = (sum(error**2 for error, _ in errors) / len(errors)) ** 0.5
+    worst, where = max(errors, key=lambda pair: abs(pair[0]))
     return f"{rms:.1f}, {worst:+.1f} at {where / 1e3:.2g}"
 
 
-def text(found: Sequence[str]) -> str:
+def text(table: Sequence[str]) -> str:
     """Return the rows as a list of what agrees everywhere and a table of the rest."""
-    differ = {line.split("`")[1] for line in found if not line.endswith("| yes |")}
-    agree = dict.fromkeys(line.split("`")[1] for line in found)
+    differ = {line.split("`")[1] for line in table if not line.endswith("| yes |")}
+    agree = dict.fromkeys(line.split("`")[1] for line in table)
     names = ", ".join(f"`{name}`" for name in agree if name not in differ)
-    listed = textwrap.fill(f"Within 2 % everywhere: {names}.", 100, break_on_hyphens=False, break_long_words=False)
-    return "\n".join([listed, "", HEAD, *(line for line in found if line.split("`")[1] in differ)])
+    names_text = textwrap.fill(f"Within 2 % everywhere: {names}.", 100, break_on_hyphens=False, break_long_words=False)
+    return "\n".join([names_text, "", HEAD, *(line for line in table if line.split("`")[1] in differ)])
 
 
 def main() -> None:
@@ -75,8 +75,8 @@ def main() -> None:
     if "--write" not in sys.argv:
         sys.stdout.write(f"{table}\n")
         return
-    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-    after = rest.split(END)[1]
+    before, tail = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    after = tail.split(END)[1]
     PAGE.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{after}", encoding="utf-8")
 
 

@@ -18,10 +18,10 @@ from hvisph.visualization.curves import Panel, panels_picture
 RATES = (1.0, 1e3, 1e5)
 
 
-def draw(model: Any, kind: str, path: Path) -> None:
+def draw(model: Any, family: str, path: Path) -> None:
     """Draw the picture of one page."""
     panels = {"eos": _state, "strength": _strength, "damage": _damage, "porosity": _pores, "melting": _melting,
-              "temperature": _temperature}[kind](model)  # fmt: skip
+              "temperature": _temperature}[family](model)  # fmt: skip
     panels_picture(panels, path)
 
 
@@ -38,9 +38,9 @@ def _state(model: Any) -> list[Panel]:
     pressures = Panel("density over density at rest", "pressure [GPa]")
     rho0, pressure = material.density, material.pressure_function()
     ambient = material.eos.ambient_energy
-    for label, more in (("", 0.0), (" + 1 MJ/kg", 1e6), (" + 5 MJ/kg", 5e6)):
+    for label, energy in (("", 0.0), (" + 1 MJ/kg", 1e6), (" + 5 MJ/kg", 5e6)):
         eta = np.linspace(0.6, 1.3, 141)
-        p = np.array([pressure(rho0 * x, ambient + more) for x in eta])
+        p = np.array([pressure(rho0 * x, ambient + energy) for x in eta])
         pressures.curves.append((f"energy at rest{label}", eta, p * 1e-9))
     return [shocks, pressures]
 
@@ -62,7 +62,7 @@ def _strength(model: Any) -> list[Panel]:
         t = np.linspace(250.0, 1400.0, 60)
         for rate in RATES:
             warm.curves.append(
-                (f"{rate:g} 1/s", t, np.array([flow_at(material, float(one), 0.05, rate) for one in t]) * 1e-6)
+                (f"{rate:g} 1/s", t, np.array([flow_at(material, float(kelvin), 0.05, rate) for kelvin in t]) * 1e-6)
             )
         return [strains, warm]
     return [strains]
@@ -83,15 +83,15 @@ def _damage(model: Any) -> list[Panel]:
         return _directions(material)
     by_flow = model.damage.type in ("johnson_cook", "cockcroft_latham")
     crushed = model.damage.type == "johnson_holmquist"
-    path, most, rates = ("uniaxial_stress", 1.0, (1.0, 1e4)) if by_flow else ("uniaxial_strain", 0.05, (1e4, 1e5))
+    path, largest, rates = ("uniaxial_stress", 1.0, (1.0, 1e4)) if by_flow else ("uniaxial_strain", 0.05, (1e4, 1e5))
     if crushed:
-        path, most, rates = "uniaxial_strain", -0.15, (1e4, 1e5)
+        path, largest, rates = "uniaxial_strain", -0.15, (1e4, 1e5)
     if model.damage.type == "grady_kipp":
-        most, rates = 0.006, (1e2, 1e4)
+        largest, rates = 0.006, (1e2, 1e4)
     stress = Panel("strain" + (", compression" if crushed else ", tension"), "axial stress [MPa]")
     harm = Panel(stress.across, "damage")
     for rate in rates:
-        record = drive(material, path, rate, most, 400)
+        record = drive(material, path, rate, largest, 400)
         stress.curves.append((f"{path.replace('_', ' ')}, {rate:g} 1/s", abs(record.strain), record["xx"] * 1e-6))
         harm.curves.append((f"{rate:g} 1/s", abs(record.strain), record["damage"]))
     return [stress, harm]
@@ -99,16 +99,16 @@ def _damage(model: Any) -> list[Panel]:
 
 def _pores(model: Any) -> list[Panel]:
     material = material_of(model)
-    there, solid = (
+    porous, solid = (
         drive(material, "uniaxial_strain", 1e4, -0.45, 300),
         material_of(model.model_copy(update={"porosity": None})),
     )
     dense = drive(solid, "uniaxial_strain", 1e4, -0.2, 300)
     crush = Panel("density [kg/m^3]", "pressure [GPa]")
-    crush.curves += [("porous, crushed", there["density"], there["pressure"] * 1e-9),
+    crush.curves += [("porous, crushed", porous["density"], porous["pressure"] * 1e-9),
                      ("solid", dense["density"], dense["pressure"] * 1e-9)]  # fmt: skip
     heat = Panel("pressure [GPa]", "temperature [K]")
-    heat.curves += [("porous, crushed", there["pressure"] * 1e-9, there["temperature"]),
+    heat.curves += [("porous, crushed", porous["pressure"] * 1e-9, porous["temperature"]),
                     ("solid", dense["pressure"] * 1e-9, dense["temperature"])]  # fmt: skip
     return [crush, heat]
 
@@ -121,8 +121,8 @@ def _melting(model: Any) -> list[Panel]:
         update={"melting": SimonMelting(temperature=model.melting.temperature, a=12e9, c=1.8)})}  # fmt: skip
     rows = np.array(hugoniot(model, np.linspace(50.0, 3500.0, 60).tolist()))
     heat.curves.append(("behind shocks", rows[:, 2] * 1e-9, rows[:, 4]))
-    for label, one in laws.items():
-        row = values(material_of(one).whole_row)
+    for label, law in laws.items():
+        row = values(material_of(law).whole_row)
         melts = [python_twin(melt_temperature)(rho, p, row) for p, rho in rows[:, 2:4]]
         heat.curves.append((label, rows[:, 2] * 1e-9, np.array(melts)))
     return [heat]
@@ -133,8 +133,8 @@ def _temperature(model: Any) -> list[Panel]:
 
     panel = Panel("particle velocity [km/s]", "temperature behind a shock [K]")
     heat = model.temperature
-    other = TotalEnergyTemperature(heat_capacity=heat.heat_capacity, room_temperature=heat.room_temperature)
-    for label, one in (("isentrope", model), ("total_energy", model.model_copy(update={"temperature": other}))):
-        rows = np.array(hugoniot(one, np.linspace(50.0, 3000.0, 50).tolist()))
+    total = TotalEnergyTemperature(heat_capacity=heat.heat_capacity, room_temperature=heat.room_temperature)
+    for label, case_model in (("isentrope", model), ("total_energy", model.model_copy(update={"temperature": total}))):
+        rows = np.array(hugoniot(case_model, np.linspace(50.0, 3000.0, 50).tolist()))
         panel.curves.append((label, rows[:, 0] * 1e-3, rows[:, 4]))
     return [panel]

@@ -128,16 +128,16 @@ NAMED = 3  # materials of the library that a section lists at most
 
 def models() -> Iterator[tuple[str, str, str, str, list[Any]]]:
     """Yield of every model its name, kind, heading, module's docstring and case models."""
-    for kind, union in (("eos", Eos), ("strength", Strength), ("damage", Damage)):
+    for family_name, union in (("eos", Eos), ("strength", Strength), ("damage", Damage)):
         for model in get_args(get_args(union)[0]):
             name = model.model_fields["type"].default
             if name == "none":
                 continue
-            if kind == "eos":
+            if family_name == "eos":
                 module = MODULES[name]
             else:
-                module = sys.modules[(STRENGTHS if kind == "strength" else DAMAGES)[name].__module__]
-            yield f"{kind}-{name.replace('_', '-')}", kind, name, module.__doc__ or "", [model]
+                module = sys.modules[(STRENGTHS if family_name == "strength" else DAMAGES)[name].__module__]
+            yield f"{family_name}-{name.replace('_', '-')}", family_name, name, module.__doc__ or "", [model]
     yield "porosity", "porosity", "Porosity", porosity.__doc__ or "", [Porosity]
     yield "melting", "melting", "Melting", melting.__doc__ or "", list(get_args(get_args(Melting)[0]))
     temperatures = list(get_args(get_args(Temperature)[0]))
@@ -148,8 +148,8 @@ def pages() -> dict[str, str]:
     """Return the pages by name."""
     parts: dict[str, list[str]] = {}
     shared: dict[tuple[str, str], list[tuple[str, str, str, list[Any]]]] = {}
-    for name, kind, heading, doc, case_models in models():
-        page = kind if kind in PAGES else "thermal"
+    for name, group, heading, doc, case_models in models():
+        page = group if group in PAGES else "thermal"
         if page not in parts:
             title, about = PAGES[page]
             keys = "Keys: [the case file](../case-file/materials.md). Made by `tools/models.py`; do not edit."
@@ -157,89 +157,89 @@ def pages() -> dict[str, str]:
             parts[page] = [f"# {title}\n", _wrapped(" ".join(f"{about} {keys} {introduction}".split()))]
             if page == "eos":
                 parts[page].append(f"```yaml\n{case_text('eos-mie-gruneisen', 'eos')}\n```\n")
-        shared.setdefault((page, doc), []).append((name, kind, heading, case_models))
+        shared.setdefault((page, doc), []).append((name, group, heading, case_models))
     for (page, doc), family in shared.items():
         parts[page].append(section(doc, family))
     for page, (heading, module, example) in SHARED.items():
-        first, _, rest = textwrap.dedent(module.__doc__ or "").strip().partition("\n")
-        parts[page].append("\n".join([f"## {heading}\n", _prose(first, rest, ""), example.strip("\n") + "\n"]))
+        first, _, tail = textwrap.dedent(module.__doc__ or "").strip().partition("\n")
+        parts[page].append("\n".join([f"## {heading}\n", _prose(first, tail, ""), example.strip("\n") + "\n"]))
     return {page: "\n".join([*text, *_examples(page)]).replace("\n\n\n", "\n\n") for page, text in parts.items()}
 
 
-def material_text(name: str, kind: str) -> str:
+def material_text(name: str, group: str) -> str:
     """Return the YAML of a page's material: a name of the library, or all of it."""
-    plain = name.removeprefix(f"{kind}-").replace("-", "_")
-    return MATERIALS.get(f"{kind} {plain}") or MATERIALS.get(plain) or _of_library(kind, plain)
+    stem = name.removeprefix(f"{group}-").replace("-", "_")
+    return MATERIALS.get(f"{group} {stem}") or MATERIALS.get(stem) or _of_library(group, stem)
 
 
-def _of_library(kind: str, name: str) -> str:
+def _of_library(group: str, name: str) -> str:
     library = library_of()
-    return next(one for one in library.names() if getattr(library.load(one), kind).type == name)
+    return next(entry for entry in library.names() if getattr(library.load(entry), group).type == name)
 
 
-def case_text(name: str, kind: str) -> str:
+def case_text(name: str, group: str) -> str:
     """Return the page's case: a plate impact of its material, in one dimension."""
-    material = material_text(name, kind)
-    plain = name.removeprefix(f"{kind}-").replace("-", "_")
+    material = material_text(name, group)
+    stem = name.removeprefix(f"{group}-").replace("-", "_")
     body = f"    material: &material {material}" if material.startswith("{") else f"    material: {material}"
-    again = "    material: *material" if material.startswith("{") else body
+    reference = "    material: *material" if material.startswith("{") else body
     lines = [
         line
         for part in (body,)
         for line in textwrap.wrap(part, 100, subsequent_indent="      ", break_on_hyphens=False)
     ]
-    heat = ["    internal_energy: 0.2 MJ/kg"] if plain == "ideal_gas" else []
-    if plain == "jwl":
+    heat = ["    internal_energy: 0.2 MJ/kg"] if stem == "ideal_gas" else []
+    if stem == "jwl":
         return "\n".join(["kinematics: uniaxial_strain", "resolution: 0.1 mm", "bodies:", "  charge:", *lines,
                           "    shape: {type: interval, length: 20 mm}",
                           "symmetry: [{axis: x}]", "time: {end: 2.5 us}"])  # fmt: skip
-    speed = SPEEDS.get(plain, "300 m/s")
+    speed = SPEEDS.get(stem, "300 m/s")
     return "\n".join(["kinematics: uniaxial_strain", "resolution: 0.05 mm", "bodies:", "  flyer:", *lines, *heat,
                       "    shape: {type: interval, length: 2 mm}", f"    velocity: [{speed}]",
-                      "  target:", again, *heat,
+                      "  target:", reference, *heat,
                       "    shape: {type: interval, length: 4 mm}",
                       "gauges: {rear: {type: free_surface, at: [3.9 mm], every: 1}}", "time: {end: 2 us}"])  # fmt: skip
 
 
 def section(doc: str, family: Sequence[tuple[str, str, str, list[Any]]]) -> str:
     """Return the section of the models with one docstring: each is name, kind, heading and case models."""
-    first, _, rest = textwrap.dedent(doc).strip().partition("\n")
-    known = []
-    for name, kind, heading, case_models in family:
-        using, example = _using(kind, case_models), material_text(name, kind)
-        text = ", ".join(f"`{one}`" for one in using[:NAMED])
+    first, _, tail = textwrap.dedent(doc).strip().partition("\n")
+    records = []
+    for name, group, heading, case_models in family:
+        using, example = _using(group, case_models), material_text(name, group)
+        text = ", ".join(f"`{case_name}`" for case_name in using[:NAMED])
         text += f" and {len(using) - NAMED} more" if len(using) > NAMED else ""
         one_of = f" with `{heading}`" if len(family) > 1 else ""
         text = f"In the library{one_of}: {text}." if using else ""
         if not example.startswith("{") and example not in using[:NAMED]:
             text += f" Example: `material: {example}`."
-        known.append(text.strip())
+        records.append(text.strip())
     headings = ", ".join(heading for _, _, heading, _ in family)
     pictures = " ".join(f"![{heading}]({name}.png)" for name, _, heading, _ in family)
-    return "\n".join([f"## {headings}\n", _prose(first, rest, " ".join(filter(None, known))), f"{pictures}\n"])
+    return "\n".join([f"## {headings}\n", _prose(first, tail, " ".join(filter(None, records))), f"{pictures}\n"])
 
 
 def _examples(page: str) -> list[str]:
     """Return the table of examples of a page's models that the library does not have."""
     rows = []
-    for name, kind, heading, _, case_models in models():
-        example = material_text(name, kind)
-        if page == (kind if kind in PAGES else "thermal") and example.startswith("{") and not _using(kind, case_models):
+    for name, part, heading, _, case_models in models():
+        example = material_text(name, part)
+        if page == (part if part in PAGES else "thermal") and example.startswith("{") and not _using(part, case_models):
             rows.append(f"| {heading} | `material: {example}` |")
     table = ["| model | example |", "| --- | --- |", *rows]
     return ["## Examples\n", "\n".join(table) + "\n"] if rows else []
 
 
-def _prose(first: str, rest: str, known: str) -> str:
+def _prose(first: str, tail: str, records: str) -> str:
     """Return the first line and the prose of a docstring as a paragraph, its formulas as a block."""
     formulas, prose = [], [first]
-    for part in rest.strip("\n").split("\n\n"):
+    for part in tail.strip("\n").split("\n\n"):
         if all(line.startswith("    ") or not line.strip() for line in part.split("\n")):
             formulas.append(textwrap.dedent(part).strip("\n"))
         else:
             prose.append(part)
     blocks = "\n".join(block for block in formulas if block)
-    prose.append(known)
+    prose.append(records)
     return _wrapped(" ".join(" ".join(prose).split())) + (f"\n```text\n{blocks}\n```\n" if blocks else "")
 
 
@@ -250,20 +250,20 @@ def _wrapped(text: str) -> str:
     return textwrap.fill(bound, 100, break_on_hyphens=False, break_long_words=False).replace("\u00a0", " ") + "\n"
 
 
-def _using(kind: str, models: list[Any]) -> list[str]:
-    if kind not in ("eos", "strength", "damage"):
+def _using(group: str, models: list[Any]) -> list[str]:
+    if group not in ("eos", "strength", "damage"):
         return []
-    library, wanted = library_of(), models[0].model_fields["type"].default
-    return [name for name in library.names() if getattr(library.load(name), kind).type == wanted]
+    library, tag = library_of(), models[0].model_fields["type"].default
+    return [name for name in library.names() if getattr(library.load(name), group).type == tag]
 
 
-def material_of_page(name: str, kind: str) -> Material:
+def material_of_page(name: str, group: str) -> Material:
     """Return the case model of a page's material."""
     from hvisph.casefile.loader import load_case
 
     FOLDER.mkdir(exist_ok=True)
     place = FOLDER / f"{name}.trial.yaml"
-    place.write_text(case_text(name, kind), encoding="utf-8")
+    place.write_text(case_text(name, group), encoding="utf-8")
     try:
         return next(iter(load_case(place).bodies.values())).material
     finally:
@@ -299,8 +299,8 @@ def main() -> None:
     if "--pictures" in sys.argv:
         import model_pictures
 
-        for name, kind, *_ in models():
-            model_pictures.draw(material_of_page(name, kind), kind, FOLDER / f"{name}.png")
+        for name, group, *_ in models():
+            model_pictures.draw(material_of_page(name, group), group, FOLDER / f"{name}.png")
 
 
 if __name__ == "__main__":

@@ -72,11 +72,11 @@ def write(out: Path, runs: Path, resolution: str | None, threads: int | None) ->
     lines = _head(resolution)
     for impact, title in IMPACTS.items():
         rows = _computed(f"published/{impact}", runs, resolution, threads)
-        sources = {LABEL[name]: found.source for name, found in rows.items()}
+        sources = {LABEL[name]: p.source for name, p in rows.items()}
         picture = draw_last_states(sources, out / f"published_{impact}.png", "pressure")
         lines += ["", f"## {title}", "", f"![Final states of all rows, coloured by pressure]({picture.name})"]
-        for source, struck in TABLES:
-            if struck == impact:
+        for source, target in TABLES:
+            if target == impact:
                 lines += ["", f"### {source}", "", *_table(rows, list(published_values(impact, source=source)))]
         lines += ["", "### Rows outside the tolerance", "", *_misses(rows, impact)]
     page = out / "published.md"
@@ -85,11 +85,11 @@ def write(out: Path, runs: Path, resolution: str | None, threads: int | None) ->
 
 
 def _head(resolution: str | None) -> list[str]:
-    again = "python tools/generate.py published" + (f" --resolution {resolution}" if resolution else "")
+    command = "python tools/generate.py published" + (f" --resolution {resolution}" if resolution else "")
     return [
         "# The published impacts, computed",
         "",
-        f"Made by `{again}`, hvisph {__version__}; do not edit.",
+        f"Made by `{command}`, hvisph {__version__}; do not edit.",
         "",
         _wrapped(
             "A cylinder of 10 mm strikes an aluminium plate of 2 mm at 3.1 km/s; plane strain, spacing "
@@ -114,13 +114,13 @@ def _wrapped(text: str, indent: str = "") -> str:
 
 
 def _computed(folder: str, runs: Path, resolution: str | None, threads: int | None) -> dict[str, Row]:
-    found = {entry.name: entry for entry in entries([folder], runs=runs, resolution=resolution)}
-    for name, entry in found.items():
+    by_name = {entry.name: entry for entry in entries([folder], runs=runs, resolution=resolution)}
+    for name, entry in by_name.items():
         if not is_run(entry):
             print(f"running {folder}/{name}", flush=True)
             complete(entry, threads=threads)
-    names = [*(n for n in ORDER if n in found), *(n for n in found if n not in ORDER)]
-    return {name: row(name, found[name].folder) for name in names}
+    names = [*(n for n in ORDER if n in by_name), *(n for n in by_name if n not in ORDER)]
+    return {name: row(name, by_name[name].folder) for name in names}
 
 
 def _table(rows: dict[str, Row], printed: Sequence[Published]) -> list[str]:
@@ -130,8 +130,8 @@ def _table(rows: dict[str, Row], printed: Sequence[Published]) -> list[str]:
         cells = [_against(rows.get(name), _find(printed, name, measure), measure) for measure in measures]
         lines.append(_line(LABEL[name], *cells))
     if OURS in rows:
-        own = [_for_ours(rows, p) for p in printed if p.row == REFERENCE]
-        cells = [_against(rows[OURS], _find(own, OURS, measure), measure) for measure in measures]
+        values = [_for_ours(rows, p) for p in printed if p.row == REFERENCE]
+        cells = [_against(rows[OURS], _find(values, OURS, measure), measure) for measure in measures]
         lines.append(_line(f"{LABEL[OURS]} (against Howell & Ball)", *cells))
     return lines
 
@@ -140,14 +140,14 @@ def _find(printed: Sequence[Published], name: str, measure: str) -> Published | 
     return next((p for p in printed if (p.row, p.measure) == (name, measure)), None)
 
 
-def _against(found: Row | None, printed: Published | None, measure: str) -> str:
+def _against(entry: Row | None, printed: Published | None, measure: str) -> str:
     if printed is None:
         return ""
-    there = f" ({_text(printed.value, measure, 1)})"
-    value = found.value(measure) if found else None
+    printed_text = f" ({_text(printed.value, measure, 1)})"
+    value = entry.value(measure) if entry else None
     if value is None:
-        return f"-{there}" if found else there.strip()
-    text = f"{_text(value, measure)}{there}"
+        return f"-{printed_text}" if entry else printed_text.strip()
+    text = f"{_text(value, measure)}{printed_text}"
     return text if _is(value, printed) else f"**{text}**"
 
 
@@ -164,16 +164,16 @@ def _text(value: float, measure: str, decimals: int = 2) -> str:
 def _misses(rows: dict[str, Row], impact: str) -> list[str]:
     missed: dict[str, list[str]] = {}
     for printed in _held_against(rows, impact):
-        found = rows.get(printed.row)
-        value = found.value(printed.measure) if found else None
-        if found is None or _is(value, printed):
+        entry = rows.get(printed.row)
+        value = entry.value(printed.measure) if entry else None
+        if entry is None or _is(value, printed):
             continue
         if value is None:
-            what = f"not measured, the run is {found.status}"
+            cause = f"not measured, the run is {entry.status}"
         else:
-            what = f"{_text(value, printed.measure)} for {_text(printed.value, printed.measure, 1)}"
+            cause = f"{_text(value, printed.measure)} for {_text(printed.value, printed.measure, 1)}"
         reason = REASONS.get((impact, printed.row, printed.measure, printed.source), UNEXPLAINED)
-        text = f"{LABEL[printed.row]}, {SIGNS[printed.measure]} {what} ({printed.source})"
+        text = f"{LABEL[printed.row]}, {SIGNS[printed.measure]} {cause} ({printed.source})"
         missed.setdefault(reason, []).append(text)
     lines = [_wrapped(f"- {'; '.join(texts)}. {reason}", "  ") for reason, texts in missed.items()]
     lines += [f"- {LABEL[name]} failed: {r.failure['message']}" for name, r in rows.items() if r.failure]
@@ -189,13 +189,13 @@ def _held_against(rows: dict[str, Row], impact: str) -> Iterator[Published]:
 
 
 def _for_ours(rows: dict[str, Row], printed: Published) -> Published:
-    own = rows[OURS].published.get(printed.measure)
-    tolerance = own["tolerance"] if own else printed.tolerance
+    value = rows[OURS].published.get(printed.measure)
+    tolerance = value["tolerance"] if value else printed.tolerance
     return replace(printed, row=OURS, tolerance=tolerance, source="Howell & Ball 2002")
 
 
-def _unique(found: Iterator[Published]) -> list[Published]:
-    return list({printed.measure: printed for printed in found}.values())
+def _unique(values: Iterator[Published]) -> list[Published]:
+    return list({printed.measure: printed for printed in values}.values())
 
 
 def _header(*names: str) -> list[str]:

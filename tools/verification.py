@@ -83,23 +83,23 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, help="in place of the problems' own, SI")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--page", action="store_true", help="only write the page from the results")
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     FOLDER.mkdir(exist_ok=True)
     failed: list[BaseException] = []
-    if not asked.page:
-        jobs, shown = {}, {}
-        with ProcessPoolExecutor(asked.jobs) as pool:
-            for name in asked.names or PROBLEMS:
-                for chosen in _apart(name, asked.formulation or (*ALL, ELASTIC)):
-                    jobs[pool.submit(_run, name, chosen, asked.spacing)] = name
+    if not arguments.page:
+        jobs, results = {}, {}
+        with ProcessPoolExecutor(arguments.jobs) as pool:
+            for name in arguments.names or PROBLEMS:
+                for group in _apart(name, arguments.formulation or (*ALL, ELASTIC)):
+                    jobs[pool.submit(_run, name, group, arguments.spacing)] = name
             for job in as_completed(jobs):
                 if (error := job.exception()) is not None:
                     failed.append(error)
                     continue
-                found = job.result()
-                _store([one.as_dict() for one in found])
-                shown.setdefault(jobs[job], []).extend(one for one in found if one.trial == SHOWN.get(one.problem))
-        for name, verdicts_shown in shown.items():
+                judged = job.result()
+                _store([one.as_dict() for one in judged])
+                results.setdefault(jobs[job], []).extend(one for one in judged if one.trial == SHOWN.get(one.problem))
+        for name, verdicts_shown in results.items():
             # a picture of one formulation must not replace that of all
             if len(verdicts_shown) > 1 or (verdicts_shown and not (FOLDER / file_name(name, SHOWN[name])).is_file()):
                 draw(sorted(verdicts_shown, key=lambda one: [*ALL, ELASTIC].index(one.formulation)), FOLDER)
@@ -110,27 +110,27 @@ def main() -> None:
 
 def _apart(name: str, formulations: Sequence[str]) -> list[list[str]]:
     """Return what runs as one piece: each formulation by itself, but where they are held against one another."""
-    able = [one for one in formulations if one in PROBLEMS[name].formulations]
+    able = [kind for kind in formulations if kind in PROBLEMS[name].formulations]
     if ELASTIC in formulations and name in FOR_ELASTIC:
-        return [*([one] for one in able), [ELASTIC]]
-    return [able] if PROBLEMS[name].agree is not None else [[one] for one in able]
+        return [*([kind] for kind in able), [ELASTIC]]
+    return [able] if PROBLEMS[name].agree is not None else [[kind] for kind in able]
 
 
 def _run(name: str, formulations: list[str], spacing: float | None) -> list[Verdict]:
-    found = []
+    results = []
     settings = SETTING if formulations == [ELASTIC] else []
     real = [default_formulation()] if settings else formulations
     for verdict in verdicts(PROBLEMS[name], real, Options(spacing=spacing), settings, threads=1):
         verdict.formulation = ELASTIC if settings else verdict.formulation
-        found.append(verdict)
+        results.append(verdict)
         print(f"{name}: {verdict.trial}, {verdict.formulation}, {verdict.seconds:.0f} s", flush=True)
-    return found
+    return results
 
 
-def _store(found: list[dict[str, Any]]) -> None:
-    kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else []
-    done = {(row["problem"], row["formulation"]) for row in found}
-    rows = [row for row in kept if (row["problem"], row["formulation"]) not in done] + found
+def _store(new: list[dict[str, Any]]) -> None:
+    stored = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else []
+    keys = {(row["problem"], row["formulation"]) for row in new}
+    rows = [row for row in stored if (row["problem"], row["formulation"]) not in keys] + new
     rows.sort(key=lambda row: (list(PROBLEMS).index(row["problem"]), [*ALL, ELASTIC, "all"].index(row["formulation"])))
     RESULTS.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
@@ -139,8 +139,8 @@ def _write_page(rows: list[dict[str, Any]]) -> None:
     _draw_hugoniots([row for row in rows if row["problem"] == "hugoniot"])
     lines = [TEXT, "## Results", "",
              *_table(rows, list(PROBLEMS), (*SOLIDS, ELASTIC)), *_why(), "", "## Pictures"]  # fmt: skip
-    shown = [f"![{words}](verification/{picture})" for name in PROBLEMS for picture, words in _pictures(name)]
-    lines += ["", " ".join(shown)]
+    pictures = [f"![{words}](verification/{picture})" for name in PROBLEMS for picture, words in _pictures(name)]
+    lines += ["", " ".join(pictures)]
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -149,27 +149,27 @@ def _table(rows: list[dict[str, Any]], names: Sequence[str], columns: Sequence[s
     yield from _header("problem, figure", "tolerance", *(f"`{name}`" for name in columns))
     for name in names:
         mine = [row for row in rows if row["problem"] == name and row["formulation"] in (*columns, "all")]
-        yield _line(f"**{name}**: {PROBLEMS[name].title}", "", *(_passed(name, mine, one) for one in columns))
+        yield _line(f"**{name}**: {PROBLEMS[name].title}", "", *(_passed(name, mine, column) for column in columns))
         yield from _figures(mine, columns)
 
 
 def _pictures(name: str) -> list[tuple[str, str]]:
-    found = []
+    files = []
     if name == "hugoniot":
-        found.append(("hugoniot.png", "Aluminium on aluminium: off the jump conditions, over impact velocity"))
+        files.append(("hugoniot.png", "Aluminium on aluminium: off the jump conditions, over impact velocity"))
     if name in SHOWN:
-        found.append((file_name(name, SHOWN[name]), f"{name}: {SHOWN[name]}, computed beside exact"))
-    return [(file, words) for file, words in found if (FOLDER / file).is_file()]
+        files.append((file_name(name, SHOWN[name]), f"{name}: {SHOWN[name]}, computed beside exact"))
+    return [(file, words) for file, words in files if (FOLDER / file).is_file()]
 
 
 def _passed(name: str, rows: list[dict[str, Any]], formulation: str) -> str:
     """Return how many figures of a problem are within their tolerance."""
     mine = [row for row in rows if row["formulation"] == formulation]
     figures = [figure for row in mine for figure in row["figures"]]
-    failed, refused = (sum(row["status"] == status for row in mine) for status in ("failed", "refused"))
+    failed, not_run = (sum(row["status"] == status for row in mine) for status in ("failed", "refused"))
     cell = f"{sum(figure['passed'] for figure in figures)} of {len(figures)}" if figures else ""
     cell += f"; {failed} runs stopped" if failed else ""
-    cell += f"; {refused} cannot run" if refused else ""
+    cell += f"; {not_run} cannot run" if not_run else ""
     if formulation == ELASTIC and not cell:
         return ""
     return cell.lstrip("; ") or (NOT_RUN if formulation in PROBLEMS[name].formulations else "cannot")
@@ -179,7 +179,7 @@ def _why() -> list[str]:
     """Return what the words of the table mean, with the reasons why a formulation cannot run a problem."""
     cannot: dict[str, list[str]] = {}
     for name, problem in PROBLEMS.items():
-        if any(one not in problem.formulations for one in SOLIDS):
+        if any(solid not in problem.formulations for solid in SOLIDS):
             cannot.setdefault(problem.why_not, []).append(name)
     reasons = "; ".join(f"{', '.join(names)}: {why}" for why, names in cannot.items())
     text = f"`{NOT_RUN}`: the full form takes minutes of a core; the tests run the coarse form. `cannot`: {reasons}."
@@ -195,12 +195,12 @@ def _wrapped(text: str, indent: str = "") -> str:
 def _figures(rows: list[dict[str, Any]], columns: Sequence[str]) -> Iterator[str]:
     """Yield a row per figure that a formulation misses, with the worst trial of each formulation."""
     for name in dict.fromkeys(figure["name"] for row in rows for figure in row["figures"]):
-        found = [(row, figure) for row in rows for figure in row["figures"] if figure["name"] == name]
-        if all(figure["passed"] for _, figure in found):
+        pairs = [(row, figure) for row in rows for figure in row["figures"] if figure["name"] == name]
+        if all(figure["passed"] for _, figure in pairs):
             continue
-        asked = list(dict.fromkeys(_asked(figure) for _, figure in found))
-        cells = [_worst([figure for row, figure in found if row["formulation"] in (one, "all")]) for one in columns]
-        yield _line(name, asked[0] if len(asked) == 1 else f"{asked[0]} to {asked[-1]}", *cells)
+        tolerances = list(dict.fromkeys(_asked(figure) for _, figure in pairs))
+        cells = [_worst([figure for row, figure in pairs if row["formulation"] in (kind, "all")]) for kind in columns]
+        yield _line(name, tolerances[0] if len(tolerances) == 1 else f"{tolerances[0]} to {tolerances[-1]}", *cells)
 
 
 def _worst(figures: list[dict[str, Any]]) -> str:
@@ -219,10 +219,10 @@ def _share(figure: dict[str, Any]) -> float:
     if figure["found"] is None or figure["exact"] is None:
         return np.inf
     if figure["relative"] and figure["off"] is not None:
-        off = abs(figure["off"])
+        difference = abs(figure["off"])
     else:
-        off = figure["found"] if figure["at_most"] else abs(figure["found"] - figure["exact"])
-    return float(off / figure["tolerance"]) if figure["tolerance"] else float(off)
+        difference = figure["found"] if figure["at_most"] else abs(figure["found"] - figure["exact"])
+    return float(difference / figure["tolerance"]) if figure["tolerance"] else float(difference)
 
 
 def _asked(figure: dict[str, Any]) -> str:
@@ -244,12 +244,12 @@ def _draw_hugoniots(rows: list[dict[str, Any]]) -> None:
     for formulation in ALL:
         found: dict[str, list[tuple[float, float]]] = {}
         for row in rows:
-            metal, _, rest = row["trial"].partition(" on aluminium ")
-            if row["formulation"] != formulation or metal != "aluminium" or not rest.endswith("1D"):
+            metal, _, speed_text = row["trial"].partition(" on aluminium ")
+            if row["formulation"] != formulation or metal != "aluminium" or not speed_text.endswith("1D"):
                 continue
             for figure in row["figures"]:
                 if figure["name"].endswith("in the target") and figure["off"] is not None:
-                    point = (1e3 * float(rest.split()[0]), 100.0 * figure["off"])
+                    point = (1e3 * float(speed_text.split()[0]), 100.0 * figure["off"])
                     found.setdefault(figure["name"].split()[0], []).append(point)
         for name, points in found.items():
             x, y = np.array(sorted(points)).T

@@ -45,15 +45,15 @@ class Compared:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
-        rest = {key: value for key, value in asdict(self).items() if key != "measured"}
-        return asdict(self.measured) | rest | {"off": self.off}
+        content = {key: value for key, value in asdict(self).items() if key != "measured"}
+        return asdict(self.measured) | content | {"off": self.off}
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Compared:
         """Return what `as_dict` was made from."""
-        own = ("computed", "uncertainty", "reason", "ratio")
-        measured = Measured(**{k: v for k, v in plain.items() if k not in (*own, "off")})
-        return cls(measured, **{k: plain[k] for k in own})
+        computed_keys = ("computed", "uncertainty", "reason", "ratio")
+        measured = Measured(**{k: v for k, v in plain.items() if k not in (*computed_keys, "off")})
+        return cls(measured, **{k: plain[k] for k in computed_keys})
 
 
 PENDING = ("waiting", "running", "interrupted")  # states of runs that have not ended
@@ -121,29 +121,29 @@ def verdicts(rows: Sequence[Compared], criteria: Mapping[str, Criteria]) -> list
 def _verdict(name: str, rows: Sequence[Compared], criteria: Criteria | None) -> Verdict:
     pending = any(row.reason in PENDING for row in rows)
     everything, rows = rows, [row for row in rows if row.reason not in PENDING]
-    known = [(row.off, row) for row in rows if row.off is not None]
-    shots = (len({row.measured.shot for row in everything}), len({row.measured.shot for _, row in known}))
+    pairs = [(row.off, row) for row in rows if row.off is not None]
+    shots = (len({row.measured.shot for row in everything}), len({row.measured.shot for _, row in pairs}))
     unit = everything[0].measured.unit
-    if not known:
+    if not pairs:
         return Verdict(name, unit, shots, passed=False if criteria and not pending else None)
-    offs = [off for off, _ in known]
+    offs = [off for off, _ in pairs]
     if rows[0].is_verdict:
-        wrong = [row.ratio for off, row in known if off > 0.5 and row.ratio is not None]
-        right = 1.0 - sum(offs) / len(rows) - (len(rows) - len(known)) / len(rows)
+        wrong = [row.ratio for off, row in pairs if off > 0.5 and row.ratio is not None]
+        right = 1.0 - sum(offs) / len(rows) - (len(rows) - len(pairs)) / len(rows)
         farthest = max((abs(ratio - 1.0) for ratio in wrong), default=None)
         passed = None if criteria is None or pending else (
             right >= (criteria.right or 0.0) and _at_most(farthest or 0.0, criteria.wrong_within))  # fmt: skip
-        weak = sum(off > 0.5 and row.measured.value < 0.5 for off, row in known)
+        weak = sum(off > 0.5 and row.measured.value < 0.5 for off, row in pairs)
         curve = [(row.ratio > 1.0) == (row.measured.value > 0.5) for row in rows if row.ratio is not None]
         return Verdict(name, unit, shots, right=right, farthest=farthest, weak=weak, strong=int(sum(offs)) - weak,
                        of_curve=sum(curve) / len(curve) if curve else None, passed=passed)  # fmt: skip
     mean, bias = sum(map(abs, offs)) / len(offs), sum(offs) / len(offs)
     scatter = sqrt(sum((off - bias) ** 2 for off in offs) / (len(offs) - 1)) if len(offs) > 1 else None
-    worst, shot = max((abs(off), row.measured.shot) for off, row in known)
+    worst, shot = max((abs(off), row.measured.shot) for off, row in pairs)
     passed = None
     if criteria is not None:  # pending shots may improve a mean, but not a shot that has failed
-        passed = len(known) == len(rows) and _at_most(worst, criteria.worst)
-        passed = passed and all(_inside(row, criteria) for _, row in known)
+        passed = len(pairs) == len(rows) and _at_most(worst, criteria.worst)
+        passed = passed and all(_inside(row, criteria) for _, row in pairs)
         passed = None if passed and pending else passed and _at_most(mean, criteria.mean)
     return Verdict(name, unit, shots, mean, worst, shot, bias, scatter, passed=passed)
 
@@ -155,5 +155,5 @@ def _inside(row: Compared, criteria: Criteria) -> bool:
     return criteria.within is None or abs(row.computed - row.measured.value) <= criteria.within
 
 
-def _at_most(value: float, most: float | None) -> bool:
-    return most is None or value <= most
+def _at_most(value: float, limit: float | None) -> bool:
+    return limit is None or value <= limit

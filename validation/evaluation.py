@@ -78,7 +78,7 @@ def _short(row: Row) -> dict[str, Any]:
     return {key: row[key] for key in ("status", "message", "wall_seconds")}
 
 
-def _unlike(name: str, known: Sequence[str] | dict[str, Any]) -> str:
+def _unlike(name: str, taken_names: Sequence[str] | dict[str, Any]) -> str:
     """Return a name that is not among those known: a bisection has several runs of one shot."""
     names = (f"{name} ({number})" for number in count(2))
-    return name if name not in known else next(other for other in names if other not in known)
+    return name if name not in taken_names else next(candidate for candidate in names if candidate not in taken_names)

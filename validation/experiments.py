@@ -63,10 +63,10 @@ class Experiments:
     """
 
     def __init__(self, name: str):
-        known = bundled_sets()
-        if name not in known:
-            raise CaseError(f"there is no set '{name[:200]}'{suggest_nearest(name[:200], list(known))}", where="NAME")
-        self.name, self.folder = name, known[name]
+        sets = bundled_sets()
+        if name not in sets:
+            raise CaseError(f"there is no set '{name[:200]}'{suggest_nearest(name[:200], list(sets))}", where="NAME")
+        self.name, self.folder = name, sets[name]
         self.model: ExperimentSet = load_set(self.folder)
 
     @cached_property

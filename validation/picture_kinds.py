@@ -50,13 +50,13 @@ class Off:
     scatter: float
 
 
-def _axes(count: int, across: int, size: tuple[float, float]) -> tuple[Any, list[Axes]]:
+def _axes(count: int, most_columns: int, size: tuple[float, float]) -> tuple[Any, list[Axes]]:
     from matplotlib.figure import Figure
 
-    columns = min(count, across)
-    down = ceil(count / columns)
-    figure = Figure(figsize=(size[0] * columns, size[1] * down), dpi=110, layout="constrained")
-    axes = list(figure.subplots(down, columns, squeeze=False).flat)
+    columns = min(count, most_columns)
+    rows = ceil(count / columns)
+    figure = Figure(figsize=(size[0] * columns, size[1] * rows), dpi=110, layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False).flat)
     for axis in axes[count:]:
         axis.set_visible(False)
     for axis in axes:
@@ -90,19 +90,19 @@ def offs_picture(offs: Sequence[Off], names: Mapping[str, str], path: str | os.P
     """
     figure, axes = _axes(len(names), 3, (4.4, 3.4))
     groups = list(dict.fromkeys(point.group for point in offs))
-    shown: dict[str, Any] = {}
+    marks: dict[str, Any] = {}
     for axis, (name, label) in zip(axes, names.items(), strict=False):
         axis.axhline(0.0, color=FAINT, lw=0.8)
         for point in offs:
             if point.quantity == name:
                 number = groups.index(point.group)
                 mark, colour = MARKS[number // len(COLOURS) % len(MARKS)], COLOURS[number % len(COLOURS)]
-                shown[point.group] = axis.errorbar(point.measured, point.off, yerr=point.scatter, ms=4, lw=0.8,
+                marks[point.group] = axis.errorbar(point.measured, point.off, yerr=point.scatter, ms=4, lw=0.8,
                                                    fmt=mark, color=colour)  # fmt: skip
         axis.set_xlabel(label)
         axis.set_ylabel("computed less measured [%]")
-    if any(shown):
-        figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=4, fontsize=7)
+    if any(marks):
+        figure.legend(list(marks.values()), list(marks), loc="outside lower center", ncols=4, fontsize=7)
     return store(figure, path)
 
 

@@ -13,20 +13,20 @@ FEWEST = 5  # least number of values in a picture of differences
 
 def draw(result: SetResult, folder: Path, words: Mapping[str, str]) -> list[Path]:
     """Draw the pictures of a set, and return the files."""
-    drawn = []
+    files = []
     for name, making in (("outlines", _outlines), ("all", _offs), ("map", _map), ("residual", _residual)):
         path = making(result, folder / f"{result.name}.{name}.png", words)
         if path is not None:
-            drawn.append(path)
-    return drawn
+            files.append(path)
+    return files
 
 
 def _outlines(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:
     panels = []
     for shot, line in result.curves.get("outlines", {}).items():
-        own = [row.measured for row in result.rows if row.measured.quantity == "outline" and row.measured.shot == shot]
-        points = [(entry.at or 0.0, entry.value) for entry in own]
-        panels.append(Panel(shot, line, points, [entry.scatter or 0.0 for entry in own]))
+        data = [row.measured for row in result.rows if row.measured.quantity == "outline" and row.measured.shot == shot]
+        points = [(entry.at or 0.0, entry.value) for entry in data]
+        panels.append(Panel(shot, line, points, [entry.scatter or 0.0 for entry in data]))
     return outlines_picture(panels, path) if panels else None
 
 
@@ -62,9 +62,9 @@ def _residual(result: SetResult, path: Path, words: Mapping[str, str]) -> Path |
     }
     panels = []
     for shot, points in result.curves.items() if limits else ():
-        own = [row.measured for row in result.rows if row.measured.shot == shot]
+        data = [row.measured for row in result.rows if row.measured.shot == shot]
         recalled = [
-            (entry.at, entry.value) for entry in own if entry.quantity == "residual_velocity" and entry.at is not None
+            (entry.at, entry.value) for entry in data if entry.quantity == "residual_velocity" and entry.at is not None
         ]
         panels.append(Panel(shot, points, recalled, limit=limits.get(shot)))
     return residual_picture(panels, path) if panels else None

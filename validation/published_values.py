@@ -82,12 +82,12 @@ class Published:
 
 def published_values(impact: str = "", row: str = "", source: str = "") -> Iterator[Published]:
     """Yield what is printed, in the order of the tables; all of it where no impact, row or table is named."""
-    for (table, struck), text in TABLES.items():
-        if impact in ("", struck) and source in ("", table):
+    for (table, target), text in TABLES.items():
+        if impact in ("", target) and source in ("", table):
             head, *lines = (line.split() for line in text.strip().splitlines())
             for name, *cells in lines:
                 if row in ("", name):
-                    yield from _row(struck, name, table, dict(zip(head[1:], cells, strict=True)))
+                    yield from _row(target, name, table, dict(zip(head[1:], cells, strict=True)))
 
 
 def tolerance(measure: str, value: float) -> float:

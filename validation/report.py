@@ -57,13 +57,13 @@ def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
         store(result, folder)
     names = experiment_names()
     sets = [Experiments(name) for name in (*ORDER, *(name for name in names if name not in ORDER)) if name in names]
-    known = [(experiments, _best(experiments, folder)) for experiments in sets]
+    stored_results = [(experiments, _best(experiments, folder)) for experiments in sets]
     lines = _header(("set", *CELLS))
-    for experiments, kept in known:
-        lines += _summary(experiments, kept)
+    for experiments, best in stored_results:
+        lines += _summary(experiments, best)
     text = "\n\n".join(part if part.startswith(("```", "#")) else wrapped(part) for part in TEXT.split("\n\n"))
     parts = [text.format(verdicts="\n".join(lines)).rstrip()]
-    parts += ["\n".join(_section(experiments, kept, folder)) for experiments, kept in known]
+    parts += ["\n".join(_section(experiments, best, folder)) for experiments, best in stored_results]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -94,8 +94,8 @@ def _summary(experiments: Experiments, result: SetResult | None) -> Iterator[str
 def _missed(experiments: Experiments, result: SetResult) -> str:
     """Return the quantities beyond their tolerance, with reasons."""
     words = evaluator_of(experiments.model.evaluator).quantities
-    known, why = verdicts(result.rows, experiments.model.required), experiments.model.why
-    missed = [verdict.quantity for verdict in known if verdict.passed is False]
+    verdict_list, why = verdicts(result.rows, experiments.model.required), experiments.model.why
+    missed = [verdict.quantity for verdict in verdict_list if verdict.passed is False]
     reasons = {name: why.get(name, "why is not known.").strip() for name in missed}
     return " ".join(f"**Missed**, {words.get(name, name)}: {reason}" for name, reason in reasons.items())
 
@@ -145,26 +145,26 @@ def _status(shot: Mapping[str, Any]) -> str:
 def _resolutions(experiments: Experiments, result: SetResult, folder: Path) -> str:
     """Return resolution, wall time and the change with the second resolution."""
     number = experiments.particles("second")
-    second = None if result.across == number else stored(folder, experiments.name, number)
+    coarse = None if result.across == number else stored(folder, experiments.name, number)
     text = f"With {result.across:g} particles across the set takes {result.seconds / 60.0:.1f} minutes on one core."
-    if second is None:
+    if coarse is None:
         return text
-    there = {_key(row): row for row in second.rows}
+    coarse_rows = {_key(row): row for row in coarse.rows}
     words = evaluator_of(experiments.model.evaluator).quantities
     changes: dict[str, list[float]] = {}
     verdict_changes = 0
     for row in result.rows:
-        other = there.get(_key(row))
-        if other is None or row.computed is None or other.computed is None:
+        match = coarse_rows.get(_key(row))
+        if match is None or row.computed is None or match.computed is None:
             continue
         if row.is_verdict:
-            verdict_changes += (row.computed > 0.5) != (other.computed > 0.5)
+            verdict_changes += (row.computed > 0.5) != (match.computed > 0.5)
             changes.setdefault(row.measured.quantity, [])
         elif row.computed:
-            changes.setdefault(row.measured.quantity, []).append(abs(other.computed / row.computed - 1.0))
-    said = [f"{words.get(name, name)} {percent(sum(changed) / len(changed), mean=True)}" if changed
+            changes.setdefault(row.measured.quantity, []).append(abs(match.computed / row.computed - 1.0))
+    changes_text = [f"{words.get(name, name)} {percent(sum(changed) / len(changed), mean=True)}" if changed
             else f"{verdict_changes} predictions" for name, changed in changes.items()]  # fmt: skip
-    return f"{text} Mean change with {number:g} across: {', '.join(said)}."
+    return f"{text} Mean change with {number:g} across: {', '.join(changes_text)}."
 
 
 def _key(row: Compared) -> tuple[str, str, float | None, str]:

@@ -70,9 +70,9 @@ def stored(folder: Path, name: str, across: float) -> SetResult | None:
     if not path.is_file():
         return None
     try:
-        plain = json.loads(path.read_text(encoding="utf-8"))
-        rows = [Compared.from_dict(row) for row in plain["rows"]]
-        return SetResult(plain["set"], plain["across"], rows, plain["shots"], plain["curves"])
+        content = json.loads(path.read_text(encoding="utf-8"))
+        rows = [Compared.from_dict(row) for row in content["rows"]]
+        return SetResult(content["set"], content["across"], rows, content["shots"], content["curves"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise OutputError(f"{path} cannot be read: {error}") from error
 

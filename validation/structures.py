@@ -155,10 +155,10 @@ class Shell:
         d = self.dimensions
         return np.asarray((np.asarray(start) ** d - self.inner**d + face**d) ** (1.0 / d))
 
-    def strain(self, start: np.ndarray, now: np.ndarray) -> np.ndarray:
-        """Return the equivalent plastic strain of matter that went from `start` to `now` [m]."""
+    def strain(self, start: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """Return the equivalent plastic strain of matter that went from `start` to `after` [m]."""
         factor = 2.0 / sqrt(3.0) if self.dimensions == 2 else 2.0
-        return factor * np.abs(np.log(np.asarray(start) / np.asarray(now)))
+        return factor * np.abs(np.log(np.asarray(start) / np.asarray(after)))
 
     @property
     def speed(self) -> float:

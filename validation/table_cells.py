@@ -51,8 +51,8 @@ def row_cells(line: Line, words: Mapping[str, str]) -> tuple[str, ...]:
         return measured.shot, name, f"{line.points} points", "", percent(line.off, mean=True), word
     if row.is_verdict:
         right = "-" if row.off is None else "wrong" if row.off else "right"
-        near = f", d/dc {row.ratio:.2f}" if row.ratio is not None else ""
-        return measured.shot, name, yes_no(measured.value), yes_no(row.computed, row.reason), right + near, word
+        ratio = f", d/dc {row.ratio:.2f}" if row.ratio is not None else ""
+        return measured.shot, name, yes_no(measured.value), yes_no(row.computed, row.reason), right + ratio, word
     unit = "" if measured.unit == "-" else f" {measured.unit}"
     number = f"{measured.value:.4g}" + (f" ± {measured.scatter:.2g}" if measured.scatter else "") + unit
     computed = row.reason or "-"
@@ -69,10 +69,10 @@ def verdict_cells(verdict: Verdict, criteria: Criteria | None, words: Mapping[st
     )
     name, required = words.get(verdict.quantity, verdict.quantity), criteria_text(criteria, verdict.unit)
     if verdict.right is not None:
-        far = "" if verdict.farthest is None else f"wrong ones within {100 * verdict.farthest:.0f} % of the curve"
+        spread = "" if verdict.farthest is None else f"wrong ones within {100 * verdict.farthest:.0f} % of the curve"
         curve = "" if verdict.of_curve is None else f"the curve: {100 * verdict.of_curve:.0f} %"
         sides = f"{verdict.weak} fail that held, {verdict.strong} hold that failed"
-        return name, word, count, f"{100 * verdict.right:.0f} % right", far, sides, curve, required
+        return name, word, count, f"{100 * verdict.right:.0f} % right", spread, sides, curve, required
     worst = percent(verdict.worst, mean=True) + (f" ({verdict.worst_shot})" if verdict.worst_shot else "")
     mean, scatter = percent(verdict.mean, mean=True), percent(verdict.scatter, mean=True)
     return name, word, count, mean, worst, percent(verdict.bias), scatter, required

@@ -16,9 +16,9 @@ def result_text(experiments: Any, result: Any) -> str:
     words = evaluator_of(experiments.model.evaluator).quantities
     rows: list[tuple[str, ...]] = [("", "", "measured", "computed", "off", "")]
     rows += [row_cells(row, words) for row in collapsed(result.rows)]
-    said = [CELLS, *(verdict_cells(verdict, experiments.model.required.get(verdict.quantity), words)
+    lines = [CELLS, *(verdict_cells(verdict, experiments.model.required.get(verdict.quantity), words)
                      for verdict in verdicts(result.rows, experiments.model.required))]  # fmt: skip
     head = f"\n{experiments.name}: {experiments.model.title}, {result.across:g} particles across"
     failed = [f"  {name}: {shot['status']} {shot['message']}" for name, shot in result.shots.items()
               if shot["status"] != "done"]  # fmt: skip
-    return "\n".join([head, "", table(rows), "", table(said), *failed, f"\n  {duration(result.seconds)} of computing"])
+    return "\n".join([head, "", table(rows), "", table(lines), *failed, f"\n  {duration(result.seconds)} of computing"])

@@ -50,8 +50,8 @@ def _oblique(dx: float) -> Trial:
         nearest = cKDTree(x).query(x, k=2)[0][:, 1]
         lone = mass[(nearest > ALONE * dx) & (pressure > HIGH)].sum() / mass.sum()
         yield limit("mass alone under more than 5 GPa", float(lone), 5e-4, why="nothing presses a particle alone")
-        least = -least_energy(ran, ran.kinetic_energy(ran.first))
-        yield limit("lowest internal energy over mean kinetic energy", least, 1e-3, why="a body cannot hold less")
+        lowest = -least_energy(ran, ran.kinetic_energy(ran.first))
+        yield limit("lowest internal energy over mean kinetic energy", lowest, 1e-3, why="a body cannot hold less")
         drift = abs(float(ran.summary["conservation"]["energy_drift"]))
         yield limit("drift of energy", drift, 1e-9, why="exact in the step; sums of a thousand steps")
         yield limit("drift of momentum", ran.drift, 1e-12, why="round-off")
@@ -61,12 +61,12 @@ def _oblique(dx: float) -> Trial:
 
 def _half(dx: float) -> Trial:
     """Return a disc of nine particles across, whole and cut by the plane through its middle row."""
-    whole = _case(dx, 9.0 * dx, "aluminium-howell-ball", [2e-3, 12e-3], [ODD, 0.0], 6e-6)
+    model = _case(dx, 9.0 * dx, "aluminium-howell-ball", [2e-3, 12e-3], [ODD, 0.0], 6e-6)
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        full, half = (float(ran.mean_velocity(0)[0]) for ran in runs)
-        yield Figure("velocity of half a disc", half, full, 0.02, "m/s", ODD, "a lattice moved by half a spacing")
+        v_full, half = (float(ran.mean_velocity(0)[0]) for ran in runs)
+        yield Figure("velocity of half a disc", half, v_full, 0.02, "m/s", ODD, "a lattice moved by half a spacing")
 
     return Trial(
-        "half of a disc of nine particles", [Start(whole), Start(whole | {"symmetry": [{"axis": "y"}]})], figures
+        "half of a disc of nine particles", [Start(model), Start(model | {"symmetry": [{"axis": "y"}]})], figures
     )

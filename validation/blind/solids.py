@@ -95,8 +95,8 @@ def _turned_bars(dx: float) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         yield Figure("velocity of the striker", float(runs[0].mean_velocity(0) @ along), LEFT[2], TOLERANCE[2], "m/s",
                      SPEED, WHY[2])  # fmt: skip
-        across = abs(float(runs[0].mean_velocity(0) @ turn[1]))
-        yield limit("velocity across the bars", across, 1e-9 * SPEED, "m/s", "symmetry; round-off")
+        lateral = abs(float(runs[0].mean_velocity(0) @ turn[1]))
+        yield limit("velocity across the bars", lateral, 1e-9 * SPEED, "m/s", "symmetry; round-off")
 
     return Trial(
         "bars turned by 37 degrees, 2D", [Start(_case("turned bars", dx, bodies, 12e-6), turned, moving)], figures
@@ -108,8 +108,8 @@ def _rebound(dx: float) -> Trial:
     bodies = {"left": disc | {"velocity": [HEAD_ON, 0.0]}, "right": disc | {"velocity": [-HEAD_ON, 0.0]}}
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        back = float(runs[0].mean_velocity(1)[0] - runs[0].mean_velocity(0)[0]) / (2.0 * HEAD_ON)
-        yield Figure("restitution", back, 1.0, 0.1,
+        rebound = float(runs[0].mean_velocity(1)[0] - runs[0].mean_velocity(0)[0]) / (2.0 * HEAD_ON)
+        yield Figure("restitution", rebound, 1.0, 0.1,
                      why="at 1/200 of the wave speed contact lasts many transits; little vibrates on")  # fmt: skip
 
     return Trial("two elastic discs, head on", [Start(_case("rebound", dx, bodies, 40e-6))], figures)
@@ -127,13 +127,13 @@ def _ring(dx: float) -> Trial:
         particles["velocity"] = BREATHING * outward(particles["position"])
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        shown = outward(vectors(runs[0].first, "position"))
-        speeds = [float((shown * vectors(snapshot, "velocity")).sum(axis=1).mean()) for snapshot in runs[0].snapshots]
-        found, left = swing(
+        shape = outward(vectors(runs[0].first, "position"))
+        speeds = [float((shape * vectors(snapshot, "velocity")).sum(axis=1).mean()) for snapshot in runs[0].snapshots]
+        value, amplitude = swing(
             np.array([snapshot.time for snapshot in runs[0].snapshots]), np.array(speeds), period, PERIODS
         )
-        yield Figure("period", found, period, 0.05, "s", why="4 particles across, as steps at the faces")
-        yield limit("amplitude loss per period", 1.0 - left ** (1.0 / PERIODS), 0.05, why="a tenth of the energy")
+        yield Figure("period", value, period, 0.05, "s", why="4 particles across, as steps at the faces")
+        yield limit("amplitude loss per period", 1.0 - amplitude ** (1.0 / PERIODS), 0.05, why="a tenth of the energy")
 
     return Trial(
         "ring that breathes, 2D", [Start(_case("ring", dx, bodies, PERIODS * period), state=swinging)], figures
@@ -150,10 +150,10 @@ def _spinning_box(dx: float) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
-        kept = angular_momentum(ran.last) / angular_momentum(ran.first)
-        yield limit("loss of angular momentum per turn", abs(kept - 1.0) / TURNS, 1e-6, why="as the spinning disc")
-        least = -least_energy(ran, ran.kinetic_energy(ran.first))
-        yield limit("lowest internal energy over mean kinetic energy", least, 0.01,
+        ratio = angular_momentum(ran.last) / angular_momentum(ran.first)
+        yield limit("loss of angular momentum per turn", abs(ratio - 1.0) / TURNS, 1e-6, why="as the spinning disc")
+        lowest = -least_energy(ran, ran.kinetic_energy(ran.first))
+        yield limit("lowest internal energy over mean kinetic energy", lowest, 0.01,
                     why="elastic energy is positive; linear laws differ from it by the strain")  # fmt: skip
 
     end = TURNS * 2.0 * np.pi / rate

@@ -26,8 +26,8 @@ def _fragments(shot: Shot) -> dict[str, float]:
     the centre of the target, over the radius.
     """
     end, start = shot.ran.last, shot.ran.first
-    own = end.body == 1
-    sound = np.flatnonzero(own & (end.fields["damage"] < FAILED))
+    of_target = end.body == 1
+    sound = np.flatnonzero(of_target & (end.fields["damage"] < FAILED))
     if not len(sound):
         return {"largest_fragment": 0.0}
     position, velocity, mass = vectors(end, "position"), vectors(end, "velocity"), end.fields["mass"]
@@ -40,25 +40,25 @@ def _fragments(shot: Shot) -> dict[str, float]:
     target, first = start.body == 1, vectors(start, "position")
     centre = np.average(first[target], axis=0, weights=start.fields["mass"][target])
     radius = float(np.linalg.norm(first[target] - centre, axis=1).max())
-    found = {
-        "largest_fragment": float(pieces.max() / mass[own].sum()),
+    values = {
+        "largest_fragment": float(pieces.max() / mass[of_target].sum()),
         "largest_speed": float(speeds[largest]),
         "largest_place": float(np.linalg.norm(first[rows].mean(axis=0) - centre)) / radius,
     }
-    many = np.bincount(label) >= FEWEST
-    if many.sum() > 2:
-        found["speed_power"] = float(np.polyfit(np.log(pieces[many]), np.log(speeds[many]), 1)[0])
-    return found
+    large = np.bincount(label) >= FEWEST
+    if large.sum() > 2:
+        values["speed_power"] = float(np.polyfit(np.log(pieces[large]), np.log(speeds[large]), 1)[0])
+    return values
 
 
 def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
-    found = [_fragments(shot) for shot in shots]
+    fragments = [_fragments(shot) for shot in shots]
     values: dict[Key, Value] = {}
     for name in QUANTITIES:
-        known = np.array([values_of_shot[name] for values_of_shot in found if name in values_of_shot])
-        if len(known):
-            error = float(known.std(ddof=1) / np.sqrt(len(known))) if len(known) > 1 else None
-            values[name, None] = Value(float(known.mean()), error)
+        numbers = np.array([values_of_shot[name] for values_of_shot in fragments if name in values_of_shot])
+        if len(numbers):
+            error = float(numbers.std(ddof=1) / np.sqrt(len(numbers))) if len(numbers) > 1 else None
+            values[name, None] = Value(float(numbers.mean()), error)
     return {"basalt": values} if shots else {}
 
 

@@ -23,39 +23,39 @@ def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float]]]
         through = shot.measure("perforated").value
         if through is not None:
             speed = max(body.velocity[0] for body in shot.ran.case.bodies.values())
-            rest = 0.0
+            residual_speed = 0.0
             if through > 0.5:
-                left = shot.measure("residual_velocity").value
-                rest = float(shot.ran.mean_velocity(0)[0]) if left is None else left
-            speeds.setdefault(shot.name, []).append((float(speed), through > 0.5, rest))
+                residual = shot.measure("residual_velocity").value
+                residual_speed = float(shot.ran.mean_velocity(0)[0]) if residual is None else residual
+            speeds.setdefault(shot.name, []).append((float(speed), through > 0.5, residual_speed))
     return {name: sorted(points, key=lambda point: point[0]) for name, points in speeds.items()}
 
 
 def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
     values: dict[str, dict[Key, Value]] = {}
     for name, points in _speeds(shots).items():
-        known = bracket([speed for speed, _, _ in points], [yes for _, yes, _ in points])
-        if known.below is None or known.above is None:
-            side = "every" if known.below is None else "no"
+        limits = bracket([speed for speed, _, _ in points], [yes for _, yes, _ in points])
+        if limits.below is None or limits.above is None:
+            side = "every" if limits.below is None else "no"
             values[name] = {("ballistic_limit", None): Value(None, None, f"{side} shot went through")}
             continue
-        middle, half = 0.5 * (known.below + known.above), 0.5 * abs(known.above - known.below)
+        middle, half = 0.5 * (limits.below + limits.above), 0.5 * abs(limits.above - limits.below)
         if half > WIDEST * middle:  # the middle of a wide bracket is no limit, however near it comes
-            reason = f"between {known.below:g} and {known.above:g} m/s"
+            reason = f"between {limits.below:g} and {limits.above:g} m/s"
             values[name] = {("ballistic_limit", None): Value(None, None, reason)}
             continue
         values[name] = {("ballistic_limit", None): Value(middle, half)}
-        told = [(speed, rest) for speed, through, rest in points if through]
-        speed, rest = np.array(told, dtype=float).T
-        wanted = {entry.at for shot in shots if shot.name == name for entry in shot.measured if entry.at is not None}
-        for at in wanted:
+        pairs = [(speed, residual) for speed, through, residual in points if through]
+        speed, residual = np.array(pairs, dtype=float).T
+        places = {entry.at for shot in shots if shot.name == name for entry in shot.measured if entry.at is not None}
+        for at in places:
             if speed.min() <= at <= speed.max():
-                values[name]["residual_velocity", at] = Value(float(np.interp(at, speed, rest)))
+                values[name]["residual_velocity", at] = Value(float(np.interp(at, speed, residual)))
     return values
 
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
-    return {name: [[speed, rest] for speed, _, rest in points] for name, points in _speeds(shots).items()}
+    return {name: [[speed, residual] for speed, _, residual in points] for name, points in _speeds(shots).items()}
 
 
 EVALUATOR = Evaluator(

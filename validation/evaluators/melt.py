@@ -21,10 +21,10 @@ INNER = (0.25, 0.75)  # of the target: neither the wall-heated faces nor the fre
 def _released(shot: Shot, name: str) -> tuple[float, float]:
     """Return velocity [m/s] and the median of a field after the release."""
     snapshot = shot.ran.last
-    own = snapshot.body == 1
+    target = snapshot.body == 1
     first = vectors(shot.ran.first, "position")[shot.ran.first.body == 1, 0]
     low, high = (first.min() + share * np.ptp(first) for share in INNER)
-    inside = np.isin(snapshot.id, shot.ran.first.id[shot.ran.first.body == 1][(first > low) & (first < high)]) & own
+    inside = np.isin(snapshot.id, shot.ran.first.id[shot.ran.first.body == 1][(first > low) & (first < high)]) & target
     speed = max(body.velocity[0] for body in shot.ran.case.bodies.values())
     return float(speed), float(np.median(snapshot.fields[name][inside]))
 

@@ -27,19 +27,19 @@ def _each(shot: Shot) -> dict[Key, Value]:
 def _pressures(shot: Shot) -> dict[Key, Value]:
     first, last = shot.ran.first, shot.ran.last
     radius = 0.5 * shot.ran.case.bodies["projectile"].shape.diameter
-    own = first.body == 1
-    place = vectors(first, "position")[own][np.argsort(first.id[own])]
-    there = np.flatnonzero(last.body == 1)
-    there = there[np.argsort(last.id[there])]
-    peak = last.fields["peak_pressure"][there]
-    place = place[np.isin(np.sort(first.id[own]), last.id[there])]
+    target = first.body == 1
+    place = vectors(first, "position")[target][np.argsort(first.id[target])]
+    rows = np.flatnonzero(last.body == 1)
+    rows = rows[np.argsort(last.id[rows])]
+    peak = last.fields["peak_pressure"][rows]
+    place = place[np.isin(np.sort(first.id[target]), last.id[rows])]
     distance = np.sqrt((place**2).sum(axis=1))
     contact = distance < CONTACT * radius
     value = {("contact", None): Value(float(np.median(peak[contact])))}
     if shot.name.startswith("flat"):
         return value
-    along = (distance > NEAR * radius) & (distance < FAR * radius) & (np.abs(place[:, 1]) < ASIDE * radius)
-    power, _ = np.polyfit(np.log(distance[along]), np.log(peak[along]), 1)
+    on_axis = (distance > NEAR * radius) & (distance < FAR * radius) & (np.abs(place[:, 1]) < ASIDE * radius)
+    power, _ = np.polyfit(np.log(distance[on_axis]), np.log(peak[on_axis]), 1)
     return value | {("power", None): Value(-float(power))}
 
 

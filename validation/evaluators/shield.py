@@ -27,12 +27,12 @@ def ratio(case: Case) -> float | None:
     if impact is None or (alloy := impact.walls[-1].alloy) is None:
         return None
     if len(impact.walls) > 2:
-        known = [
+        diameters = [
             correlation.value
             for correlation in correlations(impact)
             if correlation.quantity == "critical diameter of the sphere"
         ]
-        return impact.diameter / known[0] if known else None
+        return impact.diameter / diameters[0] if diameters else None
     bumper, wall = impact.walls
     return impact.diameter / critical_diameter(impact, bumper, wall, alloy.strength)
 

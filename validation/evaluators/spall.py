@@ -25,12 +25,12 @@ def _states(shot: Shot) -> tuple[float, bool, bool, bool]:
     """Return thickness [m], and whether the plate has failed inside, lost a spall, was perforated."""
     layer = shot.ran.summary["layers"][0]["measures"]
     start, end = shot.ran.first, shot.ran.last
-    own = start.body == 1
-    x = vectors(start, "position")[own, 0]
+    plate = start.body == 1
+    x = vectors(start, "position")[plate, 0]
     thickness = float(np.ptp(x) + shot.ran.dx)
-    rear = start.id[own][x > x.min() + REAR * thickness]
-    there = np.isin(end.id, rear)
-    failed = (there & (end.fields["damage"] >= 1.0)).sum() >= FEWEST_PARTICLES
+    rear = start.id[plate][x > x.min() + REAR * thickness]
+    at_rear = np.isin(end.id, rear)
+    failed = (at_rear & (end.fields["damage"] >= 1.0)).sum() >= FEWEST_PARTICLES
     perforated = (measure_of(layer, "perforated").value or 0.0) > 0.5
     detached = perforated or bool(measure_of(layer, "spall_mass").value)
     return thickness, bool(failed or detached), bool(detached), perforated
@@ -61,10 +61,10 @@ def _depth(shot: Shot) -> Value:
 
 def _threshold(plates: Sequence[tuple[Any, ...]], number: int, depth: float | None) -> Value:
     """Return the thickness below which it happens, over the depth; where plates are mixed the middle of the zone."""
-    known = bracket([-plate[0] for plate in plates], [plate[number] for plate in plates])
-    if not depth or known.below is None or known.above is None:
-        return Value(None, None, "no plate" if known.above is None else "every plate")
-    return Value(-0.5 * (known.below + known.above) / depth, 0.5 * abs(known.above - known.below) / depth)
+    limits = bracket([-plate[0] for plate in plates], [plate[number] for plate in plates])
+    if not depth or limits.below is None or limits.above is None:
+        return Value(None, None, "no plate" if limits.above is None else "every plate")
+    return Value(-0.5 * (limits.below + limits.above) / depth, 0.5 * abs(limits.above - limits.below) / depth)
 
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:

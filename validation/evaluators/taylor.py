@@ -38,14 +38,14 @@ def _each(shot: Shot) -> dict[Key, Value]:
     length, start = last[shot.sound(0), 0].max() + 0.5 * dx, first[:, 0].max() + 0.5 * dx
     radius = first[:, 1].max() + 0.5 * dx
     foot = float(r[z < max(dx, z[0] + 0.5 * dx)].max())
-    wide = z[r > radius * (1.0 + UNDEFORMED)]
+    deformed = z[r > radius * (1.0 + UNDEFORMED)]
     values: dict[Key, Value] = {
         ("length_ratio", None): Value(float(length / start), 0.5 * dx / start),
         ("final_length", None): Value(float(length), 0.5 * dx),
         ("foot_diameter", None): Value(2.0 * foot, dx),
         ("foot_radius", None): Value(foot, 0.5 * dx),
         ("diameter_at_fifth", None): Value(2.0 * float(np.interp(0.2 * start, z, r)), dx),
-        ("rear_length", None): Value(float(length - wide.max()) if len(wide) else float(length), dx),
+        ("rear_length", None): Value(float(length - deformed.max()) if len(deformed) else float(length), dx),
     }
     for entry in shot.measured:
         if entry.quantity == "outline" and entry.at is not None:
@@ -56,11 +56,11 @@ def _each(shot: Shot) -> dict[Key, Value]:
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
     """Return the groups of the shots, and the outlines of those whose outline was measured [mm]."""
-    drawn = [shot for shot in shots if any(entry.quantity == "outline" for entry in shot.measured)]
+    outlined = [shot for shot in shots if any(entry.quantity == "outline" for entry in shot.measured)]
     return {
         "groups": {shot.name: str(shot.values[GROUP]) for shot in shots if GROUP in shot.values},
         "outlines": {shot.name: [[1e3 * float(x) for x in point] for point in zip(*outline(shot), strict=True)]
-                     for shot in drawn},
+                     for shot in outlined},
     }  # fmt: skip
 
 

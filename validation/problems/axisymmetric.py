@@ -78,13 +78,13 @@ def _shell(name: str, shell: Shell, dx: float) -> Trial:
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         before, now, _ = _face(runs[0], shell)
-        along = vectors(runs[0].first, "position")
-        along = along[_distance(along, shell) < shell.inner + runs[0].dx]
-        along = along[:, 0]  # the axis is at the right of a sphere
-        order = np.argsort(along)
+        start = vectors(runs[0].first, "position")
+        start = start[_distance(start, shell) < shell.inner + runs[0].dx]
+        start = start[:, 0]  # the axis is at the right of a sphere
+        order = np.argsort(start)
         exact = shell.radius(before, shell.stop)
-        return {RADIUS: [Curve("computed", along[order], now[order]),
-                         Curve("exact", along[order], exact[order], exact=True)]}  # fmt: skip
+        return {RADIUS: [Curve("computed", start[order], now[order]),
+                         Curve("exact", start[order], exact[order], exact=True)]}  # fmt: skip
 
     return Trial(name, [Start(case, smooth, inwards)], figures, curves, units={RADIUS: "m"})
 

@@ -93,20 +93,20 @@ def _breathing(name: str, period: float, dx: float, shape: dict[str, Any], mode:
 
     def record(ran: Ran) -> tuple[np.ndarray, np.ndarray]:
         """Return times, and the share of the mode in the motion [m/s]."""
-        shown, mass = mode(vectors(ran.first, "position")), ran.first.fields["mass"]
-        whole = (mass[:, None] * shown * shown).sum()
+        shape, mass = mode(vectors(ran.first, "position")), ran.first.fields["mass"]
+        norm = (mass[:, None] * shape * shape).sum()
         velocities = [
-            (mass[:, None] * shown * vectors(snapshot, "velocity")).sum() / whole for snapshot in ran.snapshots
+            (mass[:, None] * shape * vectors(snapshot, "velocity")).sum() / norm for snapshot in ran.snapshots
         ]
         return np.array([snapshot.time for snapshot in ran.snapshots]), np.array(velocities)
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        velocities, left = swing(*record(runs[0]), period, PERIODS)
+        velocities, amplitude = swing(*record(runs[0]), period, PERIODS)
         yield Figure(
             "period", velocities, period, 0.025, "s", why="8 particles across the radius, or 6 across the section"
         )
-        yield limit("amplitude loss per period", 1.0 - left ** (1.0 / PERIODS), 0.1, why="viscosity")
-        yield limit("growth of the amplitude", left - 1.0, 0.005, why="terms that are not dual to the gradient")
+        yield limit("amplitude loss per period", 1.0 - amplitude ** (1.0 / PERIODS), 0.1, why="viscosity")
+        yield limit("growth of the amplitude", amplitude - 1.0, 0.005, why="terms that are not dual to the gradient")
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         time, speed = record(runs[0])
@@ -118,15 +118,15 @@ def _breathing(name: str, period: float, dx: float, shape: dict[str, Any], mode:
 
 def _pressure(dx: float) -> Trial:
     """Return a cylinder between planes, its rim held: nothing moves."""
-    across, along = 12.0 * dx, 8.0 * dx
+    height, length = 12.0 * dx, 8.0 * dx
     case = {
         "title": "uniform pressure",
         "kinematics": "axisymmetric",
         "resolution": dx,
-        "bodies": {"metal": {"material": METAL, "internal_energy": 1e6, "position": [0.5 * along, 0.0],
-                             "shape": {"type": "cylinder", "diameter": 2.0 * across, "length": along}}},
-        "symmetry": [{"axis": "x"}, {"axis": "x", "at": along, "keep": "below"}],
-        "clamped": [{"box": {"min": [None, across - 5.0 * dx]}}],
+        "bodies": {"metal": {"material": METAL, "internal_energy": 1e6, "position": [0.5 * length, 0.0],
+                             "shape": {"type": "cylinder", "diameter": 2.0 * height, "length": length}}},
+        "symmetry": [{"axis": "x"}, {"axis": "x", "at": length, "keep": "below"}],
+        "clamped": [{"box": {"min": [None, height - 5.0 * dx]}}],
         "time": {"end": 1.0, "step": 2e-8, "max_steps": 1000},
         "output": {"every": 0.5},
     }  # fmt: skip
@@ -143,8 +143,8 @@ def _pressure(dx: float) -> Trial:
 
 
 def _impact(dx: float) -> Trial:
-    flyer, target, across = (count * dx for count in PLATE)
-    discs = [{"type": "cylinder", "diameter": 2.0 * across, "length": length} for length in (flyer, target)]
+    flyer, target, width = (count * dx for count in PLATE)
+    discs = [{"type": "cylinder", "diameter": 2.0 * width, "length": length} for length in (flyer, target)]
     metal = fluid(METAL)
     case = {
         "title": "a disc on a disc",
@@ -185,8 +185,8 @@ def _bar(dx: float) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
-        before, now = vectors(ran.first, "position"), vectors(ran.last, "position")
-        top = now[before[:, 0] > length - dx, 0]
+        before, after = vectors(ran.first, "position"), vectors(ran.last, "position")
+        top = after[before[:, 0] > length - dx, 0]
         yield Figure("final length", float(top.mean()) + 0.5 * dx, LEFT, SPREAD, "m",
                      why="in three dimensions the schemes leave 16.0 to 16.8 mm")  # fmt: skip
         yield limit("roughness of its end", float(np.ptp(top)) / dx, 0.02, "dx", why="no wave is left there")
@@ -210,24 +210,24 @@ def _in_frame(name: str, frame: float, sign: float) -> Trial:
                    "disc": {"material": METAL, "shape": {"type": "cylinder", "diameter": 10e-3, "length": 3e-3}}},
         "time": {"end": STEPS * STEP, "step": STEP},
     }  # fmt: skip
-    back = np.array([sign, 1.0])
+    reflection = np.array([sign, 1.0])
 
     def mirrored(placed: list[PlacedBody]) -> list[PlacedBody]:
-        return [replace(body, positions=body.positions * back) for body in placed]
+        return [replace(body, positions=body.positions * reflection) for body in placed]
 
     def moving(particles: Particles) -> None:
-        particles["velocity"] = particles["velocity"] * back + np.array([frame, 0.0])
+        particles["velocity"] = particles["velocity"] * reflection + np.array([frame, 0.0])
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        plain, other = (run.last for run in runs)
-        moved = np.array([frame, 0.0])
-        places = (vectors(other, "position") - moved * other.time) * back - vectors(plain, "position")
+        first, second = (run.last for run in runs)
+        frame_velocity = np.array([frame, 0.0])
+        places = (vectors(second, "position") - frame_velocity * second.time) * reflection - vectors(first, "position")
         yield limit("positions, over dx", float(np.abs(places).max()) / 0.5e-3, 1e-9, why=ROUND_OFF)
-        speeds = (vectors(other, "velocity") - moved) * back - vectors(plain, "velocity")
+        speeds = (vectors(second, "velocity") - frame_velocity) * reflection - vectors(first, "velocity")
         yield limit("velocities, over impact velocity", float(np.abs(speeds).max()) / 1500.0, 1e-9, why=ROUND_OFF)
         for field in ("internal_energy", "density", "pressure"):
-            off = np.abs(other.fields[field] - plain.fields[field]).max() / np.abs(plain.fields[field]).max()
-            yield limit(f"{field.replace('_', ' ')}, over its largest", float(off), 1e-9, why=ROUND_OFF)
+            difference = np.abs(second.fields[field] - first.fields[field]).max() / np.abs(first.fields[field]).max()
+            yield limit(f"{field.replace('_', ' ')}, over its largest", float(difference), 1e-9, why=ROUND_OFF)
 
     return Trial(name, [Start(case), Start(case, mirrored, moving)], figures)
 

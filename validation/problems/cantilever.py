@@ -50,9 +50,9 @@ def _trials(options: Options) -> Iterator[Trial]:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         time, speed = runs[0].history["time"], runs[0].history["gauge.tip.velocity_y"]
-        period, left = swing(time, speed, EXACT.period, periods)
+        period, amplitude = swing(time, speed, EXACT.period, periods)
         yield Figure("period", period, EXACT.period, 0.05, "s", why="10 particles across")
-        yield limit("amplitude loss per period", 1.0 - left ** (1.0 / periods), 1.0 - 0.9 ** (1.0 / PERIODS),
+        yield limit("amplitude loss per period", 1.0 - amplitude ** (1.0 / periods), 1.0 - 0.9 ** (1.0 / PERIODS),
                     why="a tenth of the tip's speed in five periods")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -63,28 +63,28 @@ def _trials(options: Options) -> Iterator[Trial]:
     yield Trial(f"dx {1e3 * dx:g} mm", [Start(case, state=swinging)], figures, curves, across="time")
 
 
-def swing(time: np.ndarray, speed: np.ndarray, near: float, periods: float) -> tuple[float, float]:
+def swing(time: np.ndarray, speed: np.ndarray, expected: float, periods: float) -> tuple[float, float]:
     """Return the period, and the amplitude at the end over that at the start, of a damped cosine.
 
     Both from a fit of exp(-k t) cos(2 pi t / T + phi), which higher modes do not disturb; not a number where the
     beam does not swing at all.
 
     `time`, `speed`: the record [s], [m/s].
-    `near`: period to begin from [s].
+    `expected`: period to begin from [s].
     `periods`: length of the record in periods.
     """
     from scipy.optimize import curve_fit
 
     def damped(t: np.ndarray, a: float, b: float, k: float, period: float) -> np.ndarray:
         angle = 2.0 * np.pi * t / period
-        return np.asarray(np.exp(-k * t / near) * (a * np.cos(angle) + b * np.sin(angle)))
+        return np.asarray(np.exp(-k * t / expected) * (a * np.cos(angle) + b * np.sin(angle)))
 
     try:
-        (_, _, k, period), _ = curve_fit(damped, time, speed, (speed[0], 0.0, 0.1, near), maxfev=4000)
+        (_, _, k, period), _ = curve_fit(damped, time, speed, (speed[0], 0.0, 0.1, expected), maxfev=4000)
     except RuntimeError:
         return float("nan"), float("nan")
-    left = float(np.exp(-k * periods))
-    return (abs(float(period)), left) if 0.2 < abs(period) / near < 5.0 else (float("nan"), left)
+    amplitude = float(np.exp(-k * periods))
+    return (abs(float(period)), amplitude) if 0.2 < abs(period) / expected < 5.0 else (float("nan"), amplitude)
 
 
 PROBLEM = Problem("cantilever", "elastic cantilever: period and loss over five periods", _trials, slow=True)

@@ -61,14 +61,14 @@ def _ring(options: Options) -> Iterator[Trial]:
         return time, np.array([_radial_speed(snapshot) for snapshot in run.snapshots])
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        period, left = swing(*record(runs[0]), RING.period, periods)
-        kept = left ** (2.0 / periods)
+        period, amplitude = swing(*record(runs[0]), RING.period, periods)
+        ratio = amplitude ** (2.0 / periods)
         last = runs[0].last
         mean = runs[0].kinetic_energy(runs[0].first) / last.fields["mass"].sum()
         yield Figure("period", period, RING.period, 0.05, "s", why="4 or 8 particles across")
-        yield limit("loss of energy per period", 1.0 - kept, 0.15, why="4 or 8 particles across")
-        least = float(last.fields["internal_energy"].min())
-        yield limit("least particle energy below zero", -least / mean, 0.01,
+        yield limit("loss of energy per period", 1.0 - ratio, 0.15, why="4 or 8 particles across")
+        lowest = float(last.fields["internal_energy"].min())
+        yield limit("least particle energy below zero", -lowest / mean, 0.01,
                     why="share of the kinetic energy; elastic energy is not negative")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -103,8 +103,8 @@ def _rebound(options: Options) -> Iterator[Trial]:
     }  # fmt: skip
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        back = -float(runs[0].mean_velocity(0)[0]) / STRIKING
-        yield Figure("restitution", back, RESTITUTION, 0.1, scale=0.0, why="Total Lagrangian SPH, 40 across")
+        rebound = -float(runs[0].mean_velocity(0)[0]) / STRIKING
+        yield Figure("restitution", rebound, RESTITUTION, 0.1, scale=0.0, why="Total Lagrangian SPH, 40 across")
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         time = np.array([snapshot.time for snapshot in runs[0].snapshots])

@@ -63,8 +63,8 @@ def _over_plate(name: str, shape: str, mu: float, dx: float, place: Placing | No
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
-        into, along = ran.momentum(0, ran.first) - ran.momentum(0)
-        return _figures(ran, float(into), float(along), mu)
+        normal, tangential = ran.momentum(0, ran.first) - ran.momentum(0)
+        return _figures(ran, float(normal), float(tangential), mu)
 
     return Trial(name, [Start(case, place)], figures)
 
@@ -87,8 +87,8 @@ def _in_hole(name: str, dx: float, place: Placing) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
         impulse = ran.momentum(0, ran.first) - ran.momentum(0)
-        lost = (_spin(ran.first) - _spin(ran.last)) / (0.5 * HOLE)
-        return _figures(ran, float(np.sqrt(impulse @ impulse)), lost, 0.0)
+        loss = (_spin(ran.first) - _spin(ran.last)) / (0.5 * HOLE)
+        return _figures(ran, float(np.sqrt(impulse @ impulse)), loss, 0.0)
 
     def smooth(placed: list[PlacedBody]) -> list[PlacedBody]:  # walls of a lattice would be cogs, and geared
         faces = (0.0, 0.5 * HOLE), (0.5 * HOLE, 0.5 * AROUND)
@@ -104,8 +104,8 @@ def _in_rings(body: PlacedBody, inner: float, outer: float, dx: float) -> Placed
     return replace(body, positions=positions, volumes=volumes, spacing=np.full(len(volumes), dx))
 
 
-def _figures(ran: Ran, into: float, along: float, mu: float) -> Iterator[Figure]:
-    yield Figure("tangential over normal impulse", along / into, mu, 0.03, scale=0.0, why="Coulomb's coefficient")
+def _figures(ran: Ran, into: float, tangential: float, mu: float) -> Iterator[Figure]:
+    yield Figure("tangential over normal impulse", tangential / into, mu, 0.03, scale=0.0, why="Coulomb's coefficient")
     start = float(ran.first.fields["mass"][ran.first.body == 0].sum()) * DOWN
     yield Figure("normal impulse over initial momentum", into / start, 1.2, 0.5, scale=0.0,
                  why="above the momentum brought, below twice of it: they have parted")  # fmt: skip
@@ -114,8 +114,8 @@ def _figures(ran: Ran, into: float, along: float, mu: float) -> Iterator[Figure]
 
 def _spin(snapshot: Snapshot) -> float:
     """Return the slider's angular momentum about its own middle [kg m/s]."""
-    own = snapshot.body == 0
-    mass, x, u = snapshot.fields["mass"][own], vectors(snapshot, "position")[own], vectors(snapshot, "velocity")[own]
+    ball = snapshot.body == 0
+    mass, x, u = snapshot.fields["mass"][ball], vectors(snapshot, "position")[ball], vectors(snapshot, "velocity")[ball]
     x, u = (values - np.average(values, axis=0, weights=mass) for values in (x, u))
     return float((mass * (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0])).sum())
 

@@ -53,8 +53,8 @@ def collapse(name: str, shell: Shell, dx: float) -> Trial:
         if dim == 2:
             positions, volumes = rings(shell.inner, shell.outer, dx)
             return [replace(body, positions=positions, volumes=volumes, spacing=np.full(len(volumes), dx))]
-        kept = np.linalg.norm(body.positions, axis=1) > shell.inner
-        parts = {name: getattr(body, name)[kept] for name in ("positions", "volumes", "spacing")}
+        outer = np.linalg.norm(body.positions, axis=1) > shell.inner
+        parts = {name: getattr(body, name)[outer] for name in ("positions", "volumes", "spacing")}
         return [replace(body, **parts)]
 
     def inwards(particles: Particles) -> None:
@@ -63,11 +63,11 @@ def collapse(name: str, shell: Shell, dx: float) -> Trial:
         particles["velocity"] = -shell.speed * (shell.inner / r) ** (dim - 1) * x / r
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        before, now, strain = _face(runs[0], shell)
+        before, after, strain = _face(runs[0], shell)
         exact = shell.radius(before, shell.stop)
-        yield Figure("final radius of the inner layer", float(now.mean()), float(exact.mean()), 0.02, "m",
+        yield Figure("final radius of the inner layer", float(after.mean()), float(exact.mean()), 0.02, "m",
                      why="its speed is that of the face within some per cent")  # fmt: skip
-        of_displacement = shell.strain(before, now)  # of the way that it has gone, not of the way that it should have
+        of_displacement = shell.strain(before, after)  # of the way that it has gone, not of the way that it should have
         yield Figure(
             "plastic strain over that of the displacement", float((strain / of_displacement).mean()), 1.0, 0.05
         )

@@ -52,15 +52,15 @@ def _trial(name: str, dx: float, angle: float, frame: np.ndarray, correction: st
         particles["velocity"] = particles["velocity"] @ turn.T + frame
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        plain, other = runs[0].last, runs[1].last
-        back = (vectors(other, "position") - frame * other.time) @ turn
-        yield limit("positions, over dx", float(np.abs(back - vectors(plain, "position")).max()) / dx, 1e-9, why=WHY)
-        speeds = (vectors(other, "velocity") - frame) @ turn - vectors(plain, "velocity")
+        first, second = runs[0].last, runs[1].last
+        back = (vectors(second, "position") - frame * second.time) @ turn
+        yield limit("positions, over dx", float(np.abs(back - vectors(first, "position")).max()) / dx, 1e-9, why=WHY)
+        speeds = (vectors(second, "velocity") - frame) @ turn - vectors(first, "velocity")
         yield limit("velocities, over impact velocity", float(np.abs(speeds).max()) / SPEED, 1e-9, why=WHY)
         for field in ("internal_energy", "density", "pressure"):
-            scale = np.abs(plain.fields[field]).max()
-            off = float(np.abs(other.fields[field] - plain.fields[field]).max() / scale)
-            yield limit(f"{field.replace('_', ' ')}, over its largest", off, 1e-9, why=WHY)
+            scale = np.abs(first.fields[field]).max()
+            difference = float(np.abs(second.fields[field] - first.fields[field]).max() / scale)
+            yield limit(f"{field.replace('_', ' ')}, over its largest", difference, 1e-9, why=WHY)
 
     return Trial(name, [Start(case), Start(case, turned, moving)], figures)
 

@@ -46,12 +46,12 @@ class Noh:
     def sample(self, r: np.ndarray, time: float) -> dict[str, np.ndarray]:
         """Return density, velocity along r and pressure at distances `r` and a time."""
         r = np.asarray(r, float)
-        behind = r < self.front * time
-        ahead = (1.0 + time / np.maximum(r, 1e-300)) ** (self.dimensions - 1)
+        shocked = r < self.front * time
+        inflow = (1.0 + time / np.maximum(r, 1e-300)) ** (self.dimensions - 1)
         return {
-            "density": np.where(behind, self.density, ahead),
-            "velocity": np.where(behind, 0.0, -1.0),
-            "pressure": np.where(behind, self.pressure, 0.0),
+            "density": np.where(shocked, self.density, inflow),
+            "velocity": np.where(shocked, 0.0, -1.0),
+            "pressure": np.where(shocked, self.pressure, 0.0),
         }
 
 

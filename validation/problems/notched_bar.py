@@ -68,12 +68,12 @@ def _limit_load(strength: Any) -> float:
     return float(pi * a**2 * flow * (1.0 + 2.0 * NOTCH / a) * log(1.0 + a / (2.0 * NOTCH)))
 
 
-def _spread(name: str, values: Sequence[float], most: float, why: str = "") -> Figure:
-    return limit(f"{name}, most over least, less 1", max(values) / min(values) - 1.0, most, why=why)
+def _spread(name: str, values: Sequence[float], tolerance: float, why: str = "") -> Figure:
+    return limit(f"{name}, most over least, less 1", max(values) / min(values) - 1.0, tolerance, why=why)
 
 
 def _trials(options: Options) -> Iterator[Trial]:
-    spacings = [2.0 * RADIUS / across for across in ((10, 20) if options.quick else ACROSS)]
+    spacings = [2.0 * RADIUS / count for count in ((10, 20) if options.quick else ACROSS)]
     spacings = [options.spacing] if options.spacing else spacings
 
     def limit_load(runs: Sequence[Ran]) -> Iterator[Figure]:

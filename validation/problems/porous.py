@@ -35,14 +35,14 @@ def beside_the_face(trial: Trial) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
-        away, stress = np.abs(vectors(ran.first, "position")[:, 0]), stress_xx(ran.last)
+        distance, stress = np.abs(vectors(ran.first, "position")[:, 0]), stress_xx(ran.last)
         for figure in trial.figures(runs):
-            what, _, where = figure.name.partition(" in the ")
-            yield replace(figure, tolerance=TOLERANCES[what], why=WHY) if where else figure
-            if what == "stress":
-                own = np.flatnonzero(ran.last.body == ("projectile", "target").index(where))
-                near = stress[own[np.argsort(away[own])[:BESIDE]]].mean()
-                yield Figure(f"stress beside the face of the {where}", float(near / figure.found), 1.0, FACE,
+            quantity, _, where = figure.name.partition(" in the ")
+            yield replace(figure, tolerance=TOLERANCES[quantity], why=WHY) if where else figure
+            if quantity == "stress":
+                rows = np.flatnonzero(ran.last.body == ("projectile", "target").index(where))
+                mean_near = stress[rows[np.argsort(distance[rows])[:BESIDE]]].mean()
+                yield Figure(f"stress beside the face of the {where}", float(mean_near / figure.found), 1.0, FACE,
                              why="stress is continuous; wall heating must not show in it")  # fmt: skip
 
     return replace(trial, figures=figures)

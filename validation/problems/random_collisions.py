@@ -33,14 +33,14 @@ def collisions(name: str, seeds: Iterable[int], dx: float) -> Trial:
     """Return the collisions of some seeds with the spacing `dx` [m]."""
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        ended = [ran for ran in runs if not ran.summary["failure"]]
-        yield limit("stopped runs", len(runs) - len(ended), 0)
-        start = {id(ran): ran.kinetic_energy(ran.first) for ran in ended}
-        least = max((-least_energy(ran, start[id(ran)]) for ran in ended), default=float("nan"))
-        yield limit("lowest internal energy over mean kinetic energy", least, 1e-3, why="a body cannot hold less")
-        gained = max((_regained(ran) / start[id(ran)] for ran in ended), default=float("nan"))
+        complete = [ran for ran in runs if not ran.summary["failure"]]
+        yield limit("stopped runs", len(runs) - len(complete), 0)
+        start = {id(ran): ran.kinetic_energy(ran.first) for ran in complete}
+        lowest = max((-least_energy(ran, start[id(ran)]) for ran in complete), default=float("nan"))
+        yield limit("lowest internal energy over mean kinetic energy", lowest, 1e-3, why="a body cannot hold less")
+        gained = max((_regained(ran) / start[id(ran)] for ran in complete), default=float("nan"))
         yield limit("regained kinetic energy over initial", gained, REBOUND, why=_REBOUNDS)
-        spin = max((_spin_change(ran) for ran in ended), default=float("nan"))
+        spin = max((_spin_change(ran) for ran in complete), default=float("nan"))
         yield limit("change of angular momentum over its sum", spin, 1e-3)
 
     return Trial(name, [Start(_case(seed, dx)) for seed in seeds], figures, may_stop=True)
@@ -52,17 +52,17 @@ def _case(seed: int, dx: float) -> dict[str, Any]:
     count, bodies = int(rng.integers(2, 5)), {}
     for k in range(count):
         angle = 2.0 * np.pi * (k + 0.3 * rng.random()) / count
-        size, far = rng.uniform(10e-3, 16e-3), 22e-3
-        away = np.array([np.cos(angle), np.sin(angle)])
-        aim = rng.uniform(-5e-3, 5e-3) * np.array([-away[1], away[0]])
+        size, distance = rng.uniform(10e-3, 16e-3), 22e-3
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        aim = rng.uniform(-5e-3, 5e-3) * np.array([-direction[1], direction[0]])
         disc = {"type": "disc", "diameter": float(size)}
         box = {"type": "box", "size": [float(size), float(rng.uniform(0.6, 1.0) * size)]}
         turned = bool(rng.random() < 0.5)
         bodies[f"lump_{k}"] = {
             "material": BRITTLE,
             "shape": box if turned else disc,
-            "position": (far * away + aim).tolist(),
-            "velocity": (-rng.uniform(300.0, 1200.0) * away).tolist(),
+            "position": (distance * direction + aim).tolist(),
+            "velocity": (-rng.uniform(300.0, 1200.0) * direction).tolist(),
             "rotation": float(np.degrees(angle + rng.uniform(-0.5, 0.5))) if turned else 0.0,
         }
     return {"title": f"lumps {seed}", "kinematics": "plane_strain", "resolution": dx, "bodies": bodies,

@@ -20,10 +20,10 @@ SPEED, END = 50.0, 20e-6  # of each half [m/s], [s]
 def _trials(options: Options) -> Iterator[Trial]:
     fine, coarse = options.dx(0.1e-3, 0.2e-3), options.dx(0.25e-3, 0.5e-3)
     line, box = {"type": "interval", "length": 5e-3}, {"type": "box", "size": [4e-3, 4e-3]}
-    whole = {"type": "interval", "length": 10e-3}
-    apart = [[-SPEED], [SPEED]]
-    yield _trial("two bodies of water separate, 1D", _case(fine, line, apart, WATER))
-    yield _trial("one body of water separates, 1D", _case(fine, whole, [[0.0]], WATER), _split)
+    shape = {"type": "interval", "length": 10e-3}
+    velocities = [[-SPEED], [SPEED]]
+    yield _trial("two bodies of water separate, 1D", _case(fine, line, velocities, WATER))
+    yield _trial("one body of water separates, 1D", _case(fine, shape, [[0.0]], WATER), _split)
     yield _trial("two bodies of water separate, 2D", _case(coarse, box, [[-SPEED, 0.0], [SPEED, 0.0]], WATER))
     sliding = [[0.0, -SPEED], [0.0, SPEED]]
     yield _trial("water slides on water, 2D", _case(coarse, box, sliding, WATER), slides=True)

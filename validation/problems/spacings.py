@@ -89,8 +89,8 @@ def unlike_spacings(dim: int, dx: float, ratio: int) -> Trial:
         passed = ran.momentum(1)[0] / ran.momentum(0, ran.first)[0]
         yield Figure("transmitted momentum", float(passed), 0.5, 0.02, why="half of the pulse")
         x, u = _along(ran, 0)
-        back = np.abs(u[(x > x.max() - 10e-3) & (x < x.max() - 2e-3)]).max()
-        yield limit("reflected over incident velocity", float(back / (0.5 * SPEED)),
+        reflected = np.abs(u[(x > x.max() - 10e-3) & (x < x.max() - 2e-3)]).max()
+        yield limit("reflected over incident velocity", float(reflected / (0.5 * SPEED)),
                     REFLECTED[ratio], why="a face as thick as the coarser kernel")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -120,16 +120,16 @@ def _graded(dx: float, rings: bool) -> Trial:
 
     def core(ran: Ran) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return masses, x, and velocities along x at the start and now, of what no wave from the rim has reached."""
-        own = vectors(ran.first, "position")[:, 1] < CORE
-        u0, u = (vectors(snapshot, "velocity")[own, 0] for snapshot in (ran.first, ran.last))
-        return ran.first.fields["mass"][own], vectors(ran.last, "position")[own, 0], u0, u
+        core_rows = vectors(ran.first, "position")[:, 1] < CORE
+        u0, u = (vectors(snapshot, "velocity")[core_rows, 0] for snapshot in (ran.first, ran.last))
+        return ran.first.fields["mass"][core_rows], vectors(ran.last, "position")[core_rows, 0], u0, u
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         mass, x, before, u = core(runs[0])
         passed = (mass * u)[x > 0.0].sum() / (mass * before).sum()
         yield Figure("transmitted momentum", float(passed), 0.5, 0.02, why="half of the pulse")
-        back = np.abs(u[(x > -10e-3) & (x < -2e-3)]).max()
-        yield limit("reflected over incident velocity", float(back / (0.5 * SPEED)), GRADED,
+        reflected = np.abs(u[(x > -10e-3) & (x < -2e-3)]).max()
+        yield limit("reflected over incident velocity", float(reflected / (0.5 * SPEED)), GRADED,
                     why="a tenth a layer")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -144,10 +144,10 @@ def _graded(dx: float, rings: bool) -> Trial:
 
 def _along(ran: Ran, body: int) -> tuple[np.ndarray, np.ndarray]:
     """Return x and velocity along x of a body, in order of x."""
-    own = np.flatnonzero(ran.last.body == body)
-    x = vectors(ran.last, "position")[own, 0]
+    rows = np.flatnonzero(ran.last.body == body)
+    x = vectors(ran.last, "position")[rows, 0]
     order = np.argsort(x)
-    return x[order], vectors(ran.last, "velocity")[own[order], 0]
+    return x[order], vectors(ran.last, "velocity")[rows[order], 0]
 
 
 PROBLEM = Problem(

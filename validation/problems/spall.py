@@ -56,17 +56,17 @@ def _expanding(rate: float) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
-        reached = -float(np.nanmin(ran.history["gauge.middle.pressure"]))
-        yield Figure("tension at failure", reached, exact, 0.02, "Pa", why="a step adds one hundredth of it")
+        tension = -float(np.nanmin(ran.history["gauge.middle.pressure"]))
+        yield Figure("tension at failure", tension, exact, 0.02, "Pa", why="a step adds one hundredth of it")
 
     return Trial(f"expansion at {rate:g} 1/s", [Start(case)], figures)
 
 
 def _tension(rate: float) -> float:
     """Return the tension [Pa] at which even expansion at `rate` [1/s] fails."""
-    least = STRENGTH * (SLOWEST / REFERENCE) ** EXPONENT
-    tension = np.linspace(least, 10.0 * least, 100_001)
-    grown = SLOWEST / (EXPONENT * least) * (tension / least) ** (1.0 / EXPONENT - 1.0)  # dD/dt over K
+    smallest = STRENGTH * (SLOWEST / REFERENCE) ** EXPONENT
+    tension = np.linspace(smallest, 10.0 * smallest, 100_001)
+    grown = SLOWEST / (EXPONENT * smallest) * (tension / smallest) ** (1.0 / EXPONENT - 1.0)  # dD/dt over K
     damage = np.cumsum(grown / (rate * (1.0 - tension / BULK) ** 2)) * (tension[1] - tension[0])
     return float(np.interp(1.0, damage, tension))
 

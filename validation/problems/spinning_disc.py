@@ -86,13 +86,13 @@ def _orthotropic(options: Options) -> Iterator[Trial]:
 
     def spinning(particles: Particles) -> None:
         x, y, z = particles["position"].T
-        (xx, yy, xy), moved = exact.state(x, y)
+        (xx, yy, xy), displacement = exact.state(x, y)
         stress = np.array([xx, yy, 0.0 * x, xy, 0.0 * x, 0.0 * x])
         strain = exact.compliance @ stress
         swelling = strain[:3].sum(axis=0)
         particles["density"] *= 1.0 - swelling
         particles["deviator"] = stress.T - BULK * np.outer(swelling, [1, 1, 1, 0, 0, 0])
-        particles["position"] = at = particles["position"] + np.array([*moved, strain[2] * z]).T
+        particles["position"] = at = particles["position"] + np.array([*displacement, strain[2] * z]).T
         particles["velocity"] = exact.spin * np.array([-at[:, 1], at[:, 0], 0.0 * z]).T
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
@@ -104,18 +104,18 @@ def _orthotropic(options: Options) -> Iterator[Trial]:
         )
         inside = np.hypot(x, y) < exact.radius - 1.5 * dx
         quadratic = np.array([x**0, x * x, y * y]).T[inside]
-        for axis, (stress, along, across) in enumerate(((mean[0], x, y), (mean[1], y, x))):
-            here = np.eye(2)[axis] * exact.radius
+        for axis, (stress, radial, lateral) in enumerate(((mean[0], x, y), (mean[1], y, x))):
+            edge = np.eye(2)[axis] * exact.radius
             centre, at_xx, at_yy = np.linalg.lstsq(quadratic, stress[inside], rcond=None)[0]
-            cubic = np.array([along, along**3, along * across**2]).T
-            rim = np.linalg.lstsq(cubic, mean[2 + axis] - along, rcond=None)[0][:2]
+            cubic = np.array([radial, radial**3, radial * lateral**2]).T
+            rim = np.linalg.lstsq(cubic, mean[2 + axis] - radial, rcond=None)[0][:2]
             hoop = centre + (at_yy, at_xx)[axis] * exact.radius**2
-            for name, found, value, unit in (
+            for name, computed, value, unit in (
                 ("stress at the centre", centre, exact.state(0.0, 0.0)[0][axis], "Pa"),
-                ("hoop stress of the rim", hoop, exact.state(*here[::-1])[0][axis], "Pa"),
-                ("displacement of the rim", rim @ exact.radius ** np.array([1, 3]), exact.state(*here)[1][axis], "m"),
+                ("hoop stress of the rim", hoop, exact.state(*edge[::-1])[0][axis], "Pa"),
+                ("displacement of the rim", rim @ exact.radius ** np.array([1, 3]), exact.state(*edge)[1][axis], "m"),
             ):
-                yield Figure(f"{name}, along {axis + 1}", float(found), float(value), 0.03, unit)
+                yield Figure(f"{name}, along {axis + 1}", float(computed), float(value), 0.03, unit)
 
     yield Trial(f"orthotropic, dx {1e3 * dx:g} mm", [Start(case, state=spinning)], figures)
 

@@ -46,14 +46,14 @@ def _same(dim: int, dx: float) -> Trial:
     time = {"end": STEPS * STEP, "step": STEP}
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        whole, part = runs
-        at = vectors(whole.first, "position")
-        kept = (at[:, 1:] > 0.0).all(axis=1)
-        in_part, in_whole = _ordered(vectors(part.first, "position"), dx), np.flatnonzero(kept)[_ordered(at[kept], dx)]
+        full, part = runs
+        at = vectors(full.first, "position")
+        side = (at[:, 1:] > 0.0).all(axis=1)
+        in_part, in_whole = _ordered(vectors(part.first, "position"), dx), np.flatnonzero(side)[_ordered(at[side], dx)]
         for name, field, scale in (("positions, over dx", "position", dx),
                                    ("velocities, over impact velocity", "velocity", SPEED)):  # fmt: skip
-            off = np.abs(vectors(part.last, field)[in_part] - vectors(whole.last, field)[in_whole]).max()
-            yield limit(name, float(off) / scale, 1e-9, why="sums in another order: round-off of 60 steps")
+            difference = np.abs(vectors(part.last, field)[in_part] - vectors(full.last, field)[in_whole]).max()
+            yield limit(name, float(difference) / scale, 1e-9, why="sums in another order: round-off of 60 steps")
 
     return Trial(f"{dim}D, {('half', 'quarter')[dim - 2]} beside whole",
                  [Start(_case(dim, dx, 0, time)), Start(_case(dim, dx, dim - 1, time))], figures)  # fmt: skip
@@ -67,9 +67,9 @@ def _ordered(x: np.ndarray, dx: float) -> np.ndarray:
 def _kept(dx: float, end: float) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
-        behind = vectors(ran.last, "position")[:, 1]
-        yield limit("particles behind the plane", int((behind < 0.0).sum()), 0)
-        yield limit("largest distance behind the plane, over dx", max(0.0, -float(behind.min())) / dx, 0.0)
+        y = vectors(ran.last, "position")[:, 1]
+        yield limit("particles behind the plane", int((y < 0.0).sum()), 0)
+        yield limit("largest distance behind the plane, over dx", max(0.0, -float(y.min())) / dx, 0.0)
         yield limit("drift of momentum along the plane", ran.drift, 1e-12, why="round-off")
 
     return Trial("2D, half, fragmenting, 1.5 km/s", [Start(_case(2, dx, 1, {"end": end}, metal=BRITTLE))], figures)
