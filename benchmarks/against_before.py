@@ -32,19 +32,19 @@ CASES = {
 def cost(checkout: str, folder: str, case: str, steps: tuple[int, int], settings: list[str]) -> float:
     """Return user CPU time of a particle-step [us] by the package in `checkout`."""
     environment = os.environ | {"PYTHONPATH": checkout, "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    taken = []
+    seconds = []
     for count in steps:
         command = [sys.executable, "-m", "hvisph", "run", case, "--out", "run", "--force"]
         for setting in (*settings, f"time.max_steps={count}", "output.every=null", "expected={}"):
             command += ["--set", setting]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+        process = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
         summary = Path(folder, "run", "summary.json")
         if not summary.exists():
-            sys.exit(done.stdout + done.stderr)
-        taken.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
+            sys.exit(process.stdout + process.stderr)
+        seconds.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
     particles = json.loads(summary.read_text())["particles"]
-    return 1e6 * (taken[1] - taken[0]) / (steps[1] - steps[0]) / particles
+    return 1e6 * (seconds[1] - seconds[0]) / (steps[1] - steps[0]) / particles
 
 
 def main() -> None:
@@ -61,10 +61,10 @@ def main() -> None:
         for title in options.names:
             case, settings = CASES[title]
             ratios = []
-            for one in (here, options.checkout):  # fills the caches
-                cost(one, folder, case, (1, 2), settings)
+            for root in (here, options.checkout):  # fills the caches
+                cost(root, folder, case, (1, 2), settings)
             for _ in range(options.rounds):
-                now, before = (cost(one, folder, case, (first, last), settings) for one in (here, options.checkout))
+                now, before = (cost(root, folder, case, (first, last), settings) for root in (here, options.checkout))
                 ratios.append(now / before)
                 print(f"{title}: {now:.3f} us, before {before:.3f} us", flush=True)
             print(f"{title}: median ratio {statistics.median(ratios):.2f}", flush=True)

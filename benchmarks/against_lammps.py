@@ -32,16 +32,16 @@ def user_seconds(command: list[str], folder: str) -> tuple[float, str]:
     environment = os.environ | {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # else every run compiles its own sources anew
     environment["PATH"] = f"{Path(command[0]).parent}{os.pathsep}{environment['PATH']}"
-    with tempfile.TemporaryFile("w+") as said:
-        process = subprocess.Popen(command, cwd=folder, env=environment, stdout=said, stderr=said)
-        _, status, used = os.wait4(process.pid, 0)
+    with tempfile.TemporaryFile("w+") as output:
+        process = subprocess.Popen(command, cwd=folder, env=environment, stdout=output, stderr=output)
+        _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        text = said.read()
+        output.seek(0)
+        text = output.read()
     # 1: an expectation was missed, as happens at resolutions other than the published one
     if process.returncode not in (0, 1):
         sys.exit(f"{' '.join(command)} failed:\n{text[-3000:]}")
-    return used.ru_utime, text
+    return usage.ru_utime, text
 
 
 def ours(folder: str, case: str, *settings: str) -> tuple[float, int, int]:
@@ -68,8 +68,8 @@ def ours(folder: str, case: str, *settings: str) -> tuple[float, int, int]:
 
 def theirs(lmp: str, folder: str, name: str, **variables: float) -> tuple[float, int, int]:
     """Return user time [s], particles and steps of a run of LAMMPS."""
-    given = [part for key, value in variables.items() for part in ("-var", key, str(value))]
-    seconds, text = user_seconds([lmp, "-in", str(HERE / name), *given, "-log", "none"], folder)
+    definitions = [part for key, value in variables.items() for part in ("-var", key, str(value))]
+    seconds, text = user_seconds([lmp, "-in", str(HERE / name), *definitions, "-log", "none"], folder)
     line = next(line for line in text.splitlines() if line.startswith("Loop time"))
     words = line.split()
     return seconds, int(words[words.index("atoms") - 1]), int(words[words.index("steps") - 1])
@@ -77,24 +77,24 @@ def theirs(lmp: str, folder: str, name: str, **variables: float) -> tuple[float,
 
 def whole_run(lmp: str, folder: str, dx: float, *settings: str) -> tuple[float, ...]:
     """Run Al-Al by both; return both times [s] and both costs of a particle-step [us]."""
-    own, count, steps = ours(folder, "al_al", f"resolution={dx}mm", *settings)
+    seconds, count, steps = ours(folder, "al_al", f"resolution={dx}mm", *settings)
     other, atoms, their_steps = theirs(lmp, folder, "lammps_al_al.in", l0=dx)
     print(
-        f"  hvisph {own:.2f} s, {count} particles, {steps} steps; LAMMPS {other:.2f} s, {atoms}, {their_steps}",
+        f"  hvisph {seconds:.2f} s, {count} particles, {steps} steps; LAMMPS {other:.2f} s, {atoms}, {their_steps}",
         flush=True,
     )
-    return own, other, 1e6 * own / count / steps, 1e6 * other / atoms / their_steps
+    return seconds, other, 1e6 * seconds / count / steps, 1e6 * other / atoms / their_steps
 
 
 def of_a_step(lmp: str, folder: str, dx: float, *settings: str) -> tuple[float, ...]:
     """Run the sphere by both; return the costs of a particle-step [us], twice."""
-    found = []
+    rows = []
     for run in (lambda n: ours(folder, "sphere_on_plate", f"resolution={dx}mm", f"time.max_steps={n}", *settings),
                 lambda n: theirs(lmp, folder, "lammps_sphere.in", l0=dx, steps=n)):  # fmt: skip
         (short, count, _), (long, _, _) = run(SHORT), run(LONG)
-        found.append(1e6 * (long - short) / (LONG - SHORT) / count)
-    print(f"  hvisph {found[0]:.3f} us, {count} particles; LAMMPS {found[1]:.3f} us", flush=True)
-    return *found, *found
+        rows.append(1e6 * (long - short) / (LONG - SHORT) / count)
+    print(f"  hvisph {rows[0]:.3f} us, {count} particles; LAMMPS {rows[1]:.3f} us", flush=True)
+    return *rows, *rows
 
 
 SINGLE = "formulation.precision=single"
@@ -123,8 +123,8 @@ def main() -> None:
             ours(folder, "sphere_on_plate" if name.startswith("sphere") else "al_al", "time.max_steps=2", *settings)
             print(f"{name}, {dx:g} mm")
             rows = [run(lmp, folder, dx, *settings) for _ in range(options.rounds)]
-            whole, step = (statistics.median(row[k + 1] / row[k] for row in rows) for k in (0, 2))
-            print(f"  median ratio LAMMPS / hvisph {whole:.2f}, per particle-step {step:.2f}", flush=True)
+            run_ratio, step = (statistics.median(row[k + 1] / row[k] for row in rows) for k in (0, 2))
+            print(f"  median ratio LAMMPS / hvisph {run_ratio:.2f}, per particle-step {step:.2f}", flush=True)
 
 
 if __name__ == "__main__":

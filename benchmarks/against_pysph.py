@@ -30,11 +30,11 @@ def of_a_step(python: str, folder: str, dx: float) -> tuple[float, float]:
     """Return the costs of a particle-step by hvisph and by PySPH [us]."""
     settings = f"resolution={dx}mm", "output.formats=[hdf5]"
     low, high = (ours(folder, "al_al", *settings, f"time.max_steps={steps}") for steps in (SHORT, LONG))
-    begun, done = (theirs(python, folder, dx, steps) for steps in (SHORT, LONG))
-    own = 1e6 * (high[0] - low[0]) / (LONG - SHORT) / high[1]
-    other = 1e6 * (done[0] - begun[0]) / (LONG - SHORT) / done[1]
-    print(f"  hvisph {own:.3f} us, {high[1]} particles; PySPH {other:.3f} us, {done[1]}", flush=True)
-    return own, other
+    short_run, long_run = (theirs(python, folder, dx, steps) for steps in (SHORT, LONG))
+    hvisph_cost = 1e6 * (high[0] - low[0]) / (LONG - SHORT) / high[1]
+    pysph_cost = 1e6 * (long_run[0] - short_run[0]) / (LONG - SHORT) / long_run[1]
+    print(f"  hvisph {hvisph_cost:.3f} us, {high[1]} particles; PySPH {pysph_cost:.3f} us, {long_run[1]}", flush=True)
+    return hvisph_cost, pysph_cost
 
 
 def main() -> None:
@@ -48,7 +48,7 @@ def main() -> None:
         ours(folder, "al_al", "time.max_steps=2")
         theirs(options.python, folder, options.resolution, 2)
         rows = [of_a_step(options.python, folder, options.resolution) for _ in range(options.rounds)]
-    print(f"  median ratio PySPH / hvisph {statistics.median(other / own for own, other in rows):.2f}")
+    print(f"  median ratio PySPH / hvisph {statistics.median(pysph / hvisph for hvisph, pysph in rows):.2f}")
 
 
 if __name__ == "__main__":

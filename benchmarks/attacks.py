@@ -37,7 +37,7 @@ def in_child(action, seconds=60, memory=None):
     number = os.fork()
     if number == 0:
         os.close(read)
-        code, said = 1, ""
+        code, output = 1, ""
         try:
             quiet = os.open(os.devnull, os.O_WRONLY)
             os.dup2(quiet, 1)
@@ -45,18 +45,18 @@ def in_child(action, seconds=60, memory=None):
             resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
             if memory:
                 resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
-            said = str(action() or "")
+            output = str(action() or "")
             code = 0
         except HvisphError as error:
-            said, code = f"refused: {error}", 2
+            output, code = f"refused: {error}", 2
         except BaseException as error:  # whatever it is, it is counted
-            said = f"{type(error).__name__}: {error}"
-        os.write(write, said.encode("utf-8", "replace")[:4000])
+            output = f"{type(error).__name__}: {error}"
+        os.write(write, output.encode("utf-8", "replace")[:4000])
         os._exit(code)
     os.close(write)
     with os.fdopen(read, "rb") as pipe:
-        said = pipe.read().decode("utf-8", "replace")
-    return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]), said
+        output = pipe.read().decode("utf-8", "replace")
+    return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]), output
 
 
 def in_place(action, seconds=60):
@@ -95,12 +95,12 @@ def forged(work):
         rng, folder = random.Random(number), work / "forged"
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(runs[number % len(runs)], folder)
-        what = ("checkpoint", "snapshot", "summary")[number % 3] if number % 7 else "summary"
-        if what == "summary":
+        target = ("checkpoint", "snapshot", "summary")[number % 3] if number % 7 else "summary"
+        if target == "summary":
             path = folder / file_names.SUMMARY
             path.write_text(forge_summary(path.read_text(), rng))
             action = lambda: row("x", folder).as_dict()  # noqa: E731
-        elif what == "snapshot":
+        elif target == "snapshot":
             path = list_snapshots(folder)[-1]
             forge(path, work / "lie.h5", rng, elsewhere)
             shutil.move(work / "lie.h5", path)
@@ -110,13 +110,13 @@ def forged(work):
                 forge(path, work / "lie.h5", rng, elsewhere)
                 shutil.move(work / "lie.h5", path)
             action = lambda: hvisph.resume(folder, threads=1).exit_code  # noqa: E731
-        code, said = in_place(action)
-        if code not in (0, 2) or str(SECRET) in said:
+        code, output = in_place(action)
+        if code not in (0, 2) or str(SECRET) in output:
             keep = Path(os.environ.get("TMPDIR", "/tmp")) / f"hvisph_forged_{number}"
             shutil.copytree(folder, keep, dirs_exist_ok=True)
-            raise SystemExit(f"forged {what} {number} ended with {code}: {said[:300]}, kept as {keep}")
+            raise SystemExit(f"forged {target} {number} ended with {code}: {output[:300]}, kept as {keep}")
         assert elsewhere.read_bytes() == before
-        return {"of": {what: 1}, "ends": {"refused with a message" if code == 2 else "read, of no consequence": 1}}
+        return {"of": {target: 1}, "ends": {"refused with a message" if code == 2 else "read, of no consequence": 1}}
 
     return trial
 
@@ -135,7 +135,7 @@ def foreign(work):
     own = [path.relative_to(whole) for path in whole.rglob("*")]
 
     def trial(number):
-        rng, refused = random.Random(number), 0
+        rng, refusals = random.Random(number), 0
         for old in (folder, precious):
             shutil.rmtree(old, ignore_errors=True)
         shutil.copytree(whole, folder)
@@ -148,7 +148,7 @@ def foreign(work):
             path = folder / rng.choice([*own, Path(file_names.SNAPSHOTS), Path("history.csv.partial"), Path("run.log")])
             if path.is_dir():
                 shutil.rmtree(path)
-                placed = [one for one in placed if path not in one.parents]
+                placed = [p for p in placed if path not in p.parents]
             path.unlink(missing_ok=True)
             path.symlink_to(rng.choice([precious, precious / "000001.vtkhdf", precious / "nothing"]))
             links.append((path, os.readlink(path)))
@@ -157,14 +157,14 @@ def foreign(work):
             lambda: hvisph.resume(folder, end=4e-7, threads=1),
             lambda: run(case, folder, force=True, threads=1),
         ):
-            code, said = in_place(action)
-            assert code in (0, 2), said
-            refused += code == 2
+            code, output = in_place(action)
+            assert code in (0, 2), output
+            refusals += code == 2
         assert [path for path in placed if not path.is_file() or path.read_text() != "mine"] == []
         assert [path for path, to in links if not path.is_symlink() or os.readlink(path) != to] == []
         assert sorted(path.name for path in precious.iterdir()) == [f"{k:06d}.vtkhdf" for k in range(4)]
         assert {path.read_text() for path in precious.iterdir()} == {"keep"}
-        return {"files": len(placed), "links": len(links), "refused": refused}
+        return {"files": len(placed), "links": len(links), "refused": refusals}
 
     return trial
 

@@ -54,8 +54,8 @@ class Campaign:
                 except (SystemExit, AssertionError) as error:
                     print(f"{self.name} {number}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
                     failed.append(number)
-                kept = tally | ({"failed": [*failed, *again]} if failed or again else {})
-                tallies.write_text(json.dumps(_known(tallies) | {self.name: kept}, indent=1), encoding="utf-8")
+                content = tally | ({"failed": [*failed, *again]} if failed or again else {})
+                tallies.write_text(json.dumps(_known(tallies) | {self.name: content}, indent=1), encoding="utf-8")
                 count -= 1
         return tally | ({"failed": [*failed, *again]} if failed or again else {})
 
@@ -64,13 +64,13 @@ def _known(tallies: Path) -> Tally:
     return json.loads(tallies.read_text(encoding="utf-8")) if tallies.is_file() else {}
 
 
-def added(one: Any, other: Any, name: str = "") -> Any:
+def added(first: Any, second: Any, name: str = "") -> Any:
     """Return two tallies as one: numbers added, of `most_...` the larger, of `least_...` the smaller."""
-    if isinstance(other, dict):
-        return one | {key: added(one[key], value, key) if key in one else value for key, value in other.items()}
+    if isinstance(second, dict):
+        return first | {key: added(first[key], value, key) if key in first else value for key, value in second.items()}
     if name.startswith(("most_", "least_")):
-        return max(one, other) if name.startswith("most_") else min(one, other)
-    return one + other
+        return max(first, second) if name.startswith("most_") else min(first, second)
+    return first + second
 
 
 def counts(tally: dict[str, int]) -> str:
@@ -84,13 +84,13 @@ def keep_row(path: Path, head: str, order: list[str], row: tuple[str, str, str])
     def is_row(line: str) -> bool:
         return line.startswith("|")
 
-    known, after = {}, []
+    by_name, after = {}, []
     if path.is_file():
         lines = path.read_text(encoding="utf-8").splitlines()
         table = [*itertools.takewhile(is_row, itertools.dropwhile(lambda line: not is_row(line), lines))]
         after = lines[lines.index(table[-1]) + 1 :] if table else []
         cells = [line.strip("| ").split(" | ") for line in table]
-        known = {one[0]: one for one in cells if len(one) == 3 and one[0] in order}
-    known[row[0]] = list(row)
-    rows = [head, *(f"| {' | '.join(known[what])} |" for what in order if what in known)]
+        by_name = {one[0]: one for one in cells if len(one) == 3 and one[0] in order}
+    by_name[row[0]] = list(row)
+    rows = [head, *(f"| {' | '.join(by_name[name])} |" for name in order if name in by_name)]
     path.write_text("\n".join([*rows, *after]) + "\n", encoding="utf-8")

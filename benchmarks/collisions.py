@@ -44,26 +44,26 @@ def case_of(seed, dx):
         if shape["type"] == "box":
             bodies[f"body_{k}"]["rotation"] = {"angle": float(rng.uniform(0, 3)), "axis": rng.normal(size=3).tolist()}
     formulation = FORMULATIONS[seed % len(FORMULATIONS)]
-    extra = {0: {}, 1: {"symmetry": [{"axis": "z", "at": 0.0}]}, 2: {"domain": {"min": [-4e-3, None, None]}}, 3: {}}
-    further = extra[seed // len(FORMULATIONS) % 4]
-    if "symmetry" in further:  # bodies on the plane, moving along it
+    variants = {0: {}, 1: {"symmetry": [{"axis": "z", "at": 0.0}]}, 2: {"domain": {"min": [-4e-3, None, None]}}, 3: {}}
+    addition = variants[seed // len(FORMULATIONS) % 4]
+    if "symmetry" in addition:  # bodies on the plane, moving along it
         for body in bodies.values():
             body["position"][2] = body["velocity"][2] = 0.0
             if "rotation" in body:
                 body["rotation"]["axis"] = [0.0, 0.0, 1.0]
     options = {"type": formulation} | OPTIONS.get(formulation, {}) | KEPT.get(formulation, {})
     end = 4e-6 if formulation != "projection" else 3e-7
-    plain = {"kinematics": "three_d", "resolution": dx, "bodies": bodies, "formulation": options,
+    content = {"kinematics": "three_d", "resolution": dx, "bodies": bodies, "formulation": options,
              "output": {"checkpoint_every": None, "every": None}, "time": {"end": end, "max_steps": 20_000}}  # fmt: skip
     try:
-        return load_case(plain | further), formulation
+        return load_case(content | addition), formulation
     except CaseError:  # not for every formulation
         try:
-            return load_case(plain), formulation
+            return load_case(content), formulation
         except CaseError:
             for body in bodies.values():
                 body["material"] = METAL
-            return load_case(plain), formulation
+            return load_case(content), formulation
 
 
 def collisions(dx):
@@ -79,12 +79,12 @@ def collisions(dx):
                     "ends": {"stopped cleanly by a watcher": 1},
                     "stopped": {f"{formulation}: {summary['failure']['criterion']}": 1},
                 }
-            found = _figures(case, summary["conservation"], work / "collision")
+            figures = _figures(case, summary["conservation"], work / "collision")
             told: Tally = {"ends": {"ended": 1}, "by formulation": {formulation: 1}}
-            for what, value in found.items():
-                told[what] = {f"most_{formulation}": value}
-                if value > LIMITS[what]:
-                    told["misses"] = [*told.get("misses", []), f"seed {seed}, {formulation}, {what} {value:.1e}"]
+            for name, value in figures.items():
+                told[name] = {f"most_{formulation}": value}
+                if value > LIMITS[name]:
+                    told["misses"] = [*told.get("misses", []), f"seed {seed}, {formulation}, {name} {value:.1e}"]
             return told
 
         return trial
@@ -94,15 +94,15 @@ def collisions(dx):
 
 def _figures(case, kept, folder):
     """Return what is held against the limits, by name: drifts, and the least internal energy, its sign turned."""
-    found = {"momentum": None if case.symmetry else kept["momentum_drift"], "energy": kept["energy_drift"],
+    figures = {"momentum": None if case.symmetry else kept["momentum_drift"], "energy": kept["energy_drift"],
              "angular momentum": None if case.symmetry else kept["angular_momentum_drift"]}  # fmt: skip
     start, end = read_snapshot(list_snapshots(folder)[0]), final(folder)
     velocity, mass = start.fields["velocity"], start.fields["mass"]
     speed = velocity - np.average(velocity, axis=0, weights=mass)
     mean = 0.5 * float(np.average((speed**2).sum(axis=1), weights=mass))
     if "internal_energy" in end.fields:
-        found["internal energy below zero"] = max(-float(end.fields["internal_energy"].min()) / mean, 0.0)
-    return {name: abs(value) for name, value in found.items() if value is not None}
+        figures["internal energy below zero"] = max(-float(end.fields["internal_energy"].min()) / mean, 0.0)
+    return {name: abs(value) for name, value in figures.items() if value is not None}
 
 
 def told(tally):

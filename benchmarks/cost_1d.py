@@ -43,7 +43,7 @@ def cost(case: str, folder: str, overrides: list[str]) -> tuple[int, float, int]
     """Return particles, processor time [s] and peak memory [bytes] of a run: the best of three."""
     command = [sys.executable, "-c", MEASURE, case, f"{folder}/run", *overrides]
     runs = [subprocess.run(command, capture_output=True, text=True, check=True).stdout.split() for _ in range(3)]
-    n, seconds, peak = min(runs, key=lambda one: float(one[1]))
+    n, seconds, peak = min(runs, key=lambda row: float(row[1]))
     return int(n), float(seconds), int(peak)
 
 
@@ -76,12 +76,12 @@ def main() -> None:
         for case, resolutions in CASES.items():
             # a fixed step fits the published resolution alone
             free = ["time.step=null"] if case.startswith("published") else []
-            for resolution, few in zip(resolutions, (options.steps, options.steps // 5), strict=True):
+            for resolution, steps in zip(resolutions, (options.steps, options.steps // 5), strict=True):
                 common = [f"resolution={resolution}", *free]
-                n, short, _ = cost(case, folder, [*common, f"time.max_steps={few}"])
-                _, long, peak = cost(case, folder, [*common, f"time.max_steps={LONGER * few}"])
-                step = (long - short) / ((LONGER - 1) * few)
-                print(f"{case:26}{n:>10}{1e6 * step / n:>22.3f}{short - step * few:>13.1f}{peak / n / 1000:>17.2f}"
+                n, short, _ = cost(case, folder, [*common, f"time.max_steps={steps}"])
+                _, long, peak = cost(case, folder, [*common, f"time.max_steps={LONGER * steps}"])
+                step = (long - short) / ((LONGER - 1) * steps)
+                print(f"{case:26}{n:>10}{1e6 * step / n:>22.3f}{short - step * steps:>13.1f}{peak / n / 1000:>17.2f}"
                       f"{passes(case, common):>12.3f}")  # fmt: skip
 
 

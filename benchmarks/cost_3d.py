@@ -24,17 +24,17 @@ print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 
 def cost(case: str, folder: str, threads: int, overrides: list[str]) -> tuple[int, float, float]:
     """Return particles, wall time of the loop with its output [s] and peak memory [bytes] of a run."""
-    done = subprocess.run([sys.executable, "-c", MEASURE, case, f"{folder}/run", str(threads), *overrides],
+    process = subprocess.run([sys.executable, "-c", MEASURE, case, f"{folder}/run", str(threads), *overrides],
                           capture_output=True, text=True, check=True)  # fmt: skip
     summary = json.loads(Path(folder, "run", "summary.json").read_text())
-    return summary["particles"], summary["wall_seconds"], float(done.stdout.split("peak")[1])
+    return summary["particles"], summary["wall_seconds"], float(process.stdout.split("peak")[1])
 
 
 def stepping(folder: str, threads: int, overrides: list[str], counts: tuple[int, int]) -> tuple[int, float]:
     """Return particles and microseconds per particle-step between two numbers of steps: output is in neither."""
     runs = [cost("sphere_on_plate", folder, threads, [*overrides, f"time.max_steps={steps}"]) for steps in counts]
-    particles, (few, many) = runs[0][0], (wall for _, wall, _ in runs)
-    return particles, 1e6 * (many - few) / (counts[1] - counts[0]) / particles
+    particles, (short, long) = runs[0][0], (wall for _, wall, _ in runs)
+    return particles, 1e6 * (long - short) / (counts[1] - counts[0]) / particles
 
 
 def main() -> None:

@@ -33,9 +33,9 @@ def small_run(folder: str, number: int, settings: list[str]) -> None:
         "--force",
         "--quiet",
     ]
-    done = subprocess.run([*command, *settings], capture_output=True, text=True, check=False)
-    if done.returncode not in (0, 1):  # 1: a coarse run misses what a fine one is expected to give
-        sys.exit(f"run {number} failed:\n{done.stderr[-3000:]}")
+    process = subprocess.run([*command, *settings], capture_output=True, text=True, check=False)
+    if process.returncode not in (0, 1):  # 1: a coarse run misses what a fine one is expected to give
+        sys.exit(f"run {number} failed:\n{process.stderr[-3000:]}")
 
 
 def measured(folder: str, runs: int, at_once: int, settings: list[str]) -> tuple[float, float]:
@@ -55,17 +55,17 @@ def main() -> None:
     parser.add_argument("--end", default="4 us")
     parser.add_argument("--formulation", default="eulerian")
     parser.add_argument("--rounds", type=int, default=3)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     settings = []
-    for one in (f"resolution={asked.resolution} mm", f"time.end={asked.end}", "output.every=null",
-                f"formulation={{type: {asked.formulation}}}"):  # fmt: skip
+    for one in (f"resolution={options.resolution} mm", f"time.end={options.end}", "output.every=null",
+                f"formulation={{type: {options.formulation}}}"):  # fmt: skip
         settings += ["--set", one]
-    ways = {"one after the other": 1, "one a core": available_threads(), "all at once": asked.runs}
+    ways = {"one after the other": 1, "one a core": available_threads(), "all at once": options.runs}
     with tempfile.TemporaryDirectory() as folder:
         measured(folder, 1, 1, settings)
         rounds = []
-        for _ in range(asked.rounds):
-            rounds.append({name: measured(folder, asked.runs, at_once, settings) for name, at_once in ways.items()})
+        for _ in range(options.rounds):
+            rounds.append({name: measured(folder, options.runs, at_once, settings) for name, at_once in ways.items()})
             for name, (wall, spent) in rounds[-1].items():
                 print(f"{name:>20}: {wall:6.1f} s, {spent:6.1f} s of processor time", flush=True)
     for other in ("one a core", "one after the other"):

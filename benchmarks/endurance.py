@@ -118,8 +118,8 @@ def long(steps):
         def trial(number):
             formulation = FORMULATIONS[number]
             options = {"type": formulation} | LONG.get(formulation, {})
-            loose = {"speed_over_initial": None, "energy_drift": None, "density": False}
-            case = row_of([METAL, METAL], speed=10.0, formulation=options, watch=loose, time={"end": 1.0, "max_steps": steps},
+            limits = {"speed_over_initial": None, "energy_drift": None, "density": False}
+            case = row_of([METAL, METAL], speed=10.0, formulation=options, watch=limits, time={"end": 1.0, "max_steps": steps},
                           output={"history_every": 1000, "checkpoint_every": 5.0})  # fmt: skip
 
             def action():
@@ -130,10 +130,10 @@ def long(steps):
                 grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
                 return json.dumps([summary["status"], summary["steps"], summary["conservation"], grown])
 
-            code, said = in_child(action, seconds=3600)
-            assert code == 0, said
-            status, done, kept, grown = json.loads(said)
-            assert (status, done) == ("done", steps), said
+            code, output = in_child(action, seconds=3600)
+            assert code == 0, output
+            status, done, kept, grown = json.loads(output)
+            assert (status, done) == ("done", steps), output
             energy = "no energy" if kept["energy_drift"] is None else f"energy {abs(kept['energy_drift']):.0e}"
             memory_ = f"memory +{grown / 1e3:.1f} MB"
             return {"runs": [f"{formulation} {energy}, momentum {kept['momentum_drift']:.0e}, {memory_}"]}
@@ -198,30 +198,30 @@ def caches(work):
 
     The part is of loops that are soon compiled; each round has other ones.
     """
-    other = work / "other"
+    second = work / "other"
     for name in ("hvisph", "tests"):
-        shutil.copytree(ROOT / name, other / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, second / name, ignore=shutil.ignore_patterns("__pycache__"))
     _changed(
-        other / "hvisph/integrators/time_step.py", "self.cfl * times[kind]", "0.5 * self.cfl * times[kind]"
+        second / "hvisph/integrators/time_step.py", "self.cfl * times[kind]", "0.5 * self.cfl * times[kind]"
     )  # half the step
-    _changed(other / "hvisph/compiler/self_test.py", "np.sqrt(x[k]) * x[k]", "x[k] * np.sqrt(x[k])")  # another loop
-    servers, full = [_server(root) for root in (ROOT, other)], work / "full"
-    right = [_together([server], full, [1])[0] for server in servers]  # a cold cache, compiled by one of each
+    _changed(second / "hvisph/compiler/self_test.py", "np.sqrt(x[k]) * x[k]", "x[k] * np.sqrt(x[k])")  # another loop
+    servers, cache_full = [_server(root) for root in (ROOT, second)], work / "full"
+    right = [_together([server], cache_full, [1])[0] for server in servers]  # a cold cache, compiled by one of each
     assert all(one and one[0] for one in right)
     assert right[0][1:] != right[1][1:]
 
     def trial(number):
         cache, rng, spoilt = work / f"cache_{number}", random.Random(number), {}
-        shutil.copytree(full, cache)
+        shutil.copytree(cache_full, cache)
         small = sorted(path for path in cache.rglob("*.loop") if path.stat().st_size < SMALL_LOOP)
         for path in rng.sample(small, min(4, len(small))):
             kind = rng.choice(["missing", "empty", "cut off", "noise", "one bit turned"])
             spoilt[kind] = spoilt.get(kind, 0) + 1
             _spoil(path, kind, rng)
-        said = _together(servers, cache, [3, 2])
-        assert said == [right[0]] * 3 + [right[1]] * 2, f"{number}, {spoilt}: {said}"
-        again = _together(servers, cache, [1, 1])  # what they have left behind is whole
-        assert again == right, f"{number}, afterwards: {again}"
+        answers = _together(servers, cache, [3, 2])
+        assert answers == [right[0]] * 3 + [right[1]] * 2, f"{number}, {spoilt}: {answers}"
+        second_answers = _together(servers, cache, [1, 1])  # what they have left behind is whole
+        assert second_answers == right, f"{number}, afterwards: {second_answers}"
         shutil.rmtree(cache)
         return {"processes": 7, "loops": spoilt}
 
@@ -251,16 +251,16 @@ def _together(servers, cache, counts_):
     return [one for server in servers for one in json.loads(server.stdout.readline())]
 
 
-def _spoil(path, kind, rng):
+def _spoil(path, damage, rng):
     """Take a loop out of the cache, or make it garbage."""
     content = bytearray(path.read_bytes())
-    if kind == "missing":
+    if damage == "missing":
         path.unlink()
         return
-    if kind == "one bit turned":
+    if damage == "one bit turned":
         content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-    kept = {"empty": b"", "cut off": content[: len(content) // 2], "noise": rng.randbytes(3000)}
-    path.write_bytes(kept.get(kind, content))
+    contents = {"empty": b"", "cut off": content[: len(content) // 2], "noise": rng.randbytes(3000)}
+    path.write_bytes(contents.get(damage, content))
 
 
 def caches_told(tally):
@@ -290,20 +290,20 @@ def memory(count):
 
             coarse = case.model_copy(update={"resolution": case.resolution * 20})
             in_child(lambda: run(coarse, work / "small", threads=1, force=True))  # compiles
-            code, said = in_child(action, seconds=3600)
-            assert code == 0, said
+            code, output = in_child(action, seconds=3600)
+            assert code == 0, output
             shutil.rmtree(work / formulation)
-            promised, taken = estimate(case).memory, float(said)
+            promised, used = estimate(case).memory, float(output)
             try:
                 refuse_impossible(case, free=promised * 0.99)
             except CaseError:
-                refused = 1
+                refusals = 1
             else:
                 raise SystemExit(f"{formulation}: a case beyond memory is not refused")
             text = (
-                f"{formulation} {promised / 1e9:.2f} GB promised, {taken / 1e9:.2f} taken ({promised / taken - 1:+.0%})"
+                f"{formulation} {promised / 1e9:.2f} GB promised, {used / 1e9:.2f} taken ({promised / used - 1:+.0%})"
             )
-            return {"runs": [text], "refused": refused, "most_off": abs(promised / taken - 1.0)}
+            return {"runs": [text], "refused": refusals, "most_off": abs(promised / used - 1.0)}
 
         return trial
 

@@ -23,9 +23,9 @@ SIZES = {
 
 def cost(folder: str, name: str, dx: float, steps: tuple[int, int], settings: list[str]) -> tuple[float, int]:
     """Return the cost of a particle-step [us], and particles."""
-    found = [ours(folder, name, f"resolution={dx}mm", f"time.max_steps={n}", *settings) for n in steps]
-    (short, count, few), (long, _, many) = found
-    return 1e6 * (long - short) / (many - few) / count, count
+    runs = [ours(folder, name, f"resolution={dx}mm", f"time.max_steps={n}", *settings) for n in steps]
+    (short, count, first_steps), (long, _, last_steps) = runs
+    return 1e6 * (long - short) / (last_steps - first_steps) / count, count
 
 
 def main() -> None:

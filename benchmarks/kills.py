@@ -76,9 +76,9 @@ def long_case(dim, options):
     end = 4e-8 if options.get("formulation", {}).get("type") == "projection" else 3e-6 / dim
     time_ = {"end": end} | options.get("time", {})
     output = {"every": end / 6, "formats": ["hdf5", "vtu"], "checkpoint_every": 0.02}
-    other = DAMAGED if "conversion" in options.get("formulation", {}) else METAL
+    material = DAMAGED if "conversion" in options.get("formulation", {}) else METAL
     return row_of(
-        [METAL, other], dim=dim, dx=SPACING[dim], **options | {"time": time_, "output": output, "watch": LOOSE}
+        [METAL, material], dim=dim, dx=SPACING[dim], **options | {"time": time_, "output": output, "watch": LOOSE}
     )
 
 
@@ -130,7 +130,7 @@ class Launched:
         """Kill one of its processes and wait until all have gone; return whether there was one to kill."""
         try:
             all_ = psutil.Process(self.process.pid).children(recursive=True)
-            computing = [one for one in all_ if "hvisph" in one.cmdline() and "-n" not in one.cmdline()]
+            computing = [process for process in all_ if "hvisph" in process.cmdline() and "-n" not in process.cmdline()]
             victims = [*computing, psutil.Process(self.process.pid)]
             rng.choice(victims).kill()
         except psutil.NoSuchProcess:

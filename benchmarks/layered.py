@@ -70,10 +70,10 @@ class Computed:
             changes = np.flatnonzero(np.diff(snapshot.body)) + 1
             for number, at in enumerate(changes):
                 low, high = (x[at] - CLEAR * self.case.resolution, x[at] + CLEAR * self.case.resolution)
-                near = pressures[(edges[:, 1] > low) & (edges[:, 0] < high)]
-                if len(near) and near.max() > 0.1 and np.ptp(near) < 1e-3 * near.max():
-                    over = (p[at - ABOUT : at + ABOUT].max() - near.max()) / near.max()
-                    worst[min(number, 1)] = max(worst[min(number, 1)], over)
+                window = pressures[(edges[:, 1] > low) & (edges[:, 0] < high)]
+                if len(window) and window.max() > 0.1 and np.ptp(window) < 1e-3 * window.max():
+                    excess = (p[at - ABOUT : at + ABOUT].max() - window.max()) / window.max()
+                    worst[min(number, 1)] = max(worst[min(number, 1)], excess)
         return worst[0], worst[1]
 
 
@@ -110,8 +110,8 @@ def convergence(runs: Path) -> None:
         for n in numbers:
             # the published step suits 400; the layers between are compressed fourteenfold
             finer = [f"time.step={0.04 / n!r}"] if n > 400 else []
-            one = Computed(name, runs, f"resolution={1.0 / n!r}", *finer, *filter(None, [override]))
-            rows.append([one.compared(gauge).mean_difference for gauge in ("A", "B", "C")])
+            computed = Computed(name, runs, f"resolution={1.0 / n!r}", *finer, *filter(None, [override]))
+            rows.append([computed.compared(gauge).mean_difference for gauge in ("A", "B", "C")])
             print(f"{label:24}{n:5} per unit length: " + ", ".join(f"{value:.5f}" for value in rows[-1]))
         span = math.log(numbers[-1] / numbers[0])
         orders = [math.log(a / b) / span for a, b in zip(rows[0], rows[-1], strict=True)]

@@ -44,23 +44,23 @@ def modelled(case: Case, processes: int) -> float:
     owner = Parts(processes, positions, numbers).owner(positions, numbers)
     shares = []
     for part in range(processes):
-        own = positions[owner == part]
-        others = positions[owner != part]
-        apart = np.maximum(own.min(axis=0) - others, others - own.max(axis=0)).max(axis=1)
-        shares.append(LAYERS * (apart <= 1.25 * case.resolution).sum() / len(own))
+        inside = positions[owner == part]
+        outside = positions[owner != part]
+        distance = np.maximum(inside.min(axis=0) - outside, outside - inside.max(axis=0)).max(axis=1)
+        shares.append(LAYERS * (distance <= 1.25 * case.resolution).sum() / len(inside))
     return float(np.mean(shares))
 
 
-def watched(started: subprocess.Popen) -> list[float]:
+def watched(process: subprocess.Popen) -> list[float]:
     """Wait for the end of a run; return the most memory of each of its processes [MB], the largest first."""
-    most: dict[int, float] = {}
-    while started.poll() is None:
+    peaks: dict[int, float] = {}
+    while process.poll() is None:
         with suppress(psutil.Error):
-            for one in [psutil.Process(started.pid), *psutil.Process(started.pid).children(recursive=True)]:
-                if "hvisph" in one.cmdline() and "-n" not in one.cmdline():
-                    most[one.pid] = max(most.get(one.pid, 0.0), one.memory_info().rss / 1e6)
+            for child in [psutil.Process(process.pid), *psutil.Process(process.pid).children(recursive=True)]:
+                if "hvisph" in child.cmdline() and "-n" not in child.cmdline():
+                    peaks[child.pid] = max(peaks.get(child.pid, 0.0), child.memory_info().rss / 1e6)
         time.sleep(0.25)
-    return sorted(most.values(), reverse=True)
+    return sorted(peaks.values(), reverse=True)
 
 
 def one_run(
@@ -70,15 +70,15 @@ def one_run(
     launcher = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or "mpiexec"
     start = [launcher, "-n", str(processes)] if processes > 1 else []
     settings = [*arguments.set, f"time.max_steps={steps}", "output.checkpoint_every=null"]
-    started = subprocess.Popen(
+    process = subprocess.Popen(
         [*start, sys.executable, "-m", "hvisph", "run", arguments.case, "--out", str(folder), "--force", "--quiet",
          "--threads", str(threads), *(part for one in settings for part in ("--set", one))],
         stdout=subprocess.DEVNULL,
     )  # fmt: skip
-    memory = watched(started)
+    memory = watched(process)
     summary = json.loads((folder / "summary.json").read_text())
-    said = [line for line in (folder / "run.log").read_text().splitlines() if "rows of others" in line]
-    return 1e3 * summary["wall_seconds"], said[-1].split("  ", 1)[1] if said else "", memory
+    lines = [line for line in (folder / "run.log").read_text().splitlines() if "rows of others" in line]
+    return 1e3 * summary["wall_seconds"], lines[-1].split("  ", 1)[1] if lines else "", memory
 
 
 def main() -> None:

@@ -24,8 +24,8 @@ def main() -> None:
     positions = np.concatenate([plate.positions + centre for centre in centres])
     bodies = np.repeat([0, 1], plate.count)
     begin = time.perf_counter()
-    found = overlaps(positions, bodies, DX)
-    print(f"{len(positions)} particles: {time.perf_counter() - begin:.2f} s, {len(found)} overlaps")
+    pairs = overlaps(positions, bodies, DX)
+    print(f"{len(positions)} particles: {time.perf_counter() - begin:.2f} s, {len(pairs)} overlaps")
 
 
 if __name__ == "__main__":

@@ -54,20 +54,20 @@ def rows_of(history: dict[str, np.ndarray], exact: ExactSolution) -> list[Row]:
     """Return the figures of a run whose gauges are those of `plate_impact_600`."""
     gauges = {gauge.name: gauge for gauge in exact.gauges}
     time = history["time"]
-    near, far = (
+    at_near, at_far = (
         # rises of a tenth of the precursor's stress at least, plateaus of 40 ns: the precursor's at `near` has 60
         compare_gauge(time, -history[f"gauge.{name}.stress_xx"], gauges[name].times,
                       -gauges[name].values("stress_xx"), shortest=4e-8, smallest=6e7)
         for name in ("near", "far")
     )  # fmt: skip
-    pairs = list(zip(near.arrivals, far.arrivals, strict=False))
+    pairs = list(zip(at_near.arrivals, at_far.arrivals, strict=False))
     # with a precursor, the first plateau is far below the second
-    two = len(pairs) > 1 and far.plateaus[1].exact < 0.5 * far.plateaus[2].exact
+    two = len(pairs) > 1 and at_far.plateaus[1].exact < 0.5 * at_far.plateaus[2].exact
     names = ("precursor", "plastic shock") if two else ("shock",)
     rows = []
     for name, (a, b) in zip(names, pairs, strict=False):
         rows.append(Row(f"speed of the {name}", APART / (b.found - a.found), APART / (b.exact - a.exact), "m/s"))
-    for name, level in zip((*names[:-1], "plateau"), far.plateaus[1:], strict=False):
+    for name, level in zip((*names[:-1], "plateau"), at_far.plateaus[1:], strict=False):
         rows.append(Row(f"stress of the {name}", level.found / 1e9, level.exact / 1e9, "GPa"))
     surface = gauges["surface"]
     # The exact surface still rises in small steps behind the shock: both are averaged over the same time.
@@ -98,9 +98,9 @@ def main() -> None:
             print(f"{name}\n    {'':38}{'found':>10}{'exact':>10}")
             print("\n".join(str(row) for row in rows_of(read_history(folder), exact)))
             if options.picture and number == 0:
-                beside = {f"gauge.{g.name}.{column}": steps(g.times, g.values(column), case.time.end)
+                exact_gauges = {f"gauge.{g.name}.{column}": steps(g.times, g.values(column), case.time.end)
                           for g in exact.gauges for column in g.columns}  # fmt: skip
-                curves_picture(gauge_panels(folder, beside), options.picture, title=case.title)
+                curves_picture(gauge_panels(folder, exact_gauges), options.picture, title=case.title)
 
 
 if __name__ == "__main__":

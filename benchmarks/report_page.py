@@ -55,17 +55,17 @@ def processor_seconds(root: int) -> float:
                 continue
             parents[int(entry.name)] = int(fields[1])
             total[int(entry.name)] = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-    own, more = {root}, True
-    while more:
-        more = {child for child, parent in parents.items() if parent in own} - own
-        own |= more
-    return sum(total.get(one, 0.0) for one in own)
+    family, growing = {root}, True
+    while growing:
+        growing = {child for child, parent in parents.items() if parent in family} - family
+        family |= growing
+    return sum(total.get(one, 0.0) for one in family)
 
 
 def script_seconds(driver) -> float:
     """Return the processor time of the page's script so far [s]."""
-    found = driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
-    return next(one["value"] for one in found if one["name"] == "ScriptDuration")
+    metrics = driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
+    return next(metric["value"] for metric in metrics if metric["name"] == "ScriptDuration")
 
 
 def played(driver) -> tuple[float, float, float]:
@@ -93,11 +93,11 @@ def main() -> None:
             time.sleep(0.05)
         shown = driver.execute_script("return document.body.dataset.shown")
         paint = driver.execute_script(PAINT)
-        rate, script, whole = played(driver)
+        rate, script, total = played(driver)
         size = page.stat().st_size / 1e6
         print(
             f"{Path(name).name}, {shown}: {size:.2f} MB, {seconds:.1f} s, {paint[0]:.0f} ms, {rate:.0f}/s, {script:.1f} ms, "
-            f"{whole:.1f} ms"
+            f"{total:.1f} ms"
         )
     driver.quit()
 

@@ -93,16 +93,16 @@ def fuzz(work):
         content = _fuzzed(number, bundled, small)
         path.write_bytes(content)
         began = time.process_time()
-        done = runner.invoke(app, ["check", str(path)])
+        result = runner.invoke(app, ["check", str(path)])
         seconds = time.process_time() - began
-        fine = done.exit_code in (0, 2) and "Traceback" not in done.output and "bug in hvisph" not in done.output
+        fine = result.exit_code in (0, 2) and "Traceback" not in result.output and "bug in hvisph" not in result.output
         if not fine or seconds > LONGEST:
             keep = Path(tempfile.gettempdir()) / f"hvisph_fuzz_{number}.yaml"
             keep.write_bytes(content)
             raise SystemExit(
-                f"fuzzed case {number} ended with {done.exit_code} after {seconds:.2f} s, kept as {keep}\n{done.output}"
+                f"fuzzed case {number} ended with {result.exit_code} after {seconds:.2f} s, kept as {keep}\n{result.output}"
             )
-        return {"ends": {"refused with a message" if done.exit_code else "still good": 1}, "most_seconds": seconds}
+        return {"ends": {"refused with a message" if result.exit_code else "still good": 1}, "most_seconds": seconds}
 
     return trial
 
@@ -134,11 +134,11 @@ def damage(work):
              (list_checkpoints(work / "run/checkpoint")[0], read_checkpoint)]  # fmt: skip
 
     def trial(number):
-        original, read = kinds[number % len(kinds)]
+        original, reader = kinds[number % len(kinds)]
         path = work / original.name
         path.write_bytes(damaged(original.read_bytes(), random.Random(number)))
         try:
-            read(path)
+            reader(path)
         except HvisphError as error:
             if str(path) in str(error):
                 return {}
@@ -228,12 +228,12 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=10**9, help="of each campaign, at most")
     parser.add_argument("--tally", type=Path, default=Path("robustness.json"))
     parser.add_argument("--out", type=Path, default=ROOT / "docs/robustness.md")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     for campaign in CAMPAIGNS:
-        if asked.only and campaign.name not in asked.only.split(","):
+        if options.only and campaign.name not in options.only.split(","):
             continue
         if (number := os.fork()) == 0:  # some campaigns fork, which no process may that has run something
-            made(campaign, asked)
+            made(campaign, options)
         if status := os.waitpid(number, 0)[1]:
             raise SystemExit(os.waitstatus_to_exitcode(status))
 

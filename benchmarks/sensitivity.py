@@ -118,13 +118,13 @@ def measured(names: list[str], factor: float) -> dict[str, float]:
 
 def solved(problems: list[tuple[str, Options, str]], settings: list[str]) -> dict[str, float]:
     """Return the results of verification problems."""
-    found = {}
+    figures = {}
     for problem, options, only in problems:
-        for one in verdicts(PROBLEMS[problem], ["riemann"], options, settings, only=only, threads=1):
-            found |= {f"{problem}: {one.trial}: {figure.name}": figure.found for figure in one.figures}
-            if one.status != "done":
-                found[f"{problem}: {one.trial}: {one.message}"] = float("nan")
-    return found
+        for verdict in verdicts(PROBLEMS[problem], ["riemann"], options, settings, only=only, threads=1):
+            figures |= {f"{problem}: {verdict.trial}: {figure.name}": figure.found for figure in verdict.figures}
+            if verdict.status != "done":
+                figures[f"{problem}: {verdict.trial}: {verdict.message}"] = float("nan")
+    return figures
 
 
 def main() -> None:

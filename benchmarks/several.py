@@ -58,9 +58,9 @@ def hvisph(processes, threads, *arguments):
     """Run `hvisph` on so many processes of so many threads."""
     start = [MPIEXEC, "-n", processes] if processes > 1 else []
     command = [*start, sys.executable, "-m", "hvisph", *arguments, "--threads", threads, "--quiet"]
-    done = subprocess.run(list(map(str, command)), env=os.environ | {"NUMBA_NUM_THREADS": "2"}, capture_output=True,
+    process = subprocess.run(list(map(str, command)), env=os.environ | {"NUMBA_NUM_THREADS": "2"}, capture_output=True,
                           text=True, timeout=900, check=False)  # fmt: skip
-    assert done.returncode in (0, 1), done.stderr[-2000:]
+    assert process.returncode in (0, 1), process.stderr[-2000:]
 
 
 def processes(work):

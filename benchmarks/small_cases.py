@@ -43,12 +43,12 @@ def measure(resolution: float, formulation: str, threads: int, steps: int) -> di
     changes = [f"resolution={resolution} mm", "output.every=null", f"time.max_steps={steps}"]
     case = load_case("al_al_coarse", [*changes, f"formulation={{type: {formulation}}}"])
     set_threads(threads)
-    with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as held:
-        run = Timed(case, build(case), held, Listener())
+    with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as run_folder:
+        run = Timed(case, build(case), run_folder, Listener())
         particles = run.setup.particles.count  # a run that has ended holds none
         run.go()
-        each = 1e3 / run.clock.steps
-        return {"particles": particles, "wall": each * run.wall, "cpu": each * run.cpu}
+        milliseconds = 1e3 / run.clock.steps
+        return {"particles": particles, "wall": milliseconds * run.wall, "cpu": milliseconds * run.cpu}
 
 
 def apart(arguments: list[str], spin: str) -> dict[str, float]:
@@ -70,22 +70,22 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--busy", type=int, default=0)
     parser.add_argument("--measure", nargs=4, help=argparse.SUPPRESS)
-    asked = parser.parse_args()
-    if asked.measure:
-        resolution, formulation, threads, steps = asked.measure
+    options = parser.parse_args()
+    if options.measure:
+        resolution, formulation, threads, steps = options.measure
         print(json.dumps(measure(float(resolution), formulation, int(threads), int(steps))))
         return
-    beside = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(asked.busy)]
+    spinners = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(options.busy)]
     try:
         print(
             f"{'particles':>9}{'threads':>8}{'spin':>7}{'wall best':>11}{'median':>8}{'cpu':>8}{'ratio':>7}  [ms a step]"
         )
-        for resolution in asked.resolutions.split(","):
+        for resolution in options.resolutions.split(","):
             ways = [("1", "0")]
-            ways += [(n, s) for n in asked.threads.split(",") if n != "1" for s in asked.spin.split(",")]
-            apart([resolution, asked.formulation, "1", "3"], "0")  # compiles
-            turns = [[apart([resolution, asked.formulation, n, asked.steps], s) for n, s in ways]
-                     for _ in range(asked.turns)]  # fmt: skip
+            ways += [(n, s) for n in options.threads.split(",") if n != "1" for s in options.spin.split(",")]
+            apart([resolution, options.formulation, "1", "3"], "0")  # compiles
+            turns = [[apart([resolution, options.formulation, n, options.steps], s) for n, s in ways]
+                     for _ in range(options.turns)]  # fmt: skip
             for k, (threads, spin) in enumerate(ways):
                 wall = [turn[k]["wall"] for turn in turns]
                 ratio = statistics.median(turn[k]["wall"] / turn[0]["wall"] for turn in turns)
@@ -93,7 +93,7 @@ def main() -> None:
                 print(f"{turns[0][0]['particles']:>9}{threads:>8}{spin:>7}{min(wall):>11.2f}"
                       f"{statistics.median(wall):>8.2f}{cpu:>8.2f}{ratio:>7.2f}", flush=True)  # fmt: skip
     finally:
-        for process in beside:
+        for process in spinners:
             process.kill()
 
 

@@ -25,8 +25,8 @@ def seconds(arguments: list[str], repeats: int = 5, **environment: str) -> tuple
         subprocess.run([sys.executable, "-m", "hvisph", *arguments], env=kept | environment, capture_output=True)
         wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
         times.append((wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime))
-    wall, spent = (statistics.median(column) for column in zip(*times, strict=True))
-    return wall, spent
+    wall, processor = (statistics.median(column) for column in zip(*times, strict=True))
+    return wall, processor
 
 
 def told(what: str, times: tuple[float, float]) -> None:

@@ -67,8 +67,8 @@ def timed_call(loop: CompiledFunction, *arguments: object) -> object:
 def cost(name: str, changes: list[str], steps: int, profile: cProfile.Profile | None = None) -> tuple[int, Timed]:
     """Return the number of particles and the run of a case."""
     case = load_case(name, [*changes, "time.end=1 s", f"time.max_steps={steps}", "output.every=null"])
-    with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as held:
-        run = Timed(case, build(case), held, Listener())
+    with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as run_folder:
+        run = Timed(case, build(case), run_folder, Listener())
         run.profile, count = profile, run.setup.particles.count
         if run.go().summary["status"] == "failed":
             raise RunError(f"{name} failed")
@@ -91,9 +91,9 @@ def main() -> None:
     for label, (name, changes) in CASES.items():
         cost(name, changes, 5)  # compiles
         count, run = cost(name, changes, arguments.steps)
-        plain, CompiledFunction.__call__ = CompiledFunction.__call__, timed_call
+        original, CompiledFunction.__call__ = CompiledFunction.__call__, timed_call
         outside = cost(name, changes, arguments.steps)[1].outside
-        CompiledFunction.__call__ = plain
+        CompiledFunction.__call__ = original
         print(f"{label:<32}{count:>10}{lowest_tenth(run.seconds):>12.3f}{lowest_tenth(outside):>15.3f}")
         if arguments.profile:
             profile = cProfile.Profile()

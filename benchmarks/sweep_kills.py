@@ -47,20 +47,20 @@ class Sweep:
         """Start the driver where it is not running; what was killed too often without coming further is asked for."""
         if self.driver is None or self.driver.poll() is not None:
             marked = {self.folder.standing(member).status for member in self.folder.members()} & {"killed"}
-            again = ["--only", "failed"] if marked else []
+            selection = ["--only", "failed"] if marked else []
             self.driver = subprocess.Popen(
-                [*self.command, *again], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+                [*self.command, *selection], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
             )
 
     def workers(self):
         """Return the processes that compute."""
         mine = str(self.folder.path)
-        found = []
+        processes = []
         for process in psutil.process_iter(["cmdline"]):
             command = process.info["cmdline"] or []
             if mine in command and (self.driver is None or process.pid != self.driver.pid):
-                found.append(process)
-        return found
+                processes.append(process)
+        return processes
 
     def events(self):
         """Return what happened to each case, in order."""
@@ -92,40 +92,40 @@ def strike(sweep, rng, cluster):
     victims += [("dask", pid) for pid in cluster()] if rng.random() < 0.2 else []
     if not victims:
         return None
-    kind, pid = rng.choice(victims)
+    victim_type, pid = rng.choice(victims)
     try:
         os.kill(pid, signal.SIGKILL)
     except ProcessLookupError:
         return None
-    return kind
+    return victim_type
 
 
-def harass(sweep, kills, rng, cluster, counts, until):
+def harass(sweep, kills, rng, cluster, counts, end_time):
     """Kill until it is enough, or all cases have ended, or time is up; count how often each kind was killed."""
-    while sum(counts.values()) < kills and sweep.left() and time.monotonic() < until:
+    while sum(counts.values()) < kills and sweep.left() and time.monotonic() < end_time:
         sweep.keep()
-        seen, end = sweep.starts(), time.monotonic() + 20.0
-        while sweep.starts() == seen and time.monotonic() < end and sweep.left():
+        starts, end = sweep.starts(), time.monotonic() + 20.0
+        while sweep.starts() == starts and time.monotonic() < end and sweep.left():
             sweep.keep()
             cluster()
             time.sleep(0.3)
         time.sleep(rng.uniform(0.0, 2.0))
-        kind = strike(sweep, rng, cluster)
-        if kind:
-            counts[kind] = counts.get(kind, 0) + 1
+        victim_type = strike(sweep, rng, cluster)
+        if victim_type:
+            counts[victim_type] = counts.get(victim_type, 0) + 1
 
 
 def judge(sweep, place):
     """Return cases that were not computed once, and cases that differ from the same one alone."""
-    told, folder = sweep.events(), sweep.folder
-    ends = [sum(event["event"] == "end" and not event["reason"] for event in case) for case in told]
-    different = []
+    events, folder = sweep.events(), sweep.folder
+    ends = [sum(event["event"] == "end" and not event["reason"] for event in case) for case in events]
+    differences = []
     for member in folder.members():
-        alone = run(folder.plan().case(member.values), place / str(member.number), threads=1).folder
-        a, b = (read_snapshot(list_snapshots(one)[-1]) for one in (folder.run_folder(member), alone))
+        reference = run(folder.plan().case(member.values), place / str(member.number), threads=1).folder
+        a, b = (read_snapshot(list_snapshots(path)[-1]) for path in (folder.run_folder(member), reference))
         if not all(np.array_equal(a.fields[name], b.fields[name], equal_nan=True) for name in a.fields):
-            different.append(member.number)
-    return [number for number, count in enumerate(ends) if count != 1], different
+            differences.append(member.number)
+    return [number for number, count in enumerate(ends) if count != 1], differences
 
 
 def main() -> None:
@@ -144,19 +144,19 @@ def main() -> None:
     folder = begin({"case": "al_al_coarse", "set": SETTINGS, "vary": vary}, place / "sweep")
     tally = place / "kills.json"
     counts = json.loads(tally.read_text()) if tally.is_file() else {}
-    rng, options, there = random.Random(asked.seed + 1000 * sum(counts.values())), [], None
+    rng, options, place_of_cluster = random.Random(asked.seed + 1000 * sum(counts.values())), [], None
     if asked.dask:
         from distributed import LocalCluster
 
-        there = LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50)
-        options = ["--dask", there.scheduler_address]
+        place_of_cluster = LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50)
+        options = ["--dask", place_of_cluster.scheduler_address]
 
     def cluster():
-        if there is None:
+        if place_of_cluster is None:
             return []
-        there.scale(2)  # what a nanny gave up is started anew
-        own = psutil.Process().children(recursive=True)
-        return [process.pid for process in own if any("spawn_main" in word for word in command_of(process))]
+        place_of_cluster.scale(2)  # what a nanny gave up is started anew
+        children = psutil.Process().children(recursive=True)
+        return [process.pid for process in children if any("spawn_main" in word for word in command_of(process))]
 
     sweep = Sweep(folder, options)
     harass(sweep, asked.kills, rng, cluster, counts, until)
@@ -175,12 +175,12 @@ def main() -> None:
     if sweep.driver:
         sweep.driver.wait()
     starts = sweep.starts()
-    wrong, different = judge(sweep, place / "alone")
+    wrong, differences = judge(sweep, place / "alone")
     statuses = sorted({folder.standing(member).status for member in folder.members()})
     print(f"{asked.cases} cases, {'a Dask cluster' if asked.dask else 'local workers'}; killed: {counts}")
     print(f"begun or gone on with {starts} times; statuses: {statuses}")
-    print(f"not computed to the end exactly once: {wrong or 'none'}; other bits than alone: {different or 'none'}")
-    raise SystemExit(bool(wrong or different or statuses != ["done"]))
+    print(f"not computed to the end exactly once: {wrong or 'none'}; other bits than alone: {differences or 'none'}")
+    raise SystemExit(bool(wrong or differences or statuses != ["done"]))
 
 
 if __name__ == "__main__":

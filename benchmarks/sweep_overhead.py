@@ -58,10 +58,10 @@ def main() -> None:
         for count in counts:
             out = str(place / f"{count}-{number}")
             command = [sys.executable, "-m", "hvisph", "sweep", str(file), "--workers", str(count), "--threads", "1"]
-            wall, spent = measured([*command, "--out", out, "--quiet"])
-            print(f"{count} workers: {wall:.1f} s, {spent:.1f} s of processor time", flush=True)
+            wall, processor = measured([*command, "--out", out, "--quiet"])
+            print(f"{count} workers: {wall:.1f} s, {processor:.1f} s of processor time", flush=True)
             ratios[f"{count}, wall"].append(wall / series[0])
-            ratios[f"{count}, processor"].append(spent / series[1])
+            ratios[f"{count}, processor"].append(processor / series[1])
     print({name: round(statistics.median(values), 3) for name, values in ratios.items()})
 
 

@@ -50,13 +50,13 @@ def main() -> None:
         for title, runs in RUNS.items():
             for case, overrides in runs.values():  # fills the cache of compiled loops
                 cost(case, [*overrides, "time.max_steps=2"], folder)
-            found = [{name: cost(*one, folder) for name, one in runs.items()} for _ in range(rounds)]
-            least = {name: min(one[name] for one in found) for name in runs}
-            print(f"{title}, {least['adaptive'][0]} particles")
-            for name, (_, value) in least.items():
+            rounds_costs = [{name: cost(*one, folder) for name, one in runs.items()} for _ in range(rounds)]
+            lowest = {name: min(one[name] for one in rounds_costs) for name in runs}
+            print(f"{title}, {lowest['adaptive'][0]} particles")
+            for name, (_, value) in lowest.items():
                 print(f"  {name}: {value:.3f} us per particle-step")
-            dearer = max(value for name, (_, value) in least.items() if name != "adaptive")
-            print(f"  adaptive over the dearest of its parts: {least['adaptive'][1] / dearer:.2f}")
+            dearer = max(value for name, (_, value) in lowest.items() if name != "adaptive")
+            print(f"  adaptive over the dearest of its parts: {lowest['adaptive'][1] / dearer:.2f}")
 
 
 if __name__ == "__main__":
