@@ -20,7 +20,7 @@ DX = 0.1
 def main() -> None:
     """Print the time."""
     plate = fill(Box((5.0, 10.0, 10.0)), None, DX)
-    centres = row([plate, plate], [0.0, 0.0], [None, None], DX)
+    centres = row([plate, plate], [0.0, 0.0], [None, None], [None, None], [True, True])
     positions = np.concatenate([plate.positions + centre for centre in centres])
     bodies = np.repeat([0, 1], plate.count)
     begin = time.perf_counter()
