@@ -128,7 +128,7 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
     if kind == "union_tag_invalid":
         tag = str(detail["ctx"]["tag"])
         if renamed := renamed_value("type", tag):
-            return (*path, "type"), now
+            return (*path, "type"), renamed
         word = spellings("types").get(tag.lower().replace("-", "_"), "")
         if spot and word in spot.models:
             return (*path, "type"), f"unknown '{shorten(tag)}'; here it is '{word}'"
