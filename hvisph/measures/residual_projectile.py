@@ -8,7 +8,7 @@ from .impact_geometry import LAYER, PROJECTILE, members
 from .lengths import initial_length, length_of
 from .measurement_frame import Scene
 from .perforation import NO, NOT_YET, is_behind, layer_state
-from .result import ESTIMATED, Outcomes, Result, UndefinedMeasureError, measures, refuse_if
+from .result import RELATIVE_ERRORS, Outcomes, Result, UndefinedMeasureError, measures, refuse_if
 
 LEAST_SHARE = 0.5  # least mass fraction of the heaviest fragment for it to represent the projectile
 
@@ -71,7 +71,7 @@ def momentum_transfer(scene: Scene) -> Result:
     if not abs(initial_momentum) > 1e-12 * scale:  # round-off of a symmetric collision
         raise UndefinedMeasureError("the projectile had no axial momentum at the start")
     ratio = (_momentum(scene, scene.now, LAYER) - before) / initial_momentum
-    return Result(ratio, discretization=ESTIMATED["N s"] * scene.relative_spacing * abs(ratio))
+    return Result(ratio, discretization=RELATIVE_ERRORS["N s"] * scene.relative_spacing * abs(ratio))
 
 
 def _large_fragments(scene: Scene) -> np.ndarray:
@@ -125,10 +125,10 @@ def lengths(scene: Scene) -> Outcomes:
     """Return length of the heaviest fragment, lost length of the projectile, and residual length [m]."""
     refuse_if(reason := fragmentation_reason(scene), reason)
     length = length_of(scene, scene.position[scene.shot_groups.heaviest.particles, 0])
-    reason_of_start = "a single snapshot does not contain the initial length"
+    no_start = "a single snapshot does not contain the initial length"
     return {
         "projectile_length": length,
-        "eroded_length": reason_of_start if scene.start is None else initial_length(scene) - length,
+        "eroded_length": no_start if scene.start is None else initial_length(scene) - length,
         "residual_length": retention_reason(scene) or length,
     }
 

@@ -126,7 +126,7 @@ Outcome = float | Result | str  # a number, or one with its uncertainty, or the 
 Outcomes = Mapping[str, Outcome | Mapping[str, Outcome]]  # by name of the measure; of several variants by their names
 # Relative discretization error by SI unit, over dx/w, w being the width of the projectile: of first order, about twice
 # the median change of the measures of five bundled cases when their spacing is halved.
-ESTIMATED = {"m/s": 1.0, "N s": 1.0, "J": 1.5, "kg": 2.0, "K": 2.0, "rad": 4.0, "Pa": 5.0}
+RELATIVE_ERRORS = {"m/s": 1.0, "N s": 1.0, "J": 1.5, "kg": 2.0, "K": 2.0, "rad": 4.0, "Pa": 5.0}
 MISSING: dict[str, tuple[Callable[[Scene], bool], str]] = {
     "layer": (lambda scene: scene.has_target, "there is no target"),
     "start": (lambda scene: scene.start is not None, "a single snapshot does not contain the initial state"),
@@ -210,7 +210,7 @@ def complete(measure: Measure, outcome: Outcome | Mapping[str, Outcome], scene: 
         return undefined_result(unit, "its value is not finite")
     if unit == "m":
         return replace(result, spacing=scene.spacing, support=scene.support)
-    if measure.unit in ESTIMATED and result.discretization is None:
-        error = min(ESTIMATED[measure.unit] * scene.relative_spacing, 1.0)
+    if measure.unit in RELATIVE_ERRORS and result.discretization is None:
+        error = min(RELATIVE_ERRORS[measure.unit] * scene.relative_spacing, 1.0)
         return replace(result, discretization=error * abs(result.value))
     return result

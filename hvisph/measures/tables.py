@@ -204,9 +204,9 @@ def _cells(head: str, results: Mapping[str, Result]) -> dict[str, tuple[str, flo
     cells: dict[str, tuple[str, float | None]] = {}
     for name, result in results.items():
         cells[f"{head}{name}"] = result.unit, result.value
-        for variant, value in [*result.variants.items()][1:]:
-            if value.value is not None:
-                cells[f"{head}{name}.{variant}"] = value.unit, value.value
+        for variant, part in [*result.variants.items()][1:]:
+            if part.value is not None:
+                cells[f"{head}{name}.{variant}"] = part.unit, part.value
     return cells
 
 
