@@ -284,8 +284,8 @@ class Line:
         found[:-1] |= flags[1:]
         return found
 
-    def any_process(self, here):
-        return here
+    def any_process(self, condition):
+        return condition
 
 
 @pytest.mark.parametrize(("fallback_damage", "turned"), [(True, [1, 3]), (False, [])])

@@ -9,9 +9,9 @@ _VARIABLES = (("PMI_RANK", "PMI_SIZE"), ("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORL
 def launched_rank() -> tuple[int, int]:
     """Return rank and number of processes; 0 and 1 without a launcher."""
     for rank, size in _VARIABLES:
-        here, all_ = os.environ.get(rank, ""), os.environ.get(size, "")
-        if here.isdecimal() and all_.isdecimal() and int(all_) > 1:
-            return int(here), int(all_)
+        rank_text, size_text = os.environ.get(rank, ""), os.environ.get(size, "")
+        if rank_text.isdecimal() and size_text.isdecimal() and int(size_text) > 1:
+            return int(rank_text), int(size_text)
     return 0, 1
 
 

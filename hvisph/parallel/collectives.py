@@ -55,8 +55,8 @@ class Collectives:
     def __init__(self, stepper: AnyStepper, count: int):
         self._stepper, self.count = stepper, count
         self.world: SingleProcess = SingleProcess()
-        self._at: np.ndarray | None = None
-        self._ordered = np.zeros(0, np.uint32)
+        self._row_table: np.ndarray | None = None
+        self._sorted_numbers = np.zeros(0, np.uint32)
 
     @property
     def _is_parallel(self) -> bool:
@@ -67,10 +67,10 @@ class Collectives:
         """Whether output is too large for one process and is written slab by slab."""
         return self._is_parallel and self.count > parallel_output.MOST_GATHERED
 
-    def gather_numbers(self, chosen: np.ndarray) -> np.ndarray:
-        """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes."""
-        own = self._stepper.particles.id[chosen].astype(np.int64)
-        return np.concatenate(self.world.gather_objects(own))
+    def gather_numbers(self, mask: np.ndarray) -> np.ndarray:
+        """Return the permanent numbers of the particles in `mask` (n,), bool, of all processes."""
+        numbers = self._stepper.particles.id[mask].astype(np.int64)
+        return np.concatenate(self.world.gather_objects(numbers))
 
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of integers over all processes."""
@@ -91,47 +91,47 @@ class Collectives:
         rows = self.find_rows(numbers)
         if not self._is_parallel:
             return values[rows]
-        here = rows >= 0
+        mask = rows >= 0
         bits = np.zeros((len(numbers), *values.shape[1:]), np.int64)
         is_64_bit = values.dtype.itemsize == 8
-        bits[here] = values[rows[here]].view(np.int64) if is_64_bit else values[rows[here]]
+        bits[mask] = values[rows[mask]].view(np.int64) if is_64_bit else values[rows[mask]]
         sums = self.world.total(bits)
         return sums.view(values.dtype) if is_64_bit else sums.astype(values.dtype)
 
-    def first_of(self, own: T | None) -> T:
+    def first_of(self, local_value: T | None) -> T:
         """Return the value of the first process that has one."""
-        return next(value for value in self.world.gather_objects(own) if value is not None)
+        return next(value for value in self.world.gather_objects(local_value) if value is not None)
 
     def find_rows(self, numbers: np.ndarray) -> np.ndarray:
         """Return the rows of particles by their permanent numbers, -1 for those of other processes."""
-        own = self._stepper.particles.id
+        local_numbers = self._stepper.particles.id
         if not self._is_parallel:
-            if self._at is None:
-                self._at = np.empty(len(own), np.int32)
-                self._at[own] = np.arange(len(own), dtype=np.int32)
-            return np.asarray(self._at[numbers])
-        if self._at is None:
-            self._at = np.argsort(own)
-            self._ordered = own[self._at]
-        if not len(own):
+            if self._row_table is None:
+                self._row_table = np.empty(len(local_numbers), np.int32)
+                self._row_table[local_numbers] = np.arange(len(local_numbers), dtype=np.int32)
+            return np.asarray(self._row_table[numbers])
+        if self._row_table is None:
+            self._row_table = np.argsort(local_numbers)
+            self._sorted_numbers = local_numbers[self._row_table]
+        if not len(local_numbers):
             return np.full(len(numbers), -1)
-        places = np.minimum(np.searchsorted(self._ordered, numbers), len(own) - 1)
-        return np.where(self._ordered[places] == numbers, self._at[places], -1)
+        positions = np.minimum(np.searchsorted(self._sorted_numbers, numbers), len(local_numbers) - 1)
+        return np.where(self._sorted_numbers[positions] == numbers, self._row_table[positions], -1)
 
     def note_reordering(self) -> None:
         """Discard the look-up table after particles were reordered."""
-        self._at = None
+        self._row_table = None
 
     def worst(self, score: np.ndarray) -> ParticleReport | None:
         """Return the particle of the largest score (n,), the least number of equals; NaN counts, -inf does not."""
         particles = self._stepper.particles
         score = np.where(np.isnan(score), np.inf, score)
-        own: tuple[float, int, ParticleReport] | None = None
+        candidate: tuple[float, int, ParticleReport] | None = None
         if len(score) and score.max() > -np.inf:
             rows = np.flatnonzero(score == score.max())
             row = int(rows[particles.id[rows].argmin()])
-            own = (-float(score[row]), int(particles.id[row]), self._report(row))
-        reports = [report for report in self.world.gather_objects(own) if report is not None]
+            candidate = (-float(score[row]), int(particles.id[row]), self._report(row))
+        reports = [report for report in self.world.gather_objects(candidate) if report is not None]
         return min(reports, key=lambda report: report[:2])[2] if reports else None
 
     def look_up(self, number: int) -> ParticleReport:
@@ -157,9 +157,9 @@ class Collectives:
             number, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
         if not self._is_parallel:
             return GlobalLimit(limit.dt, limit.criterion, number, body, stop, checkpoint)
-        kind = CRITERIA.index(limit.criterion)
-        own = np.array([limit.dt, kind, number, body, stop, float(checkpoint), limit.unrounded])
-        table = self.world.gather_all(own)
+        index = CRITERIA.index(limit.criterion)
+        values = np.array([limit.dt, index, number, body, stop, float(checkpoint), limit.unrounded])
+        table = self.world.gather_all(values)
         # a failure stops all; of equal steps the first criterion and the smallest number count
         first = int(np.lexsort((table[:, 2], table[:, 6], table[:, 1], table[:, 0]))[0])
         dt, criterion, number, body = table[first, :4].tolist()
@@ -173,20 +173,20 @@ class Collectives:
         if not self._is_parallel:
             assert rows is not None
             return np.asarray(rows[numbers])
-        all_ = self.world.gather_rows(numbers)
+        all_numbers = self.world.gather_rows(numbers)
         ends = np.cumsum(self.world.gather_all(np.array([len(numbers)]))[:, 0])
-        return self.world.scatter_rows(rows, np.split(all_, ends[:-1]) if self.world.first else None)
+        return self.world.scatter_rows(rows, np.split(all_numbers, ends[:-1]) if self.world.first else None)
 
     def gather_rows(self, values: np.ndarray) -> np.ndarray:
         """Return the rows of all processes in order of rank on the first process; empty on the others."""
         return self.world.gather_rows(values)
 
-    def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
-        """Return all particles and their `further` rows on the first process, without copies of its own; else None."""
+    def gather_particles(self, particles: Particles, *arrays: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
+        """Return all particles and the rows of `arrays` on the first process, without copies of its own; else None."""
         tags, data = self.gather_rows(particles.tags), self.gather_rows(particles.data)
-        rows = [self.gather_rows(values) for values in further]
+        rows = [self.gather_rows(values) for values in arrays]
         if not self.world.first:
             return None
-        whole = particles.like(0)
-        whole.data, whole.tags = data, tags
-        return whole, rows
+        result = particles.like(0)
+        result.data, result.tags = data, tags
+        return result, rows

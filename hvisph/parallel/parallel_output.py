@@ -21,29 +21,29 @@ MOST_GATHERED, SLAB = 10_000_000, 1 << 20
 
 @dataclass
 class Slabs:
-    """Rows of all processes in one order; of this one `arrays`, computed on request, and their `places` (n,)."""
+    """Rows of all processes in one order; of this one `arrays`, computed on request, and their `positions` (n,)."""
 
     world: SingleProcess
     arrays: Mapping[str, np.ndarray]
-    places: np.ndarray
+    positions: np.ndarray
     count: int
     _order: np.ndarray = field(init=False, repr=False)
-    _last: tuple[str, np.ndarray] = field(init=False, repr=False)
+    _cached: tuple[str, np.ndarray] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self._order = np.argsort(self.places)
-        self.places = self.places[self._order]
-        self._last = "", self.places
+        self._order = np.argsort(self.positions)
+        self.positions = self.positions[self._order]
+        self._cached = "", self.positions
 
-    def whole(self, name: str) -> Any:
+    def get_array(self, name: str) -> Any:
         """Return an array over all processes, on the first."""
-        return Slabbed(self, name, self._own(name))
+        return SlabArray(self, name, self._local_array(name))
 
-    def _own(self, name: str) -> np.ndarray:
+    def _local_array(self, name: str) -> np.ndarray:
         """Return an array of this process, cached until another one is requested."""
-        if self._last[0] != name:
-            self._last = name, self.arrays[name]
-        return self._last[1]
+        if self._cached[0] != name:
+            self._cached = name, self.arrays[name]
+        return self._cached[1]
 
     def fetch(self, name: str, begin: int, end: int) -> np.ndarray:
         """Return rows of an array over all processes, on the first; the others answer in `serve`."""
@@ -51,12 +51,12 @@ class Slabs:
         return self._answer(name, begin, end)
 
     def _answer(self, name: str, begin: int, end: int) -> np.ndarray:
-        first, last = np.searchsorted(self.places, (begin, end))
-        rows = self._own(name)[self._order[first:last]]
-        places, values = self.world.gather_rows(self.places[first:last]), self.world.gather_rows(rows)
-        out = np.empty_like(values)
-        out[places - begin] = values
-        return out
+        first, last = np.searchsorted(self.positions, (begin, end))
+        rows = self._local_array(name)[self._order[first:last]]
+        positions, values = self.world.gather_rows(self.positions[first:last]), self.world.gather_rows(rows)
+        result = np.empty_like(values)
+        result[positions - begin] = values
+        return result
 
     def serve(self) -> None:
         """Answer requests of the first process until it has finished."""
@@ -74,22 +74,22 @@ class Slabs:
         self.world.broadcast_from_first(lambda: None)  # ends `serve` of the others
 
 
-class Slabbed:
+class SlabArray:
     """Array over all processes that is fetched by slices; `like` has its shape and type."""
 
-    def __init__(self, slabs: Slabs, name: str, like: np.ndarray):
+    def __init__(self, slabs: Slabs, name: str, sample: np.ndarray):
         self._slabs, self._name = slabs, name
-        self.shape, self.dtype = (slabs.count, *like.shape[1:]), like.dtype
-        self._slab, self._begin = np.zeros((0, *like.shape[1:]), like.dtype), 0
+        self.shape, self.dtype = (slabs.count, *sample.shape[1:]), sample.dtype
+        self._slab, self._begin = np.zeros((0, *sample.shape[1:]), sample.dtype), 0
 
     def __len__(self) -> int:
         return self.shape[0]
 
-    def astype(self, dtype: np.dtype | type) -> "Slabbed":
+    def astype(self, dtype: np.dtype | type) -> "SlabArray":
         """Return the array converted to another type."""
-        other = Slabbed(self._slabs, self._name, self._slab[:0])
-        other.dtype = np.dtype(dtype)
-        return other
+        result = SlabArray(self._slabs, self._name, self._slab[:0])
+        result.dtype = np.dtype(dtype)
+        return result
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
         if isinstance(rows, np.ndarray):

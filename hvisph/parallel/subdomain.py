@@ -34,13 +34,13 @@ class Subdomain(Collectives):
         super().__init__(stepper, count)
         self._criteria, self._planes = criteria, planes
         self.halos: list[Halo] = []
-        self._rows_of: list[tuple[Callable[[], np.ndarray], Callable[[np.ndarray], None]]] = []
-        self._began, self._waited = wall.perf_counter(), 0.0
+        self._row_arrays: list[tuple[Callable[[], np.ndarray], Callable[[np.ndarray], None]]] = []
+        self._interval_start, self._interval_waiting = wall.perf_counter(), 0.0
         self.imbalance = 1.0
 
     def follow(self, read: Callable[[], np.ndarray], write: Callable[[np.ndarray], None]) -> None:
         """Register an array with one row a particle, by its reader and writer, for migration."""
-        self._rows_of.append((read, write))
+        self._row_arrays.append((read, write))
 
     def join(self, world: SingleProcess, parts: "Parts | None") -> None:
         """Set up communication with the other processes and attach halos to the stepper."""
@@ -60,18 +60,18 @@ class Subdomain(Collectives):
     def begin(self) -> None:
         """Reset the counters of time and messages."""
         world = self.world
-        self._began, self._waited = wall.perf_counter(), world.waited
-        self._started = self._began
-        world.waited = self._waited = 0.0
-        world.messages = world.sent = 0
+        self._interval_start, self._interval_waiting = wall.perf_counter(), world.waiting_time
+        self._start = self._interval_start
+        world.waiting_time = self._interval_waiting = 0.0
+        world.messages = world.sent_rows = 0
         for halo in self.halos:
-            halo.evaluations = halo.received = 0
+            halo.evaluations = halo.received_count = 0
 
-    def _keep(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
+    def _keep(self, data: np.ndarray, tags: np.ndarray, arrays: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
         stepper = self._stepper
-        stepper.replace_particles(data, tags, carried)
+        stepper.replace_particles(data, tags, arrays)
         self._criteria.resize(len(data))
-        for (_, write), values in zip(self._rows_of, rows, strict=True):
+        for (_, write), values in zip(self._row_arrays, rows, strict=True):
             write(values)
         self.note_reordering()
 
@@ -97,29 +97,29 @@ class Subdomain(Collectives):
         world, stepper = self.world, self._stepper
         particles = stepper.particles
         target = self._parts.owner(stepper.owner_positions, particles.id)
-        goes = target != world.rank
-        carried = stepper.get_carried()
-        rows = [read() for read, _ in self._rows_of]
-        parts = [particles.data, particles.tags.astype(np.float64), *carried.values(), *rows]
-        tables = [array.reshape(len(goes), -1) for array in parts]
+        mask = target != world.rank
+        arrays = stepper.get_carried()
+        rows = [read() for read, _ in self._row_arrays]
+        parts = [particles.data, particles.tags.astype(np.float64), *arrays.values(), *rows]
+        tables = [array.reshape(len(mask), -1) for array in parts]
         widths = [table.shape[1] for table in tables]
-        going = np.concatenate([table[goes] for table in tables], axis=1)
-        to = target[goes]
-        received = world.exchange_tables({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
-        moves = self.get_maxima(float(goes.any() or bool(received)))[0]
-        if not moves:  # on no process: replacing particles is collective
+        exports = np.concatenate([table[mask] for table in tables], axis=1)
+        ranks = target[mask]
+        received = world.exchange_tables({int(rank): exports[ranks == rank] for rank in np.unique(ranks)}, sum(widths))
+        migration = self.get_maxima(float(mask.any() or bool(received)))[0]
+        if not migration:  # on no process: replacing particles is collective
             if cut:
                 stepper.fit_grid()
             return
-        new = np.concatenate([received[rank] for rank in sorted(received)]) if received else going[:0]
-        columns = np.split(new, np.cumsum(widths)[:-1], axis=1)
-        stays = ~goes
-        held = [
-            np.concatenate([own[stays], other.reshape(-1, *own.shape[1:])])
-            for own, other in zip(parts, columns, strict=True)
+        received_rows = np.concatenate([received[rank] for rank in sorted(received)]) if received else exports[:0]
+        columns = np.split(received_rows, np.cumsum(widths)[:-1], axis=1)
+        stays = ~mask
+        data = [
+            np.concatenate([part[stays], column.reshape(-1, *part.shape[1:])])
+            for part, column in zip(parts, columns, strict=True)
         ]
-        names, first = list(carried), 2 + len(carried)
-        self._keep(held[0], held[1].astype(np.uint32), dict(zip(names, held[2:first], strict=True)), held[first:])
+        names, first = list(arrays), 2 + len(arrays)
+        self._keep(data[0], data[1].astype(np.uint32), dict(zip(names, data[2:first], strict=True)), data[first:])
         if cut:
             stepper.fit_grid()
 
@@ -128,30 +128,30 @@ class Subdomain(Collectives):
         if not self._is_parallel or not steps:
             return ""
         halo, world = self.halos[0], self.world
-        exchanged = [halo.received / max(halo.evaluations, 1), world.messages / steps, world.sent / steps]
-        waited = world.waited / max(wall.perf_counter() - self._started, 1e-9)
-        own = [self._stepper.particles.count, *exchanged, waited, peak_memory() / 1e6]
-        table = world.gather_all(np.array(own, float))
-        count, others, messages, rows, waited, _ = table.mean(axis=0)
+        averages = [halo.received_count / max(halo.evaluations, 1), world.messages / steps, world.sent_rows / steps]
+        waiting = world.waiting_time / max(wall.perf_counter() - self._start, 1e-9)
+        counters = [self._stepper.particles.count, *averages, waiting, peak_memory() / 1e6]
+        table = world.gather_all(np.array(counters, float))
+        count, halo_rows, messages, rows, waiting, _ = table.mean(axis=0)
         return (
-            f"{world.size} processes: {others:.0f} rows of others beside {count:.0f} own "
-            f"({others / max(count, 1):.1%}); {messages:.1f} messages with {rows:.0f} rows a step and process; most "
-            f"over mean time of work {self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and "
+            f"{world.size} processes: {halo_rows:.0f} rows of others beside {count:.0f} own "
+            f"({halo_rows / max(count, 1):.1%}); {messages:.1f} messages with {rows:.0f} rows a step and process; most "
+            f"over mean time of work {self.imbalance:.2f} at the last cut; {waiting:.0%} of the time waiting and "
             f"sending; at most {table[0, 5]:.0f} MB of memory on the first, {table[1:, 5].max():.0f} MB on the others"
         )
 
-    def _repeat_decomposition(self, most: float, even: bool = False) -> bool:
+    def _repeat_decomposition(self, threshold: float, even: bool = False) -> bool:
         """Repeat the decomposition by measured work, or `even`, when out of balance; return whether it was."""
         world, stepper = self.world, self._stepper
         particles, dim = stepper.particles, stepper.particles.dim
-        now = wall.perf_counter()
-        busy = max(now - self._began - (world.waited - self._waited), 1e-9)
-        self._began, self._waited = now, world.waited
-        all_ = world.gather_all(np.array([busy, float(particles.count)]))
-        self.imbalance = float(all_[:, 0].max() / all_[:, 0].mean())
-        if self.imbalance < most:
+        time = wall.perf_counter()
+        work = max(time - self._interval_start - (world.waiting_time - self._interval_waiting), 1e-9)
+        self._interval_start, self._interval_waiting = time, world.waiting_time
+        measurements = world.gather_all(np.array([work, float(particles.count)]))
+        self.imbalance = float(measurements[:, 0].max() / measurements[:, 0].mean())
+        if self.imbalance < threshold:
             return False
-        weight = np.full((particles.count, 1), 1.0 if even else busy / max(particles.count, 1))
+        weight = np.full((particles.count, 1), 1.0 if even else work / max(particles.count, 1))
         table = world.gather_rows(np.concatenate([stepper.owner_positions, particles.id[:, None], weight], axis=1))
         self._parts = world.broadcast_from_first(
             lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])
@@ -163,14 +163,14 @@ class Subdomain(Collectives):
 class Cut:
     """Bisection of a region, or a part (`count` 1).
 
-    The lower side contains the particles whose (coordinate, number) is below (`at`, `number`); `upper` is the index of
+    The lower side contains the particles whose (coordinate, number) is below that of the cut; `upper` is the index of
     the upper side in the list of cuts, and the lower side follows this cut.
     """
 
     first: int
     count: int
     axis: int = 0
-    at: float = 0.0
+    coordinate: float = 0.0
     number: int = 0
     upper: int = -1
 
@@ -183,31 +183,31 @@ class Parts:
         weights = np.ones(len(positions)) if weights is None else weights
         self._cut(positions, numbers.astype(np.int64), weights, 0, count)
 
-    def _cut(self, at: np.ndarray, numbers: np.ndarray, weights: np.ndarray, first: int, count: int) -> None:
-        place = len(self.cuts)
+    def _cut(self, positions: np.ndarray, numbers: np.ndarray, weights: np.ndarray, first: int, count: int) -> None:
+        index = len(self.cuts)
         self.cuts.append(Cut(first, count))
         if count == 1:
             return
         lower = count // 2
-        if not len(at):  # no particles: all to the first part
-            self._sides(place, Cut(first, count, 0, np.inf, 0), (at, numbers, weights), np.zeros(0, bool), lower)
+        if not len(positions):  # no particles: all to the first part
+            self._sides(index, Cut(first, count, 0, np.inf, 0), (positions, numbers, weights), np.zeros(0, bool), lower)
             return
-        axis = int(np.ptp(at, axis=0).argmax())
-        order = np.lexsort((numbers, at[:, axis]))
+        axis = int(np.ptp(positions, axis=0).argmax())
+        order = np.lexsort((numbers, positions[:, axis]))
         cumulated = np.cumsum(weights[order])
         k = int(np.searchsorted(cumulated, cumulated[-1] * lower / count))
         first_above = order[min(max(k, 1), len(order) - 1)]
-        cut = Cut(first, count, axis, float(at[first_above, axis]), int(numbers[first_above]))
-        self._sides(place, cut, (at, numbers, weights), _is_below_cut(at, numbers, cut), lower)
+        cut = Cut(first, count, axis, float(positions[first_above, axis]), int(numbers[first_above]))
+        self._sides(index, cut, (positions, numbers, weights), _is_below_cut(positions, numbers, cut), lower)
 
     def _sides(
-        self, place: int, cut: Cut, held: tuple[np.ndarray, np.ndarray, np.ndarray], below: np.ndarray, lower: int
+        self, index: int, cut: Cut, particles: tuple[np.ndarray, np.ndarray, np.ndarray], mask: np.ndarray, lower: int
     ) -> None:
-        at, numbers, weights = held
-        self._cut(at[below], numbers[below], weights[below], cut.first, lower)
+        positions, numbers, weights = particles
+        self._cut(positions[mask], numbers[mask], weights[mask], cut.first, lower)
         upper = len(self.cuts)
-        self._cut(at[~below], numbers[~below], weights[~below], cut.first + lower, cut.count - lower)
-        self.cuts[place] = Cut(cut.first, cut.count, cut.axis, cut.at, cut.number, upper)
+        self._cut(positions[~mask], numbers[~mask], weights[~mask], cut.first + lower, cut.count - lower)
+        self.cuts[index] = Cut(cut.first, cut.count, cut.axis, cut.coordinate, cut.number, upper)
 
     def owner(self, positions: np.ndarray, numbers: np.ndarray) -> np.ndarray:
         """Return the part (n,) of each particle."""
@@ -215,17 +215,17 @@ class Parts:
         numbers = numbers.astype(np.int64)
         stack = [(0, np.arange(len(positions)))]
         while stack:
-            place, chosen = stack.pop()
-            cut = self.cuts[place]
+            index, indices = stack.pop()
+            cut = self.cuts[index]
             if cut.count == 1:
-                owners[chosen] = cut.first
+                owners[indices] = cut.first
                 continue
-            below = _is_below_cut(positions[chosen], numbers[chosen], cut)
-            stack += [(place + 1, chosen[below]), (cut.upper, chosen[~below])]
+            mask = _is_below_cut(positions[indices], numbers[indices], cut)
+            stack += [(index + 1, indices[mask]), (cut.upper, indices[~mask])]
         return owners
 
 
 def _is_below_cut(positions: np.ndarray, numbers: np.ndarray, cut: Cut) -> np.ndarray:
     x = positions[:, cut.axis]
-    below: np.ndarray = (x < cut.at) | ((x == cut.at) & (numbers < cut.number))
-    return below
+    mask: np.ndarray = (x < cut.coordinate) | ((x == cut.coordinate) & (numbers < cut.number))
+    return mask

@@ -65,7 +65,7 @@ class CheckpointContent:
         arrays: Plain
         if share.uses_slabs:
             with Slabs(share.world, rows, self.setup.particles.id.astype(np.int64), share.count).open() as slabs:
-                arrays = {name: slabs.whole(name) for name in rows} if slabs else {}
+                arrays = {name: slabs.get_array(name) for name in rows} if slabs else {}
                 yield Checkpoint(self.clock.steps, header, arrays | history) if slabs else None
             return
         gathered = {name: share.gather_rows(values) for name, values in rows.items()}

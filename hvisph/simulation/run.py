@@ -88,7 +88,7 @@ def prepare_process(
     """Return the part of the initial state for this process and the decomposition, if memory allows."""
     with computable():
         with world.raise_together():
-            refuse_impossible(case, processes=world.size, beside=world.beside, begins=world.first and world.size > 1)
+            refuse_impossible(case, processes=world.size, beside=world.peers, begins=world.first and world.size > 1)
         return distribute(world, make, case.resolution)
 
 
@@ -102,7 +102,7 @@ def folder_of(world: SingleProcess, path: Path, make: Callable[[], RunFolder]) -
 def with_threads(case: Case, start: InitialState, threads: int | None, world: SingleProcess) -> InitialState:
     """Set the number of threads as `set_threads` does, and note it in the initial state."""
     count = -(-start.count // world.size)
-    set_threads(threads, worthwhile_threads(case, count), world.beside)
+    set_threads(threads, worthwhile_threads(case, count), world.peers)
     note = fewer_threads_reason(threads, case, count) if threads else ""
     if not note:
         return start

@@ -77,7 +77,7 @@ class SnapshotWriter:
             return self._snapshot_in_slabs(
                 self._take_snapshot(time, step, particles, self.peaks.rows, self.start_positions.rows), particles
             )
-        gathered = share.whole(particles, self.peaks.rows, self.start_positions.rows)
+        gathered = share.gather_particles(particles, self.peaks.rows, self.start_positions.rows)
         return Moment(None if gathered is None else self._take_snapshot(time, step, gathered[0], *gathered[1]))
 
     def _snapshot_in_slabs(self, part: Snapshot, particles: Particles) -> Moment:
@@ -91,8 +91,8 @@ class SnapshotWriter:
         slabs = Slabs(share.world, arrays, places, share.count - len(retired))
         if not share.world.first:
             return Moment(None, slabs)
-        body, material, number = map(slabs.whole, INDICES)
-        fields = Derived(part.fields, slabs.whole)
+        body, material, number = map(slabs.get_array, INDICES)
+        fields = Derived(part.fields, slabs.get_array)
         return Moment(replace(part, fields=fields, body=body, material=material, id=number), slabs)
 
     def _take_snapshot(

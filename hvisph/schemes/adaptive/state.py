@@ -135,7 +135,7 @@ class Neighbours(Protocol):
     def dim(self) -> int:
         """Number of dimensions."""
 
-    def any_process(self, here: bool | np.bool_) -> bool:
+    def any_process(self, condition: bool | np.bool_) -> bool:
         """Return whether a condition holds on any process."""
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:

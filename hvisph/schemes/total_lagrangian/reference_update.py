@@ -59,9 +59,9 @@ class ReferenceChanges:
         """Number of dimensions."""
         return self.particles.dim
 
-    def any_process(self, here: bool | np.bool_) -> bool:
+    def any_process(self, condition: bool | np.bool_) -> bool:
         """Return whether a condition holds on any process."""
-        return bool(here) if self.copies.halo is None else self.copies.halo.any_process(bool(here))
+        return bool(condition) if self.copies.halo is None else self.copies.halo.any_process(bool(condition))
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the maximum of each float over all processes."""

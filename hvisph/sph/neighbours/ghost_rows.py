@@ -218,7 +218,7 @@ class Halo(Copies, Protocol):
     def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return rows (n, width) and numbers (n,) with those of all ghost rows within `reach` [m]."""
 
-    def any_process(self, here: bool) -> bool:
+    def any_process(self, condition: bool) -> bool:
         """Return whether a condition holds on any process."""
 
     def total(self, counts: np.ndarray) -> np.ndarray:
