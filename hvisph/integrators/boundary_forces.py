@@ -49,15 +49,15 @@ class Face:
     velocity: np.ndarray | None = None  # of an edge: velocity of the start (k, dim) [m/s]
     lag: float = 0.0  # distance over which the velocity of the face is extrapolated from that of the particles [m]
 
-    def tractions(self, time: float, u: np.ndarray, indices: np.ndarray, at_start: np.ndarray) -> np.ndarray:
+    def tractions(self, time: float, u: np.ndarray, indices: np.ndarray, t0: np.ndarray) -> np.ndarray:
         """Return tractions (k, dim) [Pa] on particles `indices` at a time [s] by velocities and initial tractions."""
         pressure = float(np.interp(time, self.times, self.pressures))
         if self.impedances is None or self.velocity is None:
             return np.tile(-pressure * self.normal, (len(u), 1))
-        moved = u - self.velocity[indices]
-        normal = (moved @ self.normal)[:, None] * self.normal
+        du = u - self.velocity[indices]
+        normal = (du @ self.normal)[:, None] * self.normal
         z = self.impedances[indices]
-        return np.asarray(at_start - z[:, :1] * normal - z[:, 1:] * (moved - normal))
+        return np.asarray(t0 - z[:, :1] * normal - z[:, 1:] * (du - normal))
 
 
 @dataclass(frozen=True)
@@ -65,19 +65,19 @@ class AmbientLayer:
     """Particles beyond the edges of contact SPH."""
 
     numbers: np.ndarray  # permanent numbers (k,)
-    places: np.ndarray  # places at the start (k, dim) [m]
+    positions: np.ndarray  # places at the start (k, dim) [m]
     sources: np.ndarray  # permanent numbers of the particles beside the edges (m,)
-    at_start: np.ndarray  # their places at the start (m, dim) [m]
+    source_positions: np.ndarray  # their places at the start (m, dim) [m]
     starts: np.ndarray  # first term of the mean of each particle (k,)
     terms: np.ndarray  # index among the sources of each term (n,)
     weights: np.ndarray  # weight of each term (n,)
     signs: np.ndarray  # signs of each term (n, dim), negative along the normal of a mirror
     normals: np.ndarray  # outward normal of the edge before each particle (k, dim)
 
-    def follow(self, positions: np.ndarray, moved: np.ndarray) -> np.ndarray:
-        """Return positions (k, dim) [m] from those of the sources; planes of symmetry have `moved` (dim,) [m]."""
-        displacement = (positions - self.at_start)[self.terms] * self.signs + (1.0 - self.signs) * moved
-        return np.asarray(self.places + np.add.reduceat(displacement * self.weights[:, None], self.starts, axis=0))
+    def follow(self, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """Return positions (k, dim) [m] from those of the sources; planes of symmetry have `offset` (dim,) [m]."""
+        displacement = (positions - self.source_positions)[self.terms] * self.signs + (1.0 - self.signs) * offset
+        return np.asarray(self.positions + np.add.reduceat(displacement * self.weights[:, None], self.starts, axis=0))
 
 
 @dataclass
@@ -90,15 +90,15 @@ class EdgeRow:
     velocity: np.ndarray  # velocity at the start (k, dim) [m/s]
     sound_speed: float  # [m/s]
     transit: float  # time of sound through the body along the normal [s]
-    since: float = -1.0  # time from which on the row has moved [s], below zero while it rests
+    start: float = -1.0  # time from which on the row has moved [s], below zero while it rests
 
     def watch(self, time: float, u: np.ndarray) -> None:
         """Note whether the row moves at a time [s] with velocities `u` (k, dim) [m/s]."""
         speed = abs(float(((u - self.velocity) @ self.normal).mean()))
         if not speed > STEADY * self.sound_speed:
-            self.since = -1.0
-        elif self.since < 0.0:
-            self.since = time
+            self.start = -1.0
+        elif self.start < 0.0:
+            self.start = time
 
 
 @dataclass
@@ -107,12 +107,12 @@ class MovingPlane:
 
     plane: Plane
     motion: Motion  # of one component, the velocity w along the normal
-    place: float  # coordinate at the time `begins` [m]
-    begins: float  # [s]
+    place: float  # coordinate at the time `start` [m]
+    start: float  # [s]
 
     def place_at(self, time: float) -> float:
         """Return the coordinate of the plane [m] at a time [s]."""
-        return self.place + float(self.motion.displacement(self.begins, time)[0])
+        return self.place + float(self.motion.displacement(self.start, time)[0])
 
     def move(self, time: float, ahead: float) -> None:
         """Put the plane where it is `ahead` [s] of a time [s]."""
@@ -131,16 +131,16 @@ class Boundaries:
 
     share: Any
 
-    def __init__(self, faces: tuple[Face, ...], layer: AmbientLayer | None, dim: int, begins: float = 0.0):
+    def __init__(self, faces: tuple[Face, ...], layer: AmbientLayer | None, dim: int, start: float = 0.0):
         self.moving: tuple[MovingPlane, ...] = ()
         self.edge_rows: tuple[EdgeRow, ...] = ()
-        self.faces, self.layer, self.time, self._ahead = faces, layer, begins, 0.0
+        self.faces, self.layer, self.time, self._ahead = faces, layer, start, 0.0
         self.work, self.momentum, self.edge_energy, self.edge_momentum = 0.0, np.zeros(dim), 0.0, np.zeros(dim)
         self.speeds: list[tuple[int, float]] = []
         self._is_paused = False
         self._face_forces: list[tuple[bool, np.ndarray, np.ndarray]] = []
         self._layer_rates = (np.zeros((0, dim)), np.zeros(0))
-        self._at_start: list[np.ndarray] = []
+        self._t0: list[np.ndarray] = []
 
     @property
     def is_open(self) -> bool:
@@ -149,35 +149,35 @@ class Boundaries:
 
     def drifting(self) -> list[str]:
         """Return the names of the edges through which a lasting load drives a body."""
-        rows = [row for row in self.edge_rows if 0.0 <= row.since < self.time - TRANSITS * row.transit]
+        rows = [row for row in self.edge_rows if 0.0 <= row.start < self.time - TRANSITS * row.transit]
         return list(dict.fromkeys(row.name for row in rows))
 
-    def wait(self, still: bool) -> None:
-        """Stop time and moving planes (`still`), or release them."""
-        self._is_paused, self._ahead = still, 0.0
+    def wait(self, paused: bool) -> None:
+        """Stop time and moving planes (`paused`), or release them."""
+        self._is_paused, self._ahead = paused, 0.0
         for moving_plane in self.moving:
-            moving_plane.plane.velocity = 0.0 if still else float(moving_plane.motion.velocity(self.time)[0])
+            moving_plane.plane.velocity = 0.0 if paused else float(moving_plane.motion.velocity(self.time)[0])
 
     def act(self, stepper: Any) -> None:
         """Add the forces of the faces to the rates of the stage, and take from them what the layer would receive."""
-        if not self._at_start:
-            self._at_start = [self._initial_traction(stepper, face) for face in self.faces]
+        if not self._t0:
+            self._t0 = [self._initial_traction(stepper, face) for face in self.faces]
         particles, dim, self._face_forces = stepper.particles, stepper.particles.dim, []
         first = stepper.row_slots["U"]
-        for face, at_start in zip(self.faces, self._at_start, strict=True):
-            rows, indices = self._here(face.numbers)
+        for face, t0 in zip(self.faces, self._t0, strict=True):
+            rows, indices = self._locate(face.numbers)
             u, places = stepper.rows[rows, first : first + dim], stepper.place[rows]
             if face.lag:
                 gradient = stepper.rates[places, dim + 2 : dim + 2 + dim * dim].reshape(-1, dim, dim)
                 u = u + face.lag * (gradient @ face.normal)
-            force = face.areas[indices, None] * face.tractions(self.time + self._ahead, u, indices, at_start[indices])
+            force = face.areas[indices, None] * face.tractions(self.time + self._ahead, u, indices, t0[indices])
             mass = particles["mass"][rows]
-            present = mass > 0.0  # else it has left the domain
-            force[~present] = 0.0
-            stepper.rates[places, :dim] += force / np.where(present, mass, 1.0)[:, None]
+            mask = mass > 0.0  # else it has left the domain
+            force[~mask] = 0.0
+            stepper.rates[places, :dim] += force / np.where(mask, mass, 1.0)[:, None]
             self._face_forces.append((face.impedances is not None, force, rows))
         if self.layer is not None:
-            rows, _ = self._here(self.layer.numbers)
+            rows, _ = self._locate(self.layer.numbers)
             rates, mass = stepper.rates[stepper.place[rows]], particles["mass"][rows]
             power = rates[:, dim] + (rates[:, :dim] * stepper.rows[rows, first : first + dim]).sum(axis=1)
             self._layer_rates = mass[:, None] * rates[:, :dim], mass * power
@@ -190,15 +190,15 @@ class Boundaries:
         """
         exact, particles, dim = stepper.totals.exact, stepper.particles, stepper.particles.dim
         first, sums = stepper.row_slots["U"], np.zeros((2, 1 + dim))
-        for leaves, force, rows in self._face_forces:
+        for is_edge, force, rows in self._face_forces:
             places, mass = stepper.place[rows], particles["mass"][rows]
             a = stepper.rates[places, :dim]
             if stepper.gravity is not None:
                 a = a + stepper.gravity.acceleration(stepper.rows[rows, :dim])
             mean = particles["velocity"][rows] + 0.5 * dt * a
-            ahead = mean - stepper.rows[rows, first : first + dim]
-            stepper.rates[places, dim] += (force * ahead).sum(axis=1) / np.where(mass > 0.0, mass, 1.0)
-            sums[int(leaves)] += _sums(exact, (force * mean).sum(axis=1), force)
+            du = mean - stepper.rows[rows, first : first + dim]
+            stepper.rates[places, dim] += (force * du).sum(axis=1) / np.where(mass > 0.0, mass, 1.0)
+            sums[int(is_edge)] += _sums(exact, (force * mean).sum(axis=1), force)
         if self.layer is not None:
             sums[1] -= _sums(exact, self._layer_rates[1], self._layer_rates[0])
         sums *= dt
@@ -221,40 +221,40 @@ class Boundaries:
                 moving_plane.move(self.time, stage)
         if self.layer is None:
             return
-        rows, indices = self._here(self.layer.numbers)
-        dim, at, gather = stepper.particles.dim, stepper.row_slots, self.share.gather_values
-        position, ahead = stepper.particles["position"], stepper.rows[:, :dim]
-        moved = np.zeros((2, dim))
+        rows, indices = self._locate(self.layer.numbers)
+        dim, slots, gather = stepper.particles.dim, stepper.row_slots, self.share.gather_values
+        position, stage_x = stepper.particles["position"], stepper.rows[:, :dim]
+        offsets = np.zeros((2, dim))
         for moving_plane in self.moving:
-            moved[:, moving_plane.plane.axis] = moving_plane.plane.at - moving_plane.place
-            moved[0, moving_plane.plane.axis] -= moving_plane.plane.ahead
-        position[rows] = self.layer.follow(gather(self.layer.sources, position), moved[0])[indices]
-        stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, ahead), moved[1])[indices]
-        normals = stepper.rows[:, at["AMBIENT"] : at["AMBIENT"] + dim]
+            offsets[:, moving_plane.plane.axis] = moving_plane.plane.at - moving_plane.place
+            offsets[0, moving_plane.plane.axis] -= moving_plane.plane.ahead
+        position[rows] = self.layer.follow(gather(self.layer.sources, position), offsets[0])[indices]
+        stepper.rows[rows, :dim] = self.layer.follow(gather(self.layer.sources, stage_x), offsets[1])[indices]
+        normals = stepper.rows[:, slots["AMBIENT"] : slots["AMBIENT"] + dim]
         normals[:] = 0.0  # nothing else writes them, and sorting moves rows
         normals[rows] = self.layer.normals[indices]
         for name, value in (("LATTICE_ORDER", 0.0), ("TENSION_LIMIT", UNLIMITED), ("SHEAR_LIMIT", UNLIMITED)):
-            if name in at:
-                stepper.rows[rows, at[name]] = value
+            if name in slots:
+                stepper.rows[rows, slots[name]] = value
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the times of state and stage, velocities of planes, and since when rows move, by name."""
-        speeds, since = (
+        speeds, starts = (
             [moving_plane.plane.velocity for moving_plane in self.moving],
-            [row.since for row in self.edge_rows],
+            [row.start for row in self.edge_rows],
         )
-        return {"boundaries": np.array([self.time, self._ahead, *speeds, *since])}
+        return {"boundaries": np.array([self.time, self._ahead, *speeds, *starts])}
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Restore what `history` returned."""
         self.time, self._ahead, *values = (float(value) for value in history["boundaries"])
-        for row, since in zip(self.edge_rows, values[len(self.moving) :], strict=True):
-            row.since = since
+        for row, start in zip(self.edge_rows, values[len(self.moving) :], strict=True):
+            row.start = start
         for moving_plane, velocity in zip(self.moving, values, strict=False):
             moving_plane.plane.velocity = velocity
             moving_plane.move(self.time, self._ahead)
 
-    def _here(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _locate(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of the particles of this process, and their indices among `numbers`."""
         rows = self.share.find_rows(numbers)
         indices = np.flatnonzero(rows >= 0)
@@ -268,8 +268,8 @@ class Boundaries:
         traction = -pressure[:, None] * face.normal
         for column, pair in enumerate(COMPONENTS[: deviator.shape[1]]):
             if axis in pair and max(pair) < particles.dim:
-                other = pair[1] if pair[0] == axis else pair[0]
-                traction[:, other] += deviator[:, column] * face.normal[axis]
+                component = pair[1] if pair[0] == axis else pair[0]
+                traction[:, component] += deviator[:, column] * face.normal[axis]
         return np.asarray(traction)
 
 

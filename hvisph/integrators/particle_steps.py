@@ -73,25 +73,25 @@ def load_state(state, i):
                  if ANISOTROPIC else NO_AXES)  # fmt: skip
 
 
-def store(state, i, now):
+def store(state, i, y):
     """Write particle `i` into the state."""
-    put(state, i, S_POSITION, now.x)
-    put(state, i, S_VELOCITY, now.u)
-    state[i, S_DENSITY] = now.rho
-    state[i, S_INTERNAL_ENERGY] = now.e
-    state[i, S_SMOOTHING_LENGTH] = now.h
-    put_full_symmetric(state, i, S_DEVIATOR, now.s, DIM)
-    state[i, S_PLASTIC_STRAIN] = now.plastic_strain
-    state[i, S_DAMAGE] = now.damage
+    put(state, i, S_POSITION, y.x)
+    put(state, i, S_VELOCITY, y.u)
+    state[i, S_DENSITY] = y.rho
+    state[i, S_INTERNAL_ENERGY] = y.e
+    state[i, S_SMOOTHING_LENGTH] = y.h
+    put_full_symmetric(state, i, S_DEVIATOR, y.s, DIM)
+    state[i, S_PLASTIC_STRAIN] = y.plastic_strain
+    state[i, S_DAMAGE] = y.damage
     if HAS_HISTORY:
-        state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN] = now.history[0], now.history[1]
-        state[i, S_STRAIN_RATE] = now.history[4]
+        state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN] = y.history[0], y.history[1]
+        state[i, S_STRAIN_RATE] = y.history[4]
     if ANISOTROPIC:
-        put(state, i, S_MATERIAL_AXES, (now.axes[0], now.axes[1], now.axes[2], now.axes[3]))
-        state[i, S_FAILURE_MODES] = now.axes[4]
+        put(state, i, S_MATERIAL_AXES, (y.axes[0], y.axes[1], y.axes[2], y.axes[3]))
+        state[i, S_FAILURE_MODES] = y.axes[4]
     if FRACTURES:
-        state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS] = now.history[5], now.history[6]
-        state[i, S_ONSET_TENSION] = now.history[7]
+        state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS] = y.history[5], y.history[6]
+        state[i, S_ONSET_TENSION] = y.history[7]
 
 
 def load_rates(rates, k):
@@ -112,7 +112,7 @@ def store_previous(state, i, u, rate):
         state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
 
 
-def move(state, i, now, rate, free, pull, u, dt):
+def move(state, i, y, rate, free, pull, u, dt):
     """Advance position, velocity and energy by a step; return the state, velocity gradient, swelling and hoop rate.
 
     `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
@@ -121,8 +121,8 @@ def move(state, i, now, rate, free, pull, u, dt):
     """
     a, power, l, density, hoop = rate.a, rate.power, rate.l, rate.density, rate.hoop
     if PREVIOUS:
-        before = own_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
-        a = multiply(0.5, add(a, before))
+        previous = own_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
+        a = multiply(0.5, add(a, previous))
         power = 0.5 * (power + state[i, S_PREVIOUS_POWER])
         l = multiply(0.5, add(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
         if DENSITY_RATE:
@@ -131,68 +131,68 @@ def move(state, i, now, rate, free, pull, u, dt):
             hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
     a = multiply(free, add(a, pull) if GRAVITY else a)
     # Mean velocity of the step; the work of the forces at it is what the energy receives.
-    mean = add(now.u, multiply(0.5 * dt, a))
-    missing = dot(rate.a, subtract(mean, u))
+    mean = add(y.u, multiply(0.5 * dt, a))
+    error = dot(rate.a, subtract(mean, u))
     if PREVIOUS:
-        missing = 0.5 * (missing + dot(before, subtract(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
-    after = State(add(now.x, multiply(dt, mean)), add(now.u, multiply(dt, a)), now.rho,
-                  now.e + dt * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
-                  now.history, now.axes)  # fmt: skip
-    return after, l, divergence(l) - density, hoop
+        error = 0.5 * (error + dot(previous, subtract(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
+    y_end = State(add(y.x, multiply(dt, mean)), add(y.u, multiply(dt, a)), y.rho,
+                  y.e + dt * (power - error), y.h, y.s, y.plastic_strain, y.damage,
+                  y.history, y.axes)  # fmt: skip
+    return y_end, l, divergence(l) - density, hoop
 
 
 def isolated_density(mass, ring, h, thickness):
     """Return the least density [kg/m^3] of particles of `mass`: that of an isolated one, m W(0)."""
-    least = ISOLATED_DENSITY * mass / thickness
+    density = ISOLATED_DENSITY * mass / thickness
     for _ in range(DIM):
-        least /= h
-    return least / (2.0 * pi * ring) if AXISYMMETRIC else least
+        density /= h
+    return density / (2.0 * pi * ring) if AXISYMMETRIC else density
 
 
-def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
+def strain(y, dt, l, swelling, hoop, rho_min, table, models, m, h_low, h_high):
     """Strain a particle over `dt` at the velocity gradient `l` in the plane and its rate of volume `swelling` there.
 
     The circumference of an axisymmetric particle grows at the rate `hoop`; its smoothing length follows its section
-    area. Density stays above `least`.
+    area. Density stays above `rho_min`.
     Returns the state, pressure, bulk sound speed, full velocity gradient, and growth of the thickness.
     """
-    full, thicker, rho = full_gradient(l), 1.0, now.rho
+    grad, growth, rho = full_gradient(l), 1.0, y.rho
     if PLANE_STRESS:
-        zz = thinning(table, models, m, dt, rho, swelling, now.e, now.s, now.plastic_strain, now.damage, full)
-        full, thicker = replace_zz(full, zz), growth_factor(dt * zz)
+        zz = thinning(table, models, m, dt, rho, swelling, y.e, y.s, y.plastic_strain, y.damage, grad)
+        grad, growth = replace_zz(grad, zz), growth_factor(dt * zz)
         rho *= growth_factor(-dt * (swelling + zz))
     elif AXISYMMETRIC:
-        full = replace_zz(full, hoop)
+        grad = replace_zz(grad, hoop)
         rho *= growth_factor(-dt * (swelling + hoop))
     else:
         rho *= growth_factor(-dt * swelling)
     if ISOLATED_DENSITY:  # an isolated particle keeps its density, also as it approaches the axis
-        rho = max(rho, min(least, now.rho) if AXISYMMETRIC else least)
-    h = min(max(now.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
-    axes = now.axes
+        rho = max(rho, min(rho_min, y.rho) if AXISYMMETRIC else rho_min)
+    h = min(max(y.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else y.h
+    axes = y.axes
     if ANISOTROPIC:
         s, plastic_strain, damage, p, c, history, axes = update_with_axes(
-            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.history, axes,
-            full)  # fmt: skip
+            table, models, m, dt, rho, y.e, y.s, y.plastic_strain, y.damage, y.history, axes,
+            grad)  # fmt: skip
     else:
         s, plastic_strain, damage, p, c, history = update_stress(
-            table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.history, full)  # fmt: skip
-    kept = history if HAS_HISTORY else NO_HISTORY
-    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept, axes), p, c, full, thicker
+            table, models, m, dt, rho, y.e, y.s, y.plastic_strain, y.damage, y.history, grad)  # fmt: skip
+    values = history if HAS_HISTORY else NO_HISTORY
+    return State(y.x, y.u, rho, y.e, h, s, plastic_strain, damage, values, axes), p, c, grad, growth
 
 
-def dissipation(before, now, l, p, dt):
+def dissipation(y_start, y, l, p, dt):
     """Return plastic work and other dissipation of a particle in a step, per mass [J/kg].
 
     The energy that its own pressure `p` and deviator did not do, at its strain, came from viscosity, from the fluxes
     of Riemann problems or from friction. `l` is the full velocity gradient, `p` the pressure of the evaluation.
     """
-    volume = 2.0 / (before.rho + now.rho)
-    strain = now.plastic_strain - before.plastic_strain
-    plastic = volume * strain * sqrt(1.5 * double_dot(now.s, now.s)) if strain > 0.0 else 0.0
-    pressed = p * (1.0 / before.rho - 1.0 / now.rho)
-    sheared = volume * dt * double_dot(multiply(0.5, add(before.s, now.s)), symmetric_part(l))
-    return plastic, now.e - before.e - pressed - sheared
+    volume = 2.0 / (y_start.rho + y.rho)
+    strain = y.plastic_strain - y_start.plastic_strain
+    plastic = volume * strain * sqrt(1.5 * double_dot(y.s, y.s)) if strain > 0.0 else 0.0
+    bulk_work = p * (1.0 / y_start.rho - 1.0 / y.rho)
+    shear_work = volume * dt * double_dot(multiply(0.5, add(y_start.s, y.s)), symmetric_part(l))
+    return plastic, y.e - y_start.e - bulk_work - shear_work
 
 
 @inline

@@ -43,16 +43,16 @@ CHUNK = 256
 AT_AXIS = 0.5
 
 
-def advance_lanes(particles, here, common, materials, coefficients, gravity, times_ahead, h_limits, rows, limits,
-                  counted, most, rounders):  # fmt: skip
+def advance_lanes(particles, mask, group, materials, coefficients, gravity, times_ahead, h_limits, rows, limits,
+                  totals, maxima, rounders):  # fmt: skip
     """Advance LANES particles of one material, all clamped or all free.
 
-    `here` are the valid lanes; others repeat the last of these. `common` are material and clamp. `counted` (2, COUNTED,
-    LANES) receives the integer sums, `most` the largest speed squared and smoothing length and the sum of energy sizes;
-    returns `most`. Other arguments as of `update`.
+    `mask` are the valid lanes; others repeat the last of these. `group` are material and clamp. `totals` (2, COUNTED,
+    LANES) receives the integer sums, `maxima` the largest speed squared and smoothing length and the sum of energy
+    magnitudes; returns `maxima`. Other arguments as of `update`.
     """
     state, tags, rates = particles
-    m, held = common
+    m, clamp = group
     table, models = materials
     dt, stage, complete = times_ahead
     h_low, h_high = h_limits[m, 0], h_limits[m, 1]
@@ -60,101 +60,101 @@ def advance_lanes(particles, here, common, materials, coefficients, gravity, tim
     of_energy, of_momentum, of_force, of_power = rounders
     s = np.uint64(0)  # arrays represent the rows of all lanes: the index has no effect
     plastic_work = dissipated = 0.0
-    mass, now, rate = state[s, S_MASS], load_state(state, s), load_rates(rates, s)
-    acting, free = rate, 0.0 if held else 1.0
-    if held:
-        resting = rate.a
+    mass, y, rate = state[s, S_MASS], load_state(state, s), load_rates(rates, s)
+    acting, free = rate, 0.0 if clamp else 1.0
+    if clamp:
+        a_clamp = rate.a
         if PREVIOUS:
-            resting = multiply(0.5, add(resting, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
-        add_lane_vectors(counted, SUPPORT, here, extend_vector(multiply(mass, resting)), of_force)
-    a = no_vector(DIM) if held else rate.a
+            a_clamp = multiply(0.5, add(a_clamp, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
+        add_lane_vectors(totals, SUPPORT, mask, extend_vector(multiply(mass, a_clamp)), of_force)
+    a = no_vector(DIM) if clamp else rate.a
     pull = no_vector(DIM)
     if GRAVITY:  # at the positions of the evaluation; retired particles have no mass
         pull = multiply(free if mass > 0.0 else 0.0, gravity_at(own_vector(rows, s, 0, DIM), gravity))
         a = add(a, pull)
     thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
-    ring = ring_radius(now.x, now.h) if AXISYMMETRIC else 0.0
-    least = isolated_density(mass, ring, now.h, thickness) if ISOLATED_DENSITY else 0.0
+    ring = ring_radius(y.x, y.h) if AXISYMMETRIC else 0.0
+    rho_min = isolated_density(mass, ring, y.h, thickness) if ISOLATED_DENSITY else 0.0
     if complete:
-        u, before = own_vector(rows, s, U, DIM), now
-        now, l, swelling, hoop = move(state, s, now, acting, free, pull, u, dt)
-        now, p, c, l, thicker = strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
-        store(state, s, now)
-        plastic_work, dissipated = dissipation(before, now, l, pressures[s], dt)
+        u, y_start = own_vector(rows, s, U, DIM), y
+        y, l, swelling, hoop = move(state, s, y, acting, free, pull, u, dt)
+        y, p, c, l, growth = strain(y, dt, l, swelling, hoop, rho_min, table, models, m, h_low, h_high)
+        store(state, s, y)
+        plastic_work, dissipated = dissipation(y_start, y, l, pressures[s], dt)
         plastic_work, dissipated = mass * plastic_work, mass * dissipated
         if PLANE_STRESS:
-            state[s, S_THICKNESS] *= thicker
+            state[s, S_THICKNESS] *= growth
         if SWITCH == MORRIS_MONAGHAN:
-            state[s, S_VISCOSITY_FACTOR] = viscous_share(state[s, S_VISCOSITY_FACTOR], l, c, now.h, dt, coefficients)
+            state[s, S_VISCOSITY_FACTOR] = viscous_share(state[s, S_VISCOSITY_FACTOR], l, c, y.h, dt, coefficients)
         if PREVIOUS:
             store_previous(state, s, u, acting)
         if DENSITY_CORRECTION:
-            bound = 2.0 * max(now.rho - least, 0.0) / (now.rho + least)  # 0 for an isolated particle
+            bound = 2.0 * max(y.rho - rho_min, 0.0) / (y.rho + rho_min)  # 0 for an isolated particle
             correction = state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION]
             state[s, S_DENSITY_CORRECTION] = min(max(correction, -bound), bound)
         if ANGULAR_MOMENTUM:
             residual = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
             put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), residual))
-    speed2 = dot(now.u, now.u)
-    kinetic, internal = 0.5 * mass * speed2, mass * now.e
-    add_lanes(counted, KINETIC, here, kinetic, of_energy)
-    add_lanes(counted, INTERNAL, here, internal, of_energy)
-    add_lane_vectors(counted, MOMENTUM, here, extend_vector(multiply(mass, now.u)), of_momentum)
-    add_lanes(counted, PLASTIC, here, plastic_work, of_energy)
-    add_lanes(counted, HEATING, here, dissipated, of_energy)
+    speed2 = dot(y.u, y.u)
+    kinetic, internal = 0.5 * mass * speed2, mass * y.e
+    add_lanes(totals, KINETIC, mask, kinetic, of_energy)
+    add_lanes(totals, INTERNAL, mask, internal, of_energy)
+    add_lane_vectors(totals, MOMENTUM, mask, extend_vector(multiply(mass, y.u)), of_momentum)
+    add_lanes(totals, PLASTIC, mask, plastic_work, of_energy)
+    add_lanes(totals, HEATING, mask, dissipated, of_energy)
     if SLIPS:
-        add_lanes(counted, SLIPPING, here, mass * rates[s, R_SLIP], of_power)
+        add_lanes(totals, SLIPPING, mask, mass * rates[s, R_SLIP], of_power)
     # The stage: where the rates are evaluated next.
-    x = add(now.x, multiply(stage, add(now.u, multiply(DRIFT * stage, a))))
-    ahead = State(x, add(now.u, multiply(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
-                  now.plastic_strain, now.damage, now.history, now.axes)  # fmt: skip
+    x = add(y.x, multiply(stage, add(y.u, multiply(DRIFT * stage, a))))
+    y_stage = State(x, add(y.u, multiply(stage, a)), y.rho, y.e + stage * rate.power, y.h, y.s,
+                  y.plastic_strain, y.damage, y.history, y.axes)  # fmt: skip
     swelling = divergence(rate.l) - rate.density
-    ahead, p, c, l, thicker = strain(
-        ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
-    pressures[s], lengths[s] = p, ahead.h
-    shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
-    c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
+    y_stage, p, c, l, growth = strain(
+        y_stage, stage, rate.l, swelling, rate.hoop, rho_min, table, models, m, h_low, h_high)  # fmt: skip
+    pressures[s], lengths[s] = p, y_stage.h
+    shear = shear_modulus(table, models, m, y_stage.rho, y_stage.e, p)
+    c_l, c_t = longitudinal_speed(c, y_stage.rho, shear), shear_speed(y_stage.rho, shear)
     waves = no_symmetric(3)
     if ANISOTROPIC:
-        c_t = shear_speed(ahead.rho, transverse_modulus(table, models, m, shear))
-        waves = squared_speeds(table, models, m, ahead.rho, c, shear, ahead.axes)
+        c_t = shear_speed(y_stage.rho, transverse_modulus(table, models, m, shear))
+        waves = squared_speeds(table, models, m, y_stage.rho, c, shear, y_stage.axes)
     # In plane stress a membrane: its forces and its density are those of its thickness.
-    thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
+    thickness = state[s, S_THICKNESS] * growth if PLANE_STRESS else 1.0
     # Axisymmetric particles have the mass of their section.
-    ring = ring_radius(ahead.x, ahead.h) if AXISYMMETRIC else 0.0
-    planar = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
+    ring = ring_radius(y_stage.x, y_stage.h) if AXISYMMETRIC else 0.0
+    m_plane = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
     spin = multiply(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
     density_correction = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Packed(
-        ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        multiply(thickness, ahead.s), tags[s, 1], ring, spin, density_correction, waves,
+        y_stage.x, y_stage.u, m_plane, y_stage.rho * thickness, y_stage.e, y_stage.h, p * thickness, c, c_l, c_t,
+        multiply(thickness, y_stage.s), tags[s, 1], ring, spin, density_correction, waves,
         own_gradient(rates, s, R_GRADIENT_BEFORE, DIM) if ADJOINT else no_vector(DIM),
-        -2.0 * stage if ahead.plastic_strain > now.plastic_strain else 2.0 * stage))  # fmt: skip
+        -2.0 * stage if y_stage.plastic_strain > y.plastic_strain else 2.0 * stage))  # fmt: skip
     if REDUCES_SHEAR_VISCOSITY:  # alpha goes with this speed of sound
-        left = shear_share(l)
+        factor = shear_share(l)
         if AXISYMMETRIC:  # nothing else holds the rows at the axis
-            left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
-        rows[s, C] *= left
+            factor = max(factor, 1.0 - AT_AXIS * ring / y_stage.h)
+        rows[s, C] *= factor
     if LIMITED:
-        acting = acting_damage(table, m, ahead.damage, ahead.history)
-        tension = bearable_tension(table, models, m, ahead.s, ahead.damage)
-        sheared = bearable_shear(table, models, m, ahead.rho, ahead.e, p, ahead.s, ahead.plastic_strain,
-                                 ahead.plastic_strain > now.plastic_strain, acting, l)  # fmt: skip
-        tension, sheared, soft = softened_limits(table, m, tension, sheared, ahead.s, ahead.damage, ahead.history)
-        signal = show_limits(rows, s, coefficients, signal, ahead.rho, c, Limits(
-            thickness * tension, thickness * sheared,
-            has_failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
-            1.0 if h_low < ahead.h < h_high else 0.0, density_at_rest(table, m), soft))  # fmt: skip
+        acting = acting_damage(table, m, y_stage.damage, y_stage.history)
+        tension = bearable_tension(table, models, m, y_stage.s, y_stage.damage)
+        tau_max = bearable_shear(table, models, m, y_stage.rho, y_stage.e, p, y_stage.s, y_stage.plastic_strain,
+                                 y_stage.plastic_strain > y.plastic_strain, acting, l)  # fmt: skip
+        tension, tau_max, soft = softened_limits(table, m, tension, tau_max, y_stage.s, y_stage.damage, y_stage.history)
+        signal = show_limits(rows, s, coefficients, signal, y_stage.rho, c, Limits(
+            thickness * tension, thickness * tau_max,
+            has_failed(table, models, m, y_stage.damage), orderly(models, m, y_stage.plastic_strain),
+            1.0 if h_low < y_stage.h < h_high else 0.0, density_at_rest(table, m), soft))  # fmt: skip
     if SWITCH:
         share = state[s, S_VISCOSITY_FACTOR] if SWITCH == MORRIS_MONAGHAN else 1.0
-        share = viscous_share(share, l, c, ahead.h, stage, coefficients)
+        share = viscous_share(share, l, c, y_stage.h, stage, coefficients)
         rows[s, SHARE] = share
         # a small share does not lengthen the step: a shock may raise it in the next one
         signal += VISCOUS_SIGNAL * coefficients[0] * max(share - 1.0, 0.0) * c
-    signals[s] = max(signal, c_l * hoop_signal(ahead.h, ring)) if AXISYMMETRIC else signal
-    fastest, longest, size = most
-    return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
+    signals[s] = max(signal, c_l * hoop_signal(y_stage.h, ring)) if AXISYMMETRIC else signal
+    u2_max, h_max, size = maxima
+    return max(u2_max, speed2), max(h_max, y_stage.h), size + (kinetic + abs(internal) if mask else 0.0)
 
 
 def update(chunk, count, state, tags, place, rates, materials, coefficients, gravity, times_ahead, h_limits, rows,
@@ -186,44 +186,44 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, gra
     `sums`, `rounders`: `Sums.loops`: arrays that receive sums over the completed state, and what rounds these
     """
     lengths, signals, pressures = limits
-    wholes, extremes = sums
+    integers, extremes = sums
     first = chunk * np.uint64(CHUNK)
     end = min(first + np.uint64(CHUNK), count)
-    keys, near = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
-    placed = np.empty(CHUNK + LANES, np.uint32)
-    counted = np.zeros((2, COUNTED, LANES), np.int64)
-    most = (broadcast_strict(0.0), broadcast_strict(0.0), broadcast_strict(0.0))
+    keys, index = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
+    places = np.empty(CHUNK + LANES, np.uint32)
+    totals = np.zeros((2, COUNTED, LANES), np.int64)
+    maxima = (broadcast_strict(0.0), broadcast_strict(0.0), broadcast_strict(0.0))
     for s in range(first, end):  # material, and whether it is held
         keys[s - first] = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
         if times_ahead[2] and RIGID_GROUP <= tags[s, 3] >> np.uint32(GROUP_SHIFT) < LAYER_GROUP:
             keys[s - first] = np.uint64(NONE)  # state and row stay as they are: others write its motion
     key = np.uint64(0)
     while key != np.uint64(NONE):
-        n, above = list_equal_keys(keys, end - first, first, key, near)
+        n, next_key = list_equal_keys(keys, end - first, first, key, index)
         for k in range(n + np.uint64(LANES)):
             if n > np.uint64(0):
-                placed[k] = place[np.uint64(near[k])]
+                places[k] = place[np.uint64(index[k])]
         for k in range(np.uint64(0), n, np.uint64(LANES)):
-            for later in range(k + np.uint64(LANES), min(k + np.uint64(2 * LANES), n)):
-                s = np.uint64(near[later])
+            for entry in range(k + np.uint64(LANES), min(k + np.uint64(2 * LANES), n)):
+                s = np.uint64(index[entry])
                 fetch_row(state, s, 0, state.shape[1])
                 fetch_row(rows, s, 0, rows.shape[1])
-                fetch_row(rates, np.uint64(placed[later]), 0, rates.shape[1])
-            most = advance_lanes(
-                (gather(state, near, k), gather(tags, near, k), gather(rates, placed, k)),
+                fetch_row(rates, np.uint64(places[entry]), 0, rates.shape[1])
+            maxima = advance_lanes(
+                (gather(state, index, k), gather(tags, index, k), gather(rates, places, k)),
                 first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
-                materials, coefficients, gravity, times_ahead, h_limits, gather(rows, near, k),
-                (gather(lengths, near, k), gather(signals, near, k), gather(pressures, near, k)), counted, most,
+                materials, coefficients, gravity, times_ahead, h_limits, gather(rows, index, k),
+                (gather(lengths, index, k), gather(signals, index, k), gather(pressures, index, k)), totals, maxima,
                 rounders)  # fmt: skip
-        key = above
-    sum_lanes(wholes, chunk, counted)
-    fastest = longest = size = 0.0
+        key = next_key
+    sum_lanes(integers, chunk, totals)
+    u2_max = h_max = size = 0.0
     for k in range(np.uint64(LANES)):
-        fastest, longest = max(fastest, extract_lane(most[0], k)), max(longest, extract_lane(most[1], k))
-        size += extract_lane(most[2], k)
+        u2_max, h_max = max(u2_max, extract_lane(maxima[0], k)), max(h_max, extract_lane(maxima[1], k))
+        size += extract_lane(maxima[2], k)
     for s in range(first, end):
         if keys[s - first] == np.uint64(NONE):
             energy = state[s, S_MASS] * state[s, S_INTERNAL_ENERGY]
-            add_term(wholes, chunk, INTERNAL, energy, rounders[0])
-            longest, size = max(longest, lengths[s]), size + abs(energy)
-    extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = fastest, longest, size
+            add_term(integers, chunk, INTERNAL, energy, rounders[0])
+            h_max, size = max(h_max, lengths[s]), size + abs(energy)
+    extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = u2_max, h_max, size

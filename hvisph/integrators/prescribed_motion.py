@@ -58,12 +58,12 @@ class Motion:
 
     def displacement(self, first: float, last: float) -> np.ndarray:
         """Return the displacement (dim,) [m] between two times [s]: the integral of the velocity."""
-        inside = self.times[(self.times > first) & (self.times < last)]
-        ends = np.unique(np.concatenate([[first], inside, [last]]))
-        moved = np.zeros(self.velocities.shape[1])
+        times = self.times[(self.times > first) & (self.times < last)]
+        ends = np.unique(np.concatenate([[first], times, [last]]))
+        result = np.zeros(self.velocities.shape[1])
         for start, end in pairwise(ends):  # linear within each: the mid-point rule is exact
-            moved += (end - start) * self.velocity(0.5 * (start + end))
-        return moved
+            result += (end - start) * self.velocity(0.5 * (start + end))
+        return result
 
 
 def is_rigid_particle(tags: np.ndarray) -> np.ndarray:
@@ -82,7 +82,7 @@ class PrescribedMotion:
     def __init__(self, motions: tuple[Motion | RigidMotion, ...], dim: int):
         self._motions, self.time, self.work, self.momentum = motions, 0.0, 0.0, np.zeros(dim)
         self.rotation, self._excess = 0.0, np.zeros(1 + dim)
-        self._found: dict[int, np.ndarray] = {}  # rows of each group, as long as the particles lie as they do
+        self._members: dict[int, np.ndarray] = {}  # rows of each group, as long as the particles lie as they do
 
     @property
     def rigid(self) -> list[RigidMotion]:
@@ -96,33 +96,33 @@ class PrescribedMotion:
 
     def note_contacts(self, stepper: Any) -> None:
         """Record the particles in contact with rigid bodies, after an evaluation."""
-        self._found.clear()
+        self._members.clear()
         for motion in self.rigid:
             motion.note_contact(stepper, self._rows(stepper.particles, motion), self.time)
 
     def begin(self, stepper: Any, dt: float) -> None:
         """Give all groups their mean velocity of the step `dt` [s], and find work and momentum by the last forces."""
-        self._found.clear()
+        self._members.clear()
         particles, exact = stepper.particles, stepper.totals.exact
         mass, dim, end = particles["mass"], particles.dim, self.time + dt
         self.work, self.rotation, self.momentum, self._excess = 0.0, 0.0, np.zeros(dim), np.zeros(1 + dim)
         for motion in self._motions:
             rows = self._rows(particles, motion)
             if isinstance(motion, RigidMotion):
-                given, work, rotation = motion.kick(stepper, rows, self.time, dt)
-                self.momentum += given[:dim]
+                impulse, work, rotation = motion.kick(stepper, rows, self.time, dt)
+                self.momentum += impulse[:dim]
                 self.work += work
                 self.rotation += rotation
                 continue
-            whole = exact(mass[rows])
+            total = exact(mass[rows])
             forces = mass[rows, None] * stepper.rates[stepper.place[rows], :dim]
             force = np.array([exact(component) for component in forces.T])
-            before, after = motion.velocity(self.time), motion.velocity(end)
+            u_start, u_end = motion.velocity(self.time), motion.velocity(end)
             mean = motion.displacement(self.time, end) / dt
-            self.work += float(0.5 * whole * (after @ after - before @ before) - dt * (force @ mean))
-            self.momentum += whole * (after - before)
-            self._excess[0] += 0.5 * whole * (after @ after - mean @ mean)
-            self._excess[1:] += whole * (after - mean)
+            self.work += float(0.5 * total * (u_end @ u_end - u_start @ u_start) - dt * (force @ mean))
+            self.momentum += total * (u_end - u_start)
+            self._excess[0] += 0.5 * total * (u_end @ u_end - mean @ mean)
+            self._excess[1:] += total * (u_end - mean)
             particles["velocity"][rows] = mean
         self.time = end
 
@@ -133,8 +133,8 @@ class PrescribedMotion:
             stepper.rates[stepper.place[rows]] = 0.0
             stepper.particles["velocity"][rows] = 0.0
 
-    def finish(self, stepper: Any, stage: float, shown: bool) -> None:
-        """Set the velocity of all groups; in packed rows that `stage` [s] later. `shown`: rows are packed anew.
+    def finish(self, stepper: Any, stage: float, repack: bool) -> None:
+        """Set the velocity of all groups; in packed rows that `stage` [s] later. `repack`: rows are packed anew.
 
         The update packs no rows of rigid particles when it completes a step: they stay as they were.
         """
@@ -142,7 +142,7 @@ class PrescribedMotion:
         for motion in self._motions:
             rows = self._rows(particles, motion)
             if isinstance(motion, RigidMotion):
-                if shown:
+                if repack:
                     self._show_rigid(stepper, rows)
                 self._excess += motion.place(stepper, rows, self.time, stage)
                 continue
@@ -151,15 +151,15 @@ class PrescribedMotion:
 
     def _show_rigid(self, stepper: Any, rows: np.ndarray) -> None:
         """Write impedance, strength and body of rigid particles into their packed rows, which have no stress."""
-        at, packed, impedance = stepper.row_slots, stepper.rows, RIGID_IMPEDANCES[stepper.pairs.single]
-        if "ZN" in at:
-            packed[rows, at["ZN"]] = packed[rows, at["ZT"]] = impedance
-        if "Z_SQUARED" in at:
-            packed[rows, at["Z_SQUARED"] : at["Z_SQUARED"] + stepper.particles.dim] = impedance**2
-        if "SHEAR_LIMIT" in at:  # that of the other side counts
-            packed[rows, at["SHEAR_LIMIT"]] = UNLIMITED
-        if "BODY" in at:
-            packed[rows, at["BODY"]] = RIGID
+        slots, packed, impedance = stepper.row_slots, stepper.rows, RIGID_IMPEDANCES[stepper.pairs.single]
+        if "ZN" in slots:
+            packed[rows, slots["ZN"]] = packed[rows, slots["ZT"]] = impedance
+        if "Z_SQUARED" in slots:
+            packed[rows, slots["Z_SQUARED"] : slots["Z_SQUARED"] + stepper.particles.dim] = impedance**2
+        if "SHEAR_LIMIT" in slots:  # that of the other side counts
+            packed[rows, slots["SHEAR_LIMIT"]] = UNLIMITED
+        if "BODY" in slots:
+            packed[rows, slots["BODY"]] = RIGID
         stepper.pressures[rows], stepper.signals[rows] = 0.0, SLOWEST_SIGNAL
 
     def complete_sums(self, sums: np.ndarray) -> None:
@@ -169,7 +169,7 @@ class PrescribedMotion:
 
     def forget_step(self) -> None:
         """Forget the correction of the last step: sums are those of the state."""
-        self._found.clear()
+        self._members.clear()
         self._excess[:] = 0.0
 
     def history(self) -> dict[str, np.ndarray]:
@@ -179,13 +179,13 @@ class PrescribedMotion:
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Restore what `history` returned."""
-        kept = history["prescribed_motion"]
-        self.time, self._excess = float(kept[0]), kept[1 : 1 + len(self._excess)].copy()
-        numbers = kept[1 + len(self._excess) :]
+        values = history["prescribed_motion"]
+        self.time, self._excess = float(values[0]), values[1 : 1 + len(self._excess)].copy()
+        numbers = values[1 + len(self._excess) :]
         for motion in self.rigid:
             motion.state, numbers = numbers[: len(motion.state)].copy(), numbers[len(motion.state) :]
 
     def _rows(self, particles: Particles, motion: Motion | RigidMotion) -> np.ndarray:
-        if motion.group not in self._found:
-            self._found[motion.group] = np.flatnonzero(particles.tags[:, FLAGS] >> GROUP_SHIFT == motion.group)
-        return self._found[motion.group]
+        if motion.group not in self._members:
+            self._members[motion.group] = np.flatnonzero(particles.tags[:, FLAGS] >> GROUP_SHIFT == motion.group)
+        return self._members[motion.group]

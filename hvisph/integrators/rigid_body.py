@@ -39,7 +39,7 @@ class MassProperties:
     mass: float
     centre: np.ndarray
     inertia: np.ndarray
-    of_points: np.ndarray
+    point_inertia: np.ndarray
 
 
 def in_space(vectors: np.ndarray) -> np.ndarray:
@@ -87,11 +87,11 @@ def collect_forces(group, place, rates, state, packed, centre, terms):
     """
     count, r = 0, np.zeros(3)
     for i in group:
-        row, acts, mass = place[i], False, state[i, S_MASS]
+        row, has_force, mass = place[i], False, state[i, S_MASS]
         for f in range(DIM):
             terms[count, f], r[f] = mass * rates[row, f], packed[i, f] - centre[f]
         for f in range(DIM + 1):
-            acts = acts or rates[row, f] != 0.0
+            has_force = has_force or rates[row, f] != 0.0
         for f in range(3):
             g, h = (f + 1) % 3, (f + 2) % 3
             terms[count, 3 + f] = r[g] * terms[count, h] - r[h] * terms[count, g]
@@ -99,49 +99,49 @@ def collect_forces(group, place, rates, state, packed, centre, terms):
             for f in range(2 * DIM - 3):
                 terms[count, 6 - (2 * DIM - 3) + f] += mass * rates[row, TORQUE_RATE + f]
         terms[count, 6] = mass * rates[row, DIM]
-        count += acts
+        count += has_force
     return count
 
 
-def place_particles(group, state, packed, frames, turns, moved):
+def place_particles(group, state, packed, frames, turns, is_complete):
     """Write positions and velocities of the particles of a `group` (n,) into state and packed rows.
 
     Bound names: DIM, S_POSITION, S_VELOCITY, U, TURN_RATE (slots of the row, 0 for none).
 
     `frames`: centre, velocity and angular velocity (3, 9) of the body before a step, now and at the stage
     `turns`: rotations (2, 3, 3) from each to the next
-    `moved`: whether a step was completed, which the positions of the state do not know of
+    `is_complete`: whether a step was completed, which the positions of the state do not know of
     """
-    before, now, ahead = frames[0], frames[1], frames[2]
-    r, turned = np.zeros(3), np.zeros(3)
+    start, frame, stage = frames[0], frames[1], frames[2]
+    r, arm = np.zeros(3), np.zeros(3)
     for i in group:
-        if moved:
+        if is_complete:
             for f in range(DIM):
-                r[f] = state[i, S_POSITION + f] - before[f]
+                r[f] = state[i, S_POSITION + f] - start[f]
             for f in range(DIM):
-                way = turns[0, f, 0] * r[0] + turns[0, f, 1] * r[1] + turns[0, f, 2] * r[2]
-                state[i, S_POSITION + f] = now[f] + way
+                shift = turns[0, f, 0] * r[0] + turns[0, f, 1] * r[1] + turns[0, f, 2] * r[2]
+                state[i, S_POSITION + f] = frame[f] + shift
         for f in range(DIM):
-            r[f] = state[i, S_POSITION + f] - now[f]
+            r[f] = state[i, S_POSITION + f] - frame[f]
         for f in range(3):
-            turned[f] = turns[1, f, 0] * r[0] + turns[1, f, 1] * r[1] + turns[1, f, 2] * r[2]
+            arm[f] = turns[1, f, 0] * r[0] + turns[1, f, 1] * r[1] + turns[1, f, 2] * r[2]
         for f in range(DIM):
             g, h = (f + 1) % 3, (f + 2) % 3
-            state[i, S_VELOCITY + f] = now[3 + f] + now[6 + g] * r[h] - now[6 + h] * r[g]
-            packed[i, f] = ahead[f] + turned[f]
-            packed[i, U + f] = ahead[3 + f] + ahead[6 + g] * turned[h] - ahead[6 + h] * turned[g]
+            state[i, S_VELOCITY + f] = frame[3 + f] + frame[6 + g] * r[h] - frame[6 + h] * r[g]
+            packed[i, f] = stage[f] + arm[f]
+            packed[i, U + f] = stage[3 + f] + stage[6 + g] * arm[h] - stage[6 + h] * arm[g]
         if TURN_RATE:
             for f in range(2 * DIM - 3):
-                packed[i, TURN_RATE + f] = ahead[9 - (2 * DIM - 3) + f]
+                packed[i, TURN_RATE + f] = stage[9 - (2 * DIM - 3) + f]
 
 
 @cache
 def _loops(dim: int, columns: tuple[int, ...], u: int, turn_rate: int, torque: int, normal: int) -> tuple[Any, ...]:
     """Return the compiled loops for slots of the state (mass, density, position, velocity), the rows and the rates."""
-    named = zip(("S_MASS", "S_DENSITY", "S_POSITION", "S_VELOCITY"), columns, strict=True)
-    bound: Options = dict(named) | {"DIM": dim, "U": u, "TURN_RATE": turn_rate, "TORQUE_RATE": torque, "NORMAL": normal}
+    pairs = zip(("S_MASS", "S_DENSITY", "S_POSITION", "S_VELOCITY"), columns, strict=True)
+    items: Options = dict(pairs) | {"DIM": dim, "U": u, "TURN_RATE": turn_rate, "TORQUE_RATE": torque, "NORMAL": normal}
     parts = (find_compliances, collect_forces, place_particles)
-    return tuple(specialise(one, parallel=False, **bound) for one in parts)
+    return tuple(specialise(function, parallel=False, **items) for function in parts)
 
 
 class RigidMotion:
@@ -166,13 +166,13 @@ class RigidMotion:
         axes *= np.copysign(1.0, np.linalg.det(axes))
         if axis is not None:
             self.inertia, axes = float(axis @ mass.inertia @ axis) * np.ones(3), np.eye(3)
-        self._of_points = axes.T @ mass.of_points @ axes
+        self._point_inertia = axes.T @ mass.point_inertia @ axes
         self.state = np.zeros(STATE)
         self.state[CENTRE], self.state[VELOCITY], self.state[TURN] = mass.centre, velocity, quaternion(axes)
         self.state[SPIN] = self._project(mass.inertia @ rate)
-        self._before: np.ndarray | None = None  # centre and axes before a step
+        self._frame: np.ndarray | None = None  # centre and axes before a step
         self._compliances: np.ndarray | None = None  # of the particles beside others
-        self._predicted: dict[tuple[float, float, bytes], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._cache: dict[tuple[float, float, bytes], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = {}
 
     def is_free(self, dim: int) -> bool:
         """Return whether nothing supports the body, in `dim` dimensions."""
@@ -193,7 +193,7 @@ class RigidMotion:
     def own_spin(self) -> np.ndarray:
         """Angular momentum that the particles as points do not have (3,) [kg m^2/s]."""
         axes = rotation(self.state[TURN])
-        return np.asarray(self.state[SPIN] - axes @ (self._of_points @ (axes.T @ self.angular_velocity)))
+        return np.asarray(self.state[SPIN] - axes @ (self._point_inertia @ (axes.T @ self.angular_velocity)))
 
     def limits(self) -> list[tuple[float, str, int]]:
         """Return the step limits of the body, see `Stepper.limits`."""
@@ -204,15 +204,15 @@ class RigidMotion:
 
     def hold(self) -> tuple[Any, ...]:
         """Let the body rest where it is; return what `release` takes."""
-        kept = self.moves, self.turns, self.table, self.state.copy()
+        record = self.moves, self.turns, self.table, self.state.copy()
         self.moves, self.turns, self.table = np.zeros((3, 3)), False, None
         self.state[VELOCITY], self.state[SPIN] = 0.0, 0.0
-        self._predicted = {}
-        return kept
+        self._cache = {}
+        return record
 
-    def release(self, kept: tuple[Any, ...]) -> None:
+    def release(self, record: tuple[Any, ...]) -> None:
         """Let the body go on with freedom, motion and state from before `hold`."""
-        (self.moves, self.turns, self.table, self.state), self._predicted = kept, {}
+        (self.moves, self.turns, self.table, self.state), self._cache = record, {}
 
     def slow(self, share: float) -> None:
         """Multiply velocity and angular momentum by a share."""
@@ -246,55 +246,55 @@ class RigidMotion:
         spin = self.state[SPIN]
         return 0.5 * float(spin @ self._rate(q, spin))
 
-    def _ahead(self, now: float, stage: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return centre, orientation, velocity and angular velocity predicted for `stage` [s] after `now`."""
-        state, key = self.state, (now, stage, self.state[:AHEAD].tobytes())
-        if key not in self._predicted:  # shown at the end of a step, and seen by the kick of the next
+    def _predict(self, time: float, stage: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return centre, orientation, velocity and angular velocity predicted for `stage` [s] after `time`."""
+        state, key = self.state, (time, stage, self.state[:AHEAD].tobytes())
+        if key not in self._cache:  # shown at the end of a step, and seen by the kick of the next
             q = self._flow(stage).copy()
             rate, centre = self._rate(q, state[SPIN] + stage * state[TORQUE]), state[CENTRE] + stage * state[VELOCITY]
             velocity = state[VELOCITY] + stage * state[FORCE]
             if self.table is not None:
-                centre = state[CENTRE] + in_space(self.table.displacement(now, now + stage)[None])[0]
-                velocity = in_space(self.table.velocity(now + stage)[None])[0]
-            self._predicted = {key: (centre, q, velocity, rate)}
-        return self._predicted[key]
+                centre = state[CENTRE] + in_space(self.table.displacement(time, time + stage)[None])[0]
+                velocity = in_space(self.table.velocity(time + stage)[None])[0]
+            self._cache = {key: (centre, q, velocity, rate)}
+        return self._cache[key]
 
-    def kick(self, stepper: Any, rows: np.ndarray, now: float, dt: float) -> tuple[np.ndarray, float, float]:
-        """Advance the body from `now` by the step `dt` [s] with the forces on its particles `rows`, which it takes.
+    def kick(self, stepper: Any, rows: np.ndarray, time: float, dt: float) -> tuple[np.ndarray, float, float]:
+        """Advance the body from `time` by the step `dt` [s] with the forces on its particles `rows`, which it takes.
 
-        Returns `given`, `work`, `rotation`: momentum (3,) [kg m/s] and work [J] of what supports or drives it; energy
+        Returns `impulse`, `work`, `rotation`: momentum (3,) [kg m/s] and work [J] of what supports or drives it; energy
         that its integration makes [J].
         """
         particles, exact, state = stepper.particles, stepper.totals.exact, self.state
-        dim, whole, stage = particles.dim, self.mass.mass, float(state[AHEAD])
-        centre, q, seen, seen_rate = self._ahead(now, stage)
-        self._before = np.vstack([state[CENTRE], self._axes(state[TURN])])
+        dim, mass, stage = particles.dim, self.mass.mass, float(state[AHEAD])
+        centre, q, u_stage, w_stage = self._predict(time, stage)
+        self._frame = np.vstack([state[CENTRE], self._axes(state[TURN])])
         terms = np.zeros((len(rows) + 1, 7))
         count = self._loops(stepper)[1](rows, stepper.place, stepper.rates, particles.data, stepper.rows, centre, terms)
-        sums, meant = np.zeros(7), [*range(dim), *(range(3 if dim == 3 else 5, 6) if self.turns else ()), 6]
-        for k in meant:
+        sums, columns = np.zeros(7), [*range(dim), *(range(3 if dim == 3 else 5, 6) if self.turns else ()), 6]
+        for k in columns:
             sums[k] = exact(terms[:count, k])
-        force, torque, counted = sums[:3], sums[3:6], sums[6]
-        weight, tilt = self._pull(stepper, rows, centre)
+        force, torque, power = sums[:3], sums[3:6], sums[6]
+        weight, moment = self._pull(stepper, rows, centre)
         self.find_relaxation(stepper)
-        before, rate, swing = self.velocity, self._rate(q, state[SPIN]), self._energy(q) - self._energy(state[TURN])
-        state[FORCE], state[TORQUE] = self.moves @ (force + weight) / whole, self._project(torque + tilt)
+        u_start, rate, change = self.velocity, self._rate(q, state[SPIN]), self._energy(q) - self._energy(state[TURN])
+        state[FORCE], state[TORQUE] = self.moves @ (force + weight) / mass, self._project(torque + moment)
         state[VELOCITY] += dt * state[FORCE]
-        mean, after = 0.5 * (before + state[VELOCITY]), centre - state[CENTRE] + (dt - stage) * state[VELOCITY]
+        mean, shift = 0.5 * (u_start + state[VELOCITY]), centre - state[CENTRE] + (dt - stage) * state[VELOCITY]
         if self.table is not None:
-            after = in_space(self.table.displacement(now, now + dt)[None])[0]
-            mean, state[VELOCITY] = after / dt, in_space(self.table.velocity(now + dt)[None])[0]
+            shift = in_space(self.table.displacement(time, time + dt)[None])[0]
+            mean, state[VELOCITY] = shift / dt, in_space(self.table.velocity(time + dt)[None])[0]
         state[SPIN] += dt * state[TORQUE]
         mean_rate = 0.5 * (rate + self._rate(q, state[SPIN]))
-        made = dt * float(force @ (mean - seen) + torque @ (mean_rate - seen_rate) - counted)
-        made += float(weight @ (dt * mean - after))  # gravity does its work on the way
-        state[CENTRE] += after
+        error = dt * float(force @ (mean - u_stage) + torque @ (mean_rate - w_stage) - power)
+        error += float(weight @ (dt * mean - shift))  # gravity does its work on the way
+        state[CENTRE] += shift
         energy, state[TURN] = self._energy(q), q
         state[TURN] = self._flow(dt - stage)
-        gained = 0.5 * whole * float(state[VELOCITY] @ state[VELOCITY] - before @ before)
-        work = gained - dt * float((force + weight) @ mean) if self.table is not None else 0.0
-        given = whole * (state[VELOCITY] - before) - dt * (force + weight)
-        return given, work, made + swing + self._energy(state[TURN]) - energy
+        kinetic = 0.5 * mass * float(state[VELOCITY] @ state[VELOCITY] - u_start @ u_start)
+        work = kinetic - dt * float((force + weight) @ mean) if self.table is not None else 0.0
+        impulse = mass * (state[VELOCITY] - u_start) - dt * (force + weight)
+        return impulse, work, error + change + self._energy(state[TURN]) - energy
 
     def _pull(self, stepper: Any, rows: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the force (3,) [N] of gravity on the body at the stage, and its torque (3,) [N m] about `centre`."""
@@ -305,19 +305,19 @@ class RigidMotion:
             return self.mass.mass * in_space(np.array([gravity.vector]))[0], np.zeros(3)
         x, mass = stepper.rows[rows, :dim], stepper.particles["mass"][rows]
         pulls = in_space(mass[:, None] * gravity.acceleration(x))
-        tilt = cross(in_space(x) - centre, pulls) if self.turns else np.zeros((1, 3))
-        return np.array([exact(one) for one in pulls.T]), np.array([exact(one) for one in tilt.T])
+        torques = cross(in_space(x) - centre, pulls) if self.turns else np.zeros((1, 3))
+        return np.array([exact(row) for row in pulls.T]), np.array([exact(row) for row in torques.T])
 
     def _loops(self, stepper: Any) -> tuple[Any, ...]:
-        at, particles = stepper.row_slots, stepper.particles
+        row_slots, particles = stepper.row_slots, stepper.particles
         columns = tuple(particles.offsets[name] for name in ("mass", "density", "position", "velocity"))
-        turn_rate, torque = at.get("TURN_RATE", 0), slots(particles.dim)["R_SPIN"]
+        turn_rate, torque = row_slots.get("TURN_RATE", 0), slots(particles.dim)["R_SPIN"]
         torque = torque if turn_rate and stepper.rates.shape[1] > torque else 0
-        return _loops(particles.dim, columns, at["U"], turn_rate, torque, stepper.pairs.slots.get("N_RAW", 0))
+        return _loops(particles.dim, columns, row_slots["U"], turn_rate, torque, stepper.pairs.slots.get("N_RAW", 0))
 
-    def note_contact(self, stepper: Any, rows: np.ndarray, now: float) -> None:
+    def note_contact(self, stepper: Any, rows: np.ndarray, time: float) -> None:
         """Note A (1/M + r_n^2/J) of particles beside others, after an evaluation, before other uses of sorted rows."""
-        pairs, turns, (centre, q, _, _) = stepper.pairs, np.zeros((3, 3)), self._ahead(now, float(self.state[AHEAD]))
+        pairs, turns, (centre, q, _, _) = stepper.pairs, np.zeros((3, 3)), self._predict(time, float(self.state[AHEAD]))
         if "N_RAW" not in pairs.slots:
             return
         if self.axis is not None:
@@ -339,20 +339,20 @@ class RigidMotion:
     def _axes(self, q: np.ndarray) -> np.ndarray:
         return rotation(q) if self.turns else np.eye(3)
 
-    def place(self, stepper: Any, rows: np.ndarray, now: float, stage: float) -> np.ndarray:
-        """Write the motion of the body at `now` + `stage` [s]; return its energy [J] and momentum (dim,) [kg m/s]."""
+    def place(self, stepper: Any, rows: np.ndarray, time: float, stage: float) -> np.ndarray:
+        """Write the motion of the body at `time` + `stage` [s]; return its energy [J] and momentum (dim,) [kg m/s]."""
         particles, state, dim = stepper.particles, self.state, stepper.particles.dim
-        centre, q, velocity, rate = self._ahead(now, stage)
+        centre, q, velocity, rate = self._predict(time, stage)
         axes, frames, turns = self._axes(state[TURN]), np.zeros((3, 9)), np.stack([np.eye(3), np.eye(3)])
-        if self._before is not None:
-            frames[0, :3] = self._before[0]
+        if self._frame is not None:
+            frames[0, :3] = self._frame[0]
             if self.turns:
-                turns[0] = axes @ self._before[1:].T
+                turns[0] = axes @ self._frame[1:].T
         frames[1, :3], frames[1, 3:6], frames[2, :3], frames[2, 3:6] = state[CENTRE], state[VELOCITY], centre, velocity
         if self.turns:
             turns[1] = rotation(q) @ axes.T
             frames[1, 6:], frames[2, 6:] = self.angular_velocity, rate
-        self._loops(stepper)[2](rows, particles.data, stepper.rows, frames, turns, self._before is not None)
-        state[AHEAD], self._before = stage, None
-        u, whole = state[VELOCITY], self.mass.mass
-        return np.array([0.5 * whole * float(u @ u) + self._energy(state[TURN]), *(whole * u[:dim])])
+        self._loops(stepper)[2](rows, particles.data, stepper.rows, frames, turns, self._frame is not None)
+        state[AHEAD], self._frame = stage, None
+        u, mass = state[VELOCITY], self.mass.mass
+        return np.array([0.5 * mass * float(u @ u) + self._energy(state[TURN]), *(mass * u[:dim])])

@@ -42,7 +42,7 @@ def quaternion(axes: np.ndarray) -> np.ndarray:
 def turn_about(q: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
     """Return the quaternion `q` (4,), turned before by `angle` about `axis` (3,) in the body, of length 1."""
     w, (x, y, z), (q0, q1, q2, q3) = cos(0.5 * angle), (sin(0.5 * angle) * axis).tolist(), q.tolist()
-    after = np.array(
+    result = np.array(
         [
             q0 * w - q1 * x - q2 * y - q3 * z,
             q0 * x + q1 * w + q2 * z - q3 * y,
@@ -50,7 +50,7 @@ def turn_about(q: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
             q0 * z + q1 * y - q2 * x + q3 * w,
         ]
     )
-    return after / np.sqrt((after * after).sum())
+    return result / np.sqrt((result * result).sum())
 
 
 def flow(q: np.ndarray, spin: np.ndarray, inertia: np.ndarray, time: float) -> np.ndarray:
@@ -59,10 +59,10 @@ def flow(q: np.ndarray, spin: np.ndarray, inertia: np.ndarray, time: float) -> n
     `q`: unit quaternion (4,), principal axes to space
     `spin`, `inertia`: angular momentum in space (3,) [kg m^2/s], and principal moments (3,) [kg m^2]
     """
-    own, moments = (spin @ rotation(q)).tolist(), inertia.tolist()
+    body_spin, moments = (spin @ rotation(q)).tolist(), inertia.tolist()
     for k, share in SPLITTING:
-        angle = share * time * own[k] / moments[k]
+        angle = share * time * body_spin[k] / moments[k]
         q = turn_about(q, AXES[k], angle)
         i, j, c, s = (k + 1) % 3, (k + 2) % 3, cos(angle), sin(angle)
-        own[i], own[j] = c * own[i] + s * own[j], c * own[j] - s * own[i]
+        body_spin[i], body_spin[j] = c * body_spin[i] + s * body_spin[j], c * body_spin[j] - s * body_spin[i]
     return q

@@ -26,16 +26,16 @@ SPEED2, LENGTH, SIZE = 0, 1, 2
 SLOWEST = 2.0**-12
 
 
-def add_chunks(wholes, extremes, parts, whole):
+def add_chunks(integers, extremes, parts, result):
     """Add the integers of all chunks and find their extremes; these are NaN if one is."""
-    for chunk in range(np.uint64(len(wholes))):
+    for chunk in range(np.uint64(len(integers))):
         for part in range(np.uint64(2)):
             for k in range(np.uint64(COUNTED)):
-                parts[part, k] += wholes[chunk, part, k]
+                parts[part, k] += integers[chunk, part, k]
         for k in range(np.uint64(2)):
-            if extremes[chunk, k] > whole[k] or extremes[chunk, k] != extremes[chunk, k]:
-                whole[k] = extremes[chunk, k]
-        whole[SIZE] += extremes[chunk, SIZE]
+            if extremes[chunk, k] > result[k] or extremes[chunk, k] != extremes[chunk, k]:
+                result[k] = extremes[chunk, k]
+        result[SIZE] += extremes[chunk, SIZE]
 
 
 @cache
@@ -47,48 +47,48 @@ class Sums:
     """Integer sums and extremes of chunks of particles.
 
     Mass and energy of `particles` and the largest `sound_speed` at rest [m/s] define the `units` (COLUMNS,), see
-    `compiler.exact_sum`. Compiled loops write `wholes` (chunks, 2, COUNTED) and `extremes` (chunks, 3). `over` reduces
-    them over all processes; `exact` returns the sum of terms (n,) of all processes, rounded once.
+    `compiler.exact_sum`. Compiled loops write `integers` (chunks, 2, COUNTED) and `extremes` (chunks, 3), which
+    `reduce` reduces over all processes; `exact` returns the sum of terms (n,) of all processes, rounded once.
     """
 
-    over: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    reduce: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     exact: Callable[[np.ndarray], float]
 
     def __init__(self, particles: Particles, sound_speed: float, h: float, chunk: int):
         self._sound_speed, self._h, self._chunk = sound_speed, h, chunk
-        self.over, self.exact = lambda wholes, extremes: (wholes, extremes), exact_sum
+        self.reduce, self.exact = lambda integers, extremes: (integers, extremes), exact_sum
         self.begin(particles)
         self.resize(particles.count)
 
     def begin(self, particles: Particles) -> None:
         """Set the units by mass and energy of the initial state."""
         mass, sound_speed, h = particles["mass"], self._sound_speed, self._h
-        whole = self.exact(mass)
+        total = self.exact(mass)
         energy = mass * (0.5 * (particles["velocity"] ** 2).sum(axis=1) + np.abs(particles["internal_energy"]))
-        energy_unit = sum_unit(max(SLOWEST * whole * sound_speed**2, self.exact(energy)))
-        speed = float(np.sqrt(energy_unit / sum_unit(whole)))
+        energy_unit = sum_unit(max(SLOWEST * total * sound_speed**2, self.exact(energy)))
+        speed = float(np.sqrt(energy_unit / sum_unit(total)))
         power_unit = energy_unit * 2.0 ** np.ceil(np.log2(max(sound_speed, speed) / h))
         self.units = np.full(COUNTED, energy_unit)
-        self.units[MOMENTUM : MOMENTUM + 3] = sum_unit(whole * speed)
-        self.units[SUPPORT : SUPPORT + 3] = sum_unit(power_unit / energy_unit * whole * speed)
+        self.units[MOMENTUM : MOMENTUM + 3] = sum_unit(total * speed)
+        self.units[SUPPORT : SUPPORT + 3] = sum_unit(power_unit / energy_unit * total * speed)
         self.units[SLIPPING] = power_unit
         self._rounders = tuple(float(rounding_constant(self.units[k])) for k in (KINETIC, MOMENTUM, SUPPORT, SLIPPING))
 
     def resize(self, count: int) -> None:
         """Allocate arrays for `count` particles."""
         chunks = -(-count // self._chunk)
-        self.wholes, self.extremes = np.zeros((chunks, 2, COUNTED), np.int64), np.zeros((chunks, 3))
+        self.integers, self.extremes = np.zeros((chunks, 2, COUNTED), np.int64), np.zeros((chunks, 3))
 
     @property
-    def loops(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[float, ...]]:
+    def buffers(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[float, ...]]:
         """Arguments of compiled loops: sums, extremes, and units of energy, momentum, force and power."""
-        return (self.wholes, self.extremes), self._rounders
+        return (self.integers, self.extremes), self._rounders
 
     def total(self) -> np.ndarray:
         """Return the sums (SUMS,); the integer ones are NaN where a particle's energy is invalid or too large."""
         parts, extremes = np.zeros((2, COUNTED), np.int64), np.zeros(3)
-        _add_chunks()(self.wholes, self.extremes, parts, extremes)
-        self._parts, extremes = self.over(parts, extremes)
+        _add_chunks()(self.integers, self.extremes, parts, extremes)
+        self._parts, extremes = self.reduce(parts, extremes)
         sums = np.empty(SUMS)
         sums[:COUNTED] = decode_sum(self._parts, self.units)
         fastest2, sums[LONGEST], size = extremes.tolist()
@@ -104,7 +104,7 @@ class Sums:
 
     def restore(self, history: Plain) -> np.ndarray:
         """Restore the operands of `history`; return the sums."""
-        self.wholes[...], self.extremes[...] = 0, 0.0
-        if len(self.wholes):
-            self.wholes[0], self.extremes[0] = history["whole_sums"], history["extremes"]
+        self.integers[...], self.extremes[...] = 0, 0.0
+        if len(self.integers):
+            self.integers[0], self.extremes[0] = history["whole_sums"], history["extremes"]
         return self.total()

@@ -43,42 +43,42 @@ def _limits_of(lengths, signals, rates, place, viscous, s):
     return h / (signals[s] + viscous * rates[k, DIM + 1]), h * h / a2, rate_sum
 
 
-def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
+def _limits(chunk, count, lengths, signals, rates, place, viscous, minima):
     """Find the minima of a chunk."""
     first = chunk * np.uint64(CHUNK)
-    by_signal = by_acceleration = np.inf
-    whole = 0.0
+    signal_min = acceleration_min = np.inf
+    total = 0.0
     for s in range(first, min(first + np.uint64(CHUNK), count)):
         signal, acceleration, rate_sum = limits_of(lengths, signals, rates, place, viscous, s)
-        by_signal = signal if signal < by_signal else by_signal  # `min` would not return NaN
-        by_acceleration = acceleration if acceleration < by_acceleration else by_acceleration
-        whole += rate_sum
-    least[chunk, 0], least[chunk, 1], least[chunk, 2] = by_signal, by_acceleration, whole
+        signal_min = signal if signal < signal_min else signal_min  # `min` would not return NaN
+        acceleration_min = acceleration if acceleration < acceleration_min else acceleration_min
+        total += rate_sum
+    minima[chunk, 0], minima[chunk, 1], minima[chunk, 2] = signal_min, acceleration_min, total
 
 
-def _limiting_particle(lengths, signals, rates, place, viscous, numbers, least):
+def _limiting_particle(lengths, signals, rates, place, viscous, numbers, minima):
     """Return the limiting criterion (NOT_FINITE where a rate is so), its value, and the particle of smallest number."""
-    chosen, count, not_finite = np.uint64(NO_PARTICLE), np.uint64(len(signals)), np.uint64(NOT_FINITE)
-    by_signal = by_acceleration = np.inf
-    for chunk in range(np.uint64(len(least))):
-        by_signal, by_acceleration = min(by_signal, least[chunk, 0]), min(by_acceleration, least[chunk, 1])
-    by_time = np.uint64(1) if sqrt(sqrt(by_acceleration)) < by_signal else np.uint64(0)
-    value = by_acceleration if by_time else by_signal
-    for criterion in (not_finite, by_time):  # a sum may overflow where no particle has
-        for chunk in range(np.uint64(len(least))):
+    index, count, not_finite = np.uint64(NO_PARTICLE), np.uint64(len(signals)), np.uint64(NOT_FINITE)
+    signal_min = acceleration_min = np.inf
+    for chunk in range(np.uint64(len(minima))):
+        signal_min, acceleration_min = min(signal_min, minima[chunk, 0]), min(acceleration_min, minima[chunk, 1])
+    kind = np.uint64(1) if sqrt(sqrt(acceleration_min)) < signal_min else np.uint64(0)
+    value = acceleration_min if kind else signal_min
+    for criterion in (not_finite, kind):  # a sum may overflow where no particle has
+        for chunk in range(np.uint64(len(minima))):
             # np.isfinite takes x - x for 0 where sums may be reordered
-            if abs(least[chunk, 2]) < np.inf if criterion == not_finite else least[chunk, criterion] != value:
+            if abs(minima[chunk, 2]) < np.inf if criterion == not_finite else minima[chunk, criterion] != value:
                 continue
             for s in range(chunk * np.uint64(CHUNK), min((chunk + np.uint64(1)) * np.uint64(CHUNK), count)):
                 signal, acceleration, rate_sum = limits_of(lengths, signals, rates, place, viscous, s)
-                limits = (acceleration if criterion else signal) == value
+                is_limit = (acceleration if criterion else signal) == value
                 if criterion == not_finite:
-                    limits = not abs(rate_sum) < np.inf
-                if limits and (chosen == np.uint64(NO_PARTICLE) or numbers[s] < numbers[chosen]):
-                    chosen = s
-        if chosen != np.uint64(NO_PARTICLE):
-            return criterion, value, chosen
-    return by_time, value, chosen
+                    is_limit = not abs(rate_sum) < np.inf
+                if is_limit and (index == np.uint64(NO_PARTICLE) or numbers[s] < numbers[index]):
+                    index = s
+        if index != np.uint64(NO_PARTICLE):
+            return criterion, value, index
+    return kind, value, index
 
 
 class Criteria:
@@ -93,7 +93,7 @@ class Criteria:
 
     def resize(self, count: int) -> None:
         """Allocate arrays for `count` particles."""
-        self._least = np.empty((-(-count // CHUNK), 3))
+        self._minima = np.empty((-(-count // CHUNK), 3))
 
     def limit(self, lengths: np.ndarray, signals: np.ndarray, rates: np.ndarray, place: np.ndarray,
               numbers: np.ndarray) -> Limit:  # fmt: skip
@@ -103,8 +103,8 @@ class Criteria:
         The criterion is ``not_finite`` where a rate is not finite.
         """
         arguments = (lengths, signals, rates, place, self.viscous)
-        self._loop(len(signals), *arguments, self._least)
-        kind, value, particle = self._find_limiting(*arguments, numbers, self._least)
+        self._loop(len(signals), *arguments, self._minima)
+        kind, value, particle = self._find_limiting(*arguments, numbers, self._minima)
         if kind == NOT_FINITE:
             return Limit(0.0, "not_finite", particle)
         return Limit(self.cfl * (sqrt(sqrt(value)) if kind else value), NAMES[kind], particle, value)

@@ -53,7 +53,7 @@ class Subdomain(Collectives):
             self.halos.append(Halo(world, layout.dim, layout.used_width, self._planes))
             return self.halos[-1]
 
-        stepper.totals.over = lambda wholes, extremes: (world.total(wholes), world.get_maxima(extremes))
+        stepper.totals.reduce = lambda integers, extremes: (world.total(integers), world.get_maxima(extremes))
         stepper.totals.exact = self.exact_sum
         stepper.attach_halo(halo_for)
 

@@ -216,7 +216,7 @@ class Stepper:
         self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, self._pull, (dt, stage, complete),
                      self.h_limits, self.rows,
-                     (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
+                     (self.lengths, self.signals, self.pressures), *self.totals.buffers)  # fmt: skip
         self._show_pieces()
         if self.motion is not None:
             self.motion.finish(self, stage, not complete)

@@ -126,8 +126,8 @@ def _carried_rate(
     """Return the angular velocity (3,) [rad/s] of particles at `r` (n, 3) from the centre with the velocities `u`."""
     spin = np.array([exact_sum(mass * component) for component in cross(r, u).T])
     if axis is None:
-        return np.linalg.solve(properties.of_points, spin)
-    return axis * float(axis @ spin) / float(axis @ properties.of_points @ axis)
+        return np.linalg.solve(properties.point_inertia, spin)
+    return axis * float(axis @ spin) / float(axis @ properties.point_inertia @ axis)
 
 
 def _is_cut_by(body: PlacedBody, plane: Plane) -> bool:
@@ -141,7 +141,7 @@ def _properties(body: PlacedBody, mass: np.ndarray) -> MassProperties:
     if rigid is not None and rigid.inertia:
         share, dim = float(body.volumes.sum() / body.filling.volumes.sum()), body.positions.shape[1]
         inertia = np.diag([*([0.0, 0.0] if dim == 2 else []), *rigid.inertia]) * share
-        properties = MassProperties(properties.mass, properties.centre, inertia, properties.of_points)
+        properties = MassProperties(properties.mass, properties.centre, inertia, properties.point_inertia)
     return properties
 
 
@@ -149,12 +149,12 @@ def mass_properties(mass: np.ndarray, position: np.ndarray, spacing: np.ndarray)
     """Return the mass properties of particles."""
     exact, total, x = exact_sum, exact_sum(mass), in_space(position)
     centre = np.array([exact(mass * component) for component in x.T]) / total
-    r, of_points = x - centre, np.empty((3, 3))
+    r, point_inertia = x - centre, np.empty((3, 3))
     square = (r * r).sum(axis=1)
     for i in range(3):
         for j in range(3):
-            of_points[i, j] = exact(mass * ((i == j) * square - r[:, i] * r[:, j]))
-    return MassProperties(total, centre, of_points + np.eye(3) * exact(mass * spacing**2) / 6.0, of_points)
+            point_inertia[i, j] = exact(mass * ((i == j) * square - r[:, i] * r[:, j]))
+    return MassProperties(total, centre, point_inertia + np.eye(3) * exact(mass * spacing**2) / 6.0, point_inertia)
 
 
 def describe_rigid(case: Case, body: PlacedBody, material: Material) -> str:

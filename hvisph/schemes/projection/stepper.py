@@ -201,7 +201,7 @@ class ProjectionStepper:
         particles = self.particles
         variable = self.formulation.smoothing.variable
         self._loops[4](particles.count, particles.data, particles.tags, self.rates, self._rows.pair[0], self.lengths,
-                       dt, complete, variable, self._h_limits, self._body_force, *self.totals.loops)  # fmt: skip
+                       dt, complete, variable, self._h_limits, self._body_force, *self.totals.buffers)  # fmt: skip
         self._sum_up()
 
     def _sum_up(self) -> None:
