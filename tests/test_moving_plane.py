@@ -100,5 +100,19 @@ def test_a_body_on_a_moved_mirror_is_whole(tmp_path):
     assert np.ptp(scene.position[:, 1]) == pytest.approx(2.0 * (highest - place), rel=1e-9)
 
 
+def test_walls_and_strips_have_no_images(tmp_path):
+    """A wall that drives a bar at rest is no mirror of it, and two planes on one axis are those of an endless strip."""
+    planes = [{"axis": "x", "velocity": 5.0}, {"axis": "y", "at": -1e-3}, {"axis": "y", "at": 1e-3, "keep": "below"}]
+    case = load_case({
+        "kinematics": "plane_strain", "resolution": 0.25e-3, "symmetry": planes,
+        "bodies": {"bar": {"material": METAL, "shape": {"type": "box", "size": [4e-3, 2e-3]}, "position": [2e-3, 0.0]}},
+        "time": {"end": 1e-7}, "output": {"every": 1e-7},
+    })  # fmt: skip
+    outcome = run(case, tmp_path / "run")
+    start, end = (read_snapshot(path) for path in list_snapshots(tmp_path / "run"))
+    assert Scene.from_snapshot(end, start).now.count == end.count
+    assert outcome.summary["bodies"]["bar"]["velocity"][0] > 0.0
+
+
 def test_check_names_the_moving_plane():
     assert condition_words(bar(0.0, WALL)) == [("moving plane", "x = 0 m: 300 m/s")]

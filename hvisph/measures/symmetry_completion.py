@@ -4,8 +4,9 @@ All measures refer to the whole: `Whole.complete` adds the mirror images, so tha
 need no factors. The costly search for connected groups is done on the computed part, and `Whole.join_groups` extends
 its result: a group and its image are one group if they touch the plane between them.
 
-Only planes that cut the projectile divide the whole. A plane normal to the shot line is a rigid wall, one beside the
-projectile is the edge of a plate; images behind those are no material.
+Only planes that cut the projectile divide the whole. A plane normal to the shot line is a rigid wall, as is one that
+drives a projectile at rest; one beside the projectile is the edge of a plate, and two on one axis are those of a strip
+without end; images behind those are no material.
 """
 
 from collections.abc import Sequence
@@ -139,10 +140,12 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
         planes = [Mirror(axis, 0.0) for axis in range(1, position.shape[1]) if _half(position[:, axis], spacing)]
     shot = position[projectile]
     moving = start.fields["velocity"].reshape(start.count, -1)[projectile] if "velocity" in start.fields else None
-    mirrors = []
+    pushing = [] if moving is None or moving.any() else start.metadata.get("moved_planes", ())
+    walls = [Mirror.from_dict({"axis": plane["axis"], "at": plane["from"]}) for plane in pushing]
+    mirrors: list[Mirror] = []
     for plane in planes:
         touching = np.abs(shot[:, plane.axis] - plane.at) <= TOUCHING * spacing
-        if not touching.any():
+        if plane in walls or not touching.any():
             continue
         # a projectile that moves along the axis, beside the plane too, strikes a wall; an imploding body does not
         mean = np.zeros(1) if moving is None else np.abs(moving.mean(axis=0))
@@ -152,7 +155,8 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
             or (abs(float(moving[touching, plane.axis].mean())) <= 0.5 * mean[plane.axis])
         ):
             mirrors.append(plane)
-    return Whole(tuple(mirrors))
+    axes = [mirror.axis for mirror in mirrors]
+    return Whole(tuple(mirror for mirror in mirrors if axes.count(mirror.axis) == 1))
 
 
 def _half(coordinate: np.ndarray, spacing: float) -> bool:
