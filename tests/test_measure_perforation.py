@@ -9,13 +9,13 @@ from measure_bodies import MM, ball, box, snapshot
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import OutputError
 from hvisph.core.measure_catalogue import SECTIONS
+from hvisph.diagnostics.budgets import stated_roles
 from hvisph.measures.impact_geometry import roles_of
 from hvisph.measures.measure import add_variation, measure_scene, measure_snapshot, recent_moments
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.result import Result, entries, undefined_result
 from hvisph.measures.target_geometry import front_surface
 from hvisph.measures.targets import Moment, Timeline, layer_measures, perforation_text
-from hvisph.simulation.writer import _roles
 
 DX = 0.5 * MM
 THICK, WIDE = 3 * MM, 30 * MM
@@ -270,10 +270,10 @@ def test_roles_by_default():
 
 def test_a_gas_around_a_projectile_is_no_layer():
     gas = "{material: {density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}, internal_energy: 2e5, shape: {type: disc, diameter: 5 mm}}"
-    assert _roles(load_case("al_al_coarse", [f"bodies.air={gas}"])) == [None, None, "other"]
+    assert stated_roles(load_case("al_al_coarse", [f"bodies.air={gas}"])) == [None, None, "other"]
     thrown = load_case("al_al_coarse", [f"bodies.air={gas}", "bodies.air.velocity=[1 km/s, 0]"])
-    assert _roles(thrown) == [None, None, None]
-    assert _roles(load_case("al_al_coarse", [f"bodies.air={gas}", "bodies.air.role=layer"]))[2] == "layer"
+    assert stated_roles(thrown) == [None, None, None]
+    assert stated_roles(load_case("al_al_coarse", [f"bodies.air={gas}", "bodies.air.role=layer"]))[2] == "layer"
 
 
 def test_a_run_without_a_projectile_has_a_scene_and_says_so():

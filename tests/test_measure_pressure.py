@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
+from hvisph.casefile.loader import load_case
+from hvisph.diagnostics.budgets import observed_particles
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles, peak, plateau
 from hvisph.measures.result import UndefinedMeasureError, evaluate
+from hvisph.setup.initial_state import begin
 
 
 def test_centre_particles_are_within_three_tenths_of_a_millimetre():
@@ -32,6 +35,20 @@ def test_axis_particles():
     assert len(axis_particles(even, dx)) == (np.abs(even[:, 1]) < dx).sum()
     line = box([-1 * MM], [0], dx)
     assert len(axis_particles(line, dx)) == len(line)
+
+
+@pytest.mark.parametrize(
+    ("settings", "body"), [((), 1), (("bodies.target.role=projectile", "bodies.flyer.role=layer"), 0)]
+)
+def test_history_watches_the_projectile_wherever_it_stands_in_the_file(settings, body):
+    plate = {"material": "copper-ofhc", "shape": {"type": "interval", "length": 2 * MM}}
+    bodies = {"target": plate | {"position": [-1 * MM]}, "flyer": plate | {"position": [1 * MM], "velocity": [-300.0]}}
+    case = load_case(
+        {"kinematics": "uniaxial_strain", "resolution": 0.1 * MM, "bodies": bodies, "time": {"end": 1e-6}}, settings
+    )
+    state = begin(case)
+    for numbers in observed_particles(state.particles, state.planes, case).values():
+        assert (state.particles.body[np.isin(state.particles.id, numbers)] == body).all()
 
 
 def history():

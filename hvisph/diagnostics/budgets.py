@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
@@ -14,7 +15,9 @@ from hvisph.integrators.prescribed_motion import GROUP_SHIFT, LAYER_GROUP, Presc
 from hvisph.integrators.rigid_body import RigidMotion
 from hvisph.materials.damage.fracture_energy import fracture_work
 from hvisph.materials.slots import DISTENSION, FRACTURE_COMPLIANCE, RHO0
+from hvisph.measures.impact_geometry import PROJECTILE, roles_of
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
+from hvisph.output.snapshot import Snapshot
 from hvisph.schemes.standard.scheme import fallbacks
 from hvisph.setup.build import Setup
 from hvisph.sph.neighbours.ghost_rows import Plane
@@ -276,9 +279,9 @@ class Observer:
     BASE = ("step", "time", "dt", "criterion", "limiting_particle", "kinetic_energy", "internal_energy",
             "momentum_x", "momentum_y", "momentum_z", "energy_drift")  # fmt: skip
 
-    def __init__(self, setup: Setup, spacing: float):
+    def __init__(self, setup: Setup, case: Case):
         self._setup, stepper = setup, setup.stepper
-        self._watched = setup.observed or observed_particles(setup.particles, setup.planes, spacing)
+        self._watched = setup.observed or observed_particles(setup.particles, setup.planes, case)
         self._at_centre = len(self._watched[CENTRE_COLUMN])
         self._numbers = np.concatenate([self._watched[CENTRE_COLUMN], self._watched[AXIS_COLUMN]])
         dim, formulation, boundaries = setup.particles.dim, stepper.formulation, getattr(stepper, "boundaries", None)
@@ -325,15 +328,31 @@ class Observer:
         ]  # fmt: skip
 
 
-def observed_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
-    """Return the numbers of the projectile's particles whose pressures are recorded, by column of the history."""
-    projectile = np.flatnonzero(particles.body == 0)
+def observed_particles(particles: Particles, planes: tuple[Plane, ...], case: Case) -> dict[str, np.ndarray]:
+    """Return the numbers of particles of the projectile, its first body, whose pressures the history records."""
+    fields, spacing = {name: particles[name] for name in ("position", "velocity", "mass")}, case.resolution
+    body, material, number = particles.body.astype(np.int64), particles.material, particles.id
+    start = Snapshot(0.0, 0, particles.dim, fields, body, material, number, list(case.bodies), [])
+    roles = roles_of(start, start, stated_roles(case))
+    projectile = np.flatnonzero(body == (roles.index(PROJECTILE) if PROJECTILE in roles else 0))
     position, numbers = particles["position"][projectile], particles.id[projectile]
     axis = _mirror_axis(position, planes)
     return {
         CENTRE_COLUMN: np.sort(numbers[centre_particles(position, spacing, axis)]),
         AXIS_COLUMN: np.sort(numbers[axis_particles(position, spacing, axis)]),
     }
+
+
+def stated_roles(case: Case) -> list[str | None]:
+    """Return the roles of bodies: gases at rest beside solids and explosives without projectile are `other`."""
+    bodies = case.bodies.values()
+    moves = [any(body.velocity) or bool(body.initial_velocity) for body in bodies]
+    kinds = [body.material.eos.type for body in bodies]
+    neutral = [
+        (eos == "jwl" and not any(moves)) or (eos == "ideal_gas" and not moving and set(kinds) != {"ideal_gas"})
+        for eos, moving in zip(kinds, moves, strict=True)
+    ]
+    return [body.role or ("other" if neither else None) for body, neither in zip(bodies, neutral, strict=True)]
 
 
 def _mirror_axis(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray | None:

@@ -48,7 +48,7 @@ class Run:
         self.checkpoint, self.text = checkpoint, dump_case(case)
         self.subdomain, self.domain = setup.subdomain, Domain(setup, case.domain)
         self.writer = SnapshotWriter(folder, setup, case, self.text)
-        self.observer = Observer(setup, case.resolution)
+        self.observer = Observer(setup, case)
         self.clock = Clock(case.time.end, case.snapshot_interval, case.time.step, case.begins, begun=case.begins)
         self.late = LateStages(case, setup)
         self.files = RunFiles(folder, case, self.text, self.writer, self.observer, self.clock)

@@ -89,7 +89,7 @@ def prepare_process(
     with computable():
         with world.raise_together():
             refuse_impossible(case, processes=world.size, beside=world.peers, begins=world.first and world.size > 1)
-        return distribute(world, make, case.resolution)
+        return distribute(world, make, case)
 
 
 def folder_of(world: SingleProcess, path: Path, make: Callable[[], RunFolder]) -> RunFolder:
@@ -202,14 +202,11 @@ def resume_run(
 COMPILED_PARTICLES = 16  # particles of each body with which loops are compiled
 
 
-def distribute(
-    world: SingleProcess, make: Callable[[], InitialState], spacing: float
-) -> tuple[InitialState, Parts | None]:
+def distribute(world: SingleProcess, make: Callable[[], InitialState], case: Case) -> tuple[InitialState, Parts | None]:
     """Return the initial state of this process, and the decomposition of several processes.
 
     `world`: the processes.
     `make`: makes the whole, on the first of them.
-    `spacing`: dx [m].
     Raises `CaseError` where `make` does, on all of them, and where there are fewer particles than processes.
     """
     if world.size == 1:
@@ -224,7 +221,7 @@ def distribute(
 
             particles.permute(order_of(particles, state.formulation.kernel.reach * state.longest))
             state = replace(state, sequence=np.arange(particles.count, dtype=np.uint64))
-        observed = observed_particles(particles, state.planes, spacing)
+        observed = observed_particles(particles, state.planes, case)
         parts = Parts(world.size, particles["position"], particles.id)
         owner = parts.owner(particles["position"], particles.id)
         if np.bincount(owner, minlength=world.size).min() == 0:

@@ -14,7 +14,7 @@ from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE, Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Ordered, Particles
 from hvisph.core.text import Plain
-from hvisph.diagnostics.budgets import MigratingRows, Peaks
+from hvisph.diagnostics.budgets import MigratingRows, Peaks, stated_roles
 from hvisph.exact.hugoniot import entropy
 from hvisph.integrators.gravity import SPHERE, Gravity
 from hvisph.materials import tags
@@ -52,7 +52,7 @@ class SnapshotWriter:
             "case": text,
         }
         self.metadata["shot"] = {
-            "roles": _roles(case),
+            "roles": stated_roles(case),
             "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],
         }
         if case.escape is not None:
@@ -276,15 +276,3 @@ def _field_of_gravity(field: Gravity) -> Plain:
     if field.kind == SPHERE:
         return {"centre": list(field.vector), "mass_parameter": field.strength, "radius": field.radius}
     return {"acceleration": list(field.vector)}
-
-
-def _roles(case: Case) -> list[str | None]:
-    """Return the roles of bodies: gases at rest beside solids and explosives without projectile are `other`."""
-    bodies = case.bodies.values()
-    moves = [any(body.velocity) or bool(body.initial_velocity) for body in bodies]
-    kinds = [body.material.eos.type for body in bodies]
-    neutral = [
-        (eos == "jwl" and not any(moves)) or (eos == "ideal_gas" and not moving and set(kinds) != {"ideal_gas"})
-        for eos, moving in zip(kinds, moves, strict=True)
-    ]
-    return [body.role or ("other" if neither else None) for body, neither in zip(bodies, neutral, strict=True)]
