@@ -270,8 +270,8 @@ def test_an_old_list_serves_as_well_as_a_new_one():
         made.predict(1e-11)
     lists = 0
     for _ in range(30):
-        lists += kept._stale()
-        fresh._crossed = np.inf
+        lists += kept._is_stale()
+        fresh._path = np.inf
         for made in (kept, fresh):
             made.evaluate()
             made.complete(1e-11, 1e-11)

@@ -41,9 +41,9 @@ def diagnose(
 ) -> dict[str, np.ndarray]:
     """Return those of pressure, sound speed, von Mises stress and, where known, temperature in `names`, (n,) each."""
     fields = {name: np.zeros(particles.count) for name in names}
-    for rows, found in _slabs(particles, table, models):
+    for rows, slab in _slabs(particles, table, models):
         for name, values in fields.items():
-            values[rows] = found[name]
+            values[rows] = slab[name]
     if {"pressure"} <= fields.keys() & particles.offsets.keys():  # of a scheme where it is no function of the state
         fields["pressure"] = particles["pressure"].copy()
     if "temperature" in fields and np.isnan(fields["temperature"]).all():
@@ -53,7 +53,7 @@ def diagnose(
 
 def known_names(particles: Particles, table: np.ndarray, models: np.ndarray) -> tuple[str, ...]:
     """Return the names of the fields that `diagnose` returns: the temperature only where a particle has one."""
-    has_temperature = any(not np.isnan(found["temperature"]).all() for _, found in _slabs(particles, table, models))
+    has_temperature = any(not np.isnan(slab["temperature"]).all() for _, slab in _slabs(particles, table, models))
     return NAMES if has_temperature else NAMES[:-1]
 
 

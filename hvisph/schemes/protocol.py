@@ -58,9 +58,9 @@ class AnyStepper(Protocol):
     def place(self) -> np.ndarray: ...  # row of each particle's rates (n,)
     def start(self) -> None: ...  # prepare the first step
     def evaluate(self) -> None: ...  # evaluate the rates of the step announced last
-    # advance the state by `dt` [s] with these rates, and announce the step `following`
-    def complete(self, dt: float, following: float) -> None: ...
-    def predict(self, following: float) -> None: ...  # announce the step `following` [s] after a change of the state
+    # advance the state by `dt` [s] with these rates, and announce the step `next_dt`
+    def complete(self, dt: float, next_dt: float) -> None: ...
+    def predict(self, next_dt: float) -> None: ...  # announce the step `next_dt` [s] after a change of the state
     # further limits: times [s] to be multiplied by the Courant number, names, particles
     def limits(self) -> list[tuple[float, str, int]]: ...
     def permute(self) -> np.ndarray: ...  # sort the state into cell order between steps; return the order
@@ -71,11 +71,11 @@ class AnyStepper(Protocol):
     def owner_positions(self) -> np.ndarray: ...  # positions (n, dim) [m] that decide the owner of each particle
     # connect to other processes by the halos that `halo_for` makes of row layouts
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None: ...
-    # replace all particles between steps; `carried` as of `get_carried`
-    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None: ...
+    # replace all particles between steps; `arrays` as of `get_carried`
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, arrays: dict[str, np.ndarray]) -> None: ...
     def fit_grid(self) -> None: ...  # fit the cell grids to the positions of the particles
-    # restore `carried` and `history` of the same particles in the same order
-    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None: ...
+    # restore `arrays` and `history` of the same particles in the same order
+    def restore(self, arrays: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None: ...
 
 
 class AnyFormulation(Protocol):

@@ -8,8 +8,8 @@ from hvisph.compiler.jit import CompiledFunction, bind
 from hvisph.compiler.parallel_for import chunk_loop
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles, reorder, take_rows
-from hvisph.integrators import particle_steps as carrying
-from hvisph.integrators import particle_update as single
+from hvisph.integrators import particle_steps as steps
+from hvisph.integrators import particle_update as update
 from hvisph.integrators import sums as column
 from hvisph.integrators.boundary_forces import Boundaries
 from hvisph.integrators.gravity import NONE, Gravity, gravity_at
@@ -66,10 +66,10 @@ class Stepper:
         return 0.0
 
     pieces: np.ndarray | None = None
-    _in_pieces = False  # whether any differs from the body
+    _has_pieces = False  # whether any differs from the body
     motion: PrescribedMotion | None = None
     boundaries: Boundaries | None = None
-    _later: list[tuple[np.ndarray, np.ndarray]] = []  # noqa: RUF012 packed materials of the late stages
+    _tables: list[tuple[np.ndarray, np.ndarray]] = []  # noqa: RUF012 packed materials of the late stages
     late = np.zeros(1)  # energy that their softer moduli give back beyond those before [J], and their bulk moduli [Pa]
     turns_back = True  # whether particles that pass a plane of symmetry are put back
     keeps_order = False  # whether particles stay with their process until the decomposition is repeated
@@ -87,7 +87,7 @@ class Stepper:
         self.table, self.models = pack(materials)
         self.coefficients = formulation.coefficients()
         self.gravity = gravity
-        self._later = [pack(stage) for stage in later]
+        self._tables = [pack(stage) for stage in later]
         self.late = np.zeros(1 + len(later))
         layout = formulation.layout(dim)
         self.pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), self.coefficients,
@@ -96,7 +96,7 @@ class Stepper:
         self.h_limits = h * np.tile([smoothing.smallest, smoothing.largest], (len(materials), 1))  # by material
         self.h_max = h
         self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
-        self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
+        self.totals = column.Sums(particles, fastest_sound(materials), h, update.CHUNK)
         self._update = self._specialised_update(layout, previous, drift)
         self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
         self.pairs.numbers = particles.id
@@ -110,7 +110,7 @@ class Stepper:
         dim, smoothing = particles.dim, formulation.smoothing
         # Columns that a state lacks are never read: the branches that name them are compiled away.
         columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
-        offered = {"SHARE": 0, "C": 0} | layout.slots() | particle_layout.slots(dim) | columns | {
+        bindings = {"SHARE": 0, "C": 0} | layout.slots() | particle_layout.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in (particles.offsets if previous else formulation.fields)),
             "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.axisymmetric),
@@ -125,19 +125,19 @@ class Stepper:
             "ADJOINT": int("GU_BEFORE" in layout.slots()),
             "SLIPS": int(self.formulation.has_friction), "ISOLATED_DENSITY": self.formulation.isolated_density(dim),
         }  # fmt: skip
-        known = [(self.table, self.models), *self._later]
-        kinds = np.concatenate([models for _, models in known])
-        offered |= {of.py_func.__name__: bind_models(of, self.table, kinds) for of in OF_MATERIALS}
+        tables = [(self.table, self.models), *self._tables]
+        kinds = np.concatenate([models for _, models in tables])
+        bindings |= {function.py_func.__name__: bind_models(function, self.table, kinds) for function in OF_MATERIALS}
         packer, options = self.formulation.pack(dim)
-        pack, limits = bind(packer, options, offered), self.formulation.limits()
+        pack, limits = bind(packer, options, bindings), self.formulation.limits()
         packing = {
             "pack": pack,
             "LIMITED": int(limits is not None),
-            "show_limits": bind(*limits, offered) if limits else pack,
+            "show_limits": bind(*limits, bindings) if limits else pack,
         }  # never called without
-        self._pull = self.gravity.numbers() if self.gravity else np.zeros((1, dim + 2))
-        parts = *carrying.PARTS, gravity_at, single.advance_lanes
-        return chunk_loop(bind(single.update, packing, offered, parts=parts), single.CHUNK)
+        self._gravity = self.gravity.numbers() if self.gravity else np.zeros((1, dim + 2))
+        parts = *steps.PARTS, gravity_at, update.advance_lanes
+        return chunk_loop(bind(update.update, packing, bindings, parts=parts), update.CHUNK)
 
     @property
     def rows(self) -> np.ndarray:
@@ -195,26 +195,26 @@ class Stepper:
         if self.boundaries is not None:
             self.boundaries.act(self)
 
-    def complete(self, dt: float, following: float) -> None:
+    def complete(self, dt: float, next_dt: float) -> None:
         if self.motion is not None:
             self.motion.begin(self, dt)
         if self.boundaries is not None:
             self.boundaries.begin(self, dt)
-        self._carry(dt, self.stage_share * following, complete=True)
+        self._advance(dt, self.stage_share * next_dt, complete=True)
         if self.turns_back:
             turn_back(self.particles, self.rows, self.pairs.layout, self.rates, self.place, self.pairs.planes)
 
-    def predict(self, following: float) -> None:
+    def predict(self, next_dt: float) -> None:
         if self.motion is not None:
             self.motion.forget_step()
-        self._carry(0.0, self.stage_share * following, complete=False)
+        self._advance(0.0, self.stage_share * next_dt, complete=False)
 
-    def _carry(self, dt: float, stage: float, complete: bool) -> None:
+    def _advance(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
         if self.motion is not None and not complete:
             self.motion.hide_rigid(self)
         self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
-                     (self.table, self.models), self.coefficients, self._pull, (dt, stage, complete),
+                     (self.table, self.models), self.coefficients, self._gravity, (dt, stage, complete),
                      self.h_limits, self.rows,
                      (self.lengths, self.signals, self.pressures), *self.totals.buffers)  # fmt: skip
         self._show_pieces()
@@ -227,19 +227,19 @@ class Stepper:
     def use_late_materials(self, number: int, materials: Sequence[Material] = ()) -> None:
         """Take `materials` of a late stage in place of those before; `predict` shows them to the neighbours."""
         if materials:
-            self._later[number] = pack(materials)
-        self.table, self.models = self._later[number]
+            self._tables[number] = pack(materials)
+        self.table, self.models = self._tables[number]
 
     def split(self, pieces: np.ndarray) -> None:
         """Treat particles of different `pieces` (n,) as different bodies from now on."""
         self.pieces = pieces.astype(np.uint32)
-        self._in_pieces = bool((self.pieces != self.particles.body).any())
+        self._has_pieces = bool((self.pieces != self.particles.body).any())
         self._show_pieces()
         self.body_contact.renumber(self._contact_bodies)
 
     def _show_pieces(self) -> None:
         """Write the pieces into the packed rows in place of the bodies."""
-        if self._in_pieces:
+        if self._has_pieces:
             self.rows[: self.particles.count, self.pairs.slots["BODY"]] = self.pieces
 
     @property
@@ -264,8 +264,8 @@ class Stepper:
             return order
         workspace = pairs.workspace
         self.particles.permute(order, workspace)
-        more = () if self.pieces is None else (self.pieces,)
-        for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
+        extra = () if self.pieces is None else (self.pieces,)
+        for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *extra):
             reorder(values, order, workspace)
         self.body_contact.renumber(self._contact_bodies)
         return order
@@ -281,27 +281,27 @@ class Stepper:
                 "pressures": self.pressures, **pieces}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
-        driving = [part for part in (self.motion, self.boundaries) if part is not None]
-        return dict(item for part in (self.totals, *driving) for item in part.history().items())
+        sources = [part for part in (self.motion, self.boundaries) if part is not None]
+        return dict(item for part in (self.totals, *sources) for item in part.history().items())
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self.pairs.halo = halo_for(self.pairs.layout)
         self.body_contact.attach_halo(halo_for)
 
-    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, arrays: dict[str, np.ndarray]) -> None:
         particles, pairs, count = self.particles, self.pairs, len(data)
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.lengths, self.signals, self.pressures = (
-            carried[name].copy() for name in ("lengths", "signals", "pressures")
+            arrays[name].copy() for name in ("lengths", "signals", "pressures")
         )
         self.totals.resize(count)
-        pairs.replace_rows(np.ascontiguousarray(carried["rows"]), particles.id)
-        pairs.rates[:count] = carried["rates"]
-        self._restore_contact_bodies(carried)
+        pairs.replace_rows(np.ascontiguousarray(arrays["rows"]), particles.id)
+        pairs.rates[:count] = arrays["rates"]
+        self._restore_contact_bodies(arrays)
 
-    def _restore_contact_bodies(self, carried: dict[str, np.ndarray]) -> None:
+    def _restore_contact_bodies(self, arrays: dict[str, np.ndarray]) -> None:
         if self.pieces is not None:
-            self.split(carried["pieces"])
+            self.split(arrays["pieces"])
         else:
             self.body_contact.renumber(self.particles.body)
 
@@ -309,14 +309,14 @@ class Stepper:
         if self.particles.count:
             self.pairs.grid = Grid.from_positions(self.particles["position"], self.pairs.grid.edge)
 
-    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+    def restore(self, arrays: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         pairs, count = self.pairs, self.particles.count
         for name in ("rows", "lengths", "signals", "pressures"):
-            getattr(self, name)[...] = carried[name]
-        self.rates[:count] = carried["rates"]
+            getattr(self, name)[...] = arrays[name]
+        self.rates[:count] = arrays["rates"]
         pairs.place[:count] = np.arange(count, dtype=np.uint32)
         pairs.numbers = self.particles.id
-        self._restore_contact_bodies(carried)
+        self._restore_contact_bodies(arrays)
         self.totals.restore(history)
         if self.motion is not None:
             self.motion.restore(history)

@@ -33,17 +33,17 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 class SpatialPass:
     """Selection of particles near another body or an Eulerian particle, and pairs of the latter."""
 
-    def __init__(self, formulation: Any, at: np.ndarray, h: float, planes: tuple[Plane, ...], offered: Options):
-        dim, kernel, euler, self._h = at.shape[1], formulation.kernel, formulation.eulerian, h
+    def __init__(self, formulation: Any, positions: np.ndarray, h: float, planes: tuple[Plane, ...], bindings: Options):
+        dim, kernel, euler, self._h = positions.shape[1], formulation.kernel, formulation.eulerian, h
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
-        to = layout.slots()
+        slots = layout.slots()
         self.has_contact = formulation.contact.separates
         shares = specialise(
             coupling.shares,
             DIM=dim,
-            KIND=to["KIND"],
-            BODY=to["BODY"],
-            D=to["D"],
+            KIND=slots["KIND"],
+            BODY=slots["BODY"],
+            D=slots["D"],
             CONTACT=float(self.has_contact),
             STRESS_AT_INTERFACE=float(formulation.stress_at_interface),
         )
@@ -53,57 +53,57 @@ class SpatialPass:
             for pass_ in euler.passes(dim)
         ]
         constants = np.append(euler.coefficients(), (kernel.reach * h) ** 2)
-        self.pairs = Pairs(layout, kernel, passes, constants, at, h, planes)
-        self._selection = Selection(at, kernel.reach * h, with_neighbours=formulation.spatial_correction.acts)
-        packer, more = euler.pack(dim)
-        write = bind(packer, more, {"DIM": dim} | to)
-        self._add_rates = particle_loop(bind(add_rates, {}, offered))
-        to_spatial = {"TO_D": to["D"], "TO_KIND": to["KIND"], "TO_BODY": to["BODY"], "write": write}
-        self._pack = particle_loop(bind(spatial_rows, to_spatial, offered))
+        self.pairs = Pairs(layout, kernel, passes, constants, positions, h, planes)
+        self._selection = Selection(positions, kernel.reach * h, with_neighbours=formulation.spatial_correction.acts)
+        packer, options = euler.pack(dim)
+        write = bind(packer, options, {"DIM": dim} | slots)
+        self._add_rates = particle_loop(bind(add_rates, {}, bindings))
+        to_spatial = {"TO_D": slots["D"], "TO_KIND": slots["KIND"], "TO_BODY": slots["BODY"], "write": write}
+        self._pack = particle_loop(bind(spatial_rows, to_spatial, bindings))
         self._selection_halo: Halo | None = None
-        self._chosen = 0
+        self._count = 0
 
     @property
     def paired_rows(self) -> np.ndarray:
         """Sorted rows of the particles paired in the last evaluation."""
-        return self.pairs.place[: self._chosen]
+        return self.pairs.place[: self._count]
 
     def find_near(
         self, rows: np.ndarray, numbers: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which particles are near another body, and which near an Eulerian one (n,), bool."""
-        own = len(numbers)
+        count = len(numbers)
         if self._selection_halo is not None:
             dim = self.pairs.layout.dim
-            table = np.zeros((own, _selection_layout(dim).used_width))
-            table[:, :dim], table[:, dim], table[:, dim + 1] = rows[:own, :dim], bodies, eulerian
+            table = np.zeros((count, _selection_layout(dim).used_width))
+            table[:, :dim], table[:, dim], table[:, dim + 1] = rows[:count, :dim], bodies, eulerian
             # cells are selected by the content of cells up to two cells away
             rows, _ = self._selection_halo.append(table, numbers, 3.0 * self._selection.grid.edge)
             bodies, eulerian = rows[:, dim].astype(np.uint32), rows[:, dim + 1].astype(np.uint8)
         near_body, near_eulerian = self._selection.choose(rows, eulerian, bodies)
-        return near_body[:own], near_eulerian[:own]
+        return near_body[:count], near_eulerian[:count]
 
     def rest(self) -> None:
         """Clear the pairs of this evaluation."""
-        self._chosen = 0
+        self._count = 0
 
     def add(
         self,
-        chosen: np.ndarray,
+        indices: np.ndarray,
         rows: np.ndarray,
         numbers: np.ndarray,
         fields: tuple[np.ndarray, np.ndarray, np.ndarray],
         eulerian: np.ndarray,
         rates: np.ndarray,
     ) -> None:
-        """Add the pairs of the `chosen` particles (k,) to `rates`; `fields`: bodies, pressures and loads [Pa] (n,)."""
+        """Add the pairs of the particles `indices` (k,) to `rates`; `fields`: bodies, pressures and loads [Pa] (n,)."""
         pairs = self.pairs
-        packed = np.zeros((len(chosen), pairs.layout.used_width))
-        self._pack(len(chosen), rows, chosen, *fields, pairs.coefficients, packed)
-        self._chosen = len(chosen)
-        pairs.rows, pairs.numbers = packed, numbers[chosen]
+        packed = np.zeros((len(indices), pairs.layout.used_width))
+        self._pack(len(indices), rows, indices, *fields, pairs.coefficients, packed)
+        self._count = len(indices)
+        pairs.rows, pairs.numbers = packed, numbers[indices]
         pairs.evaluate(self._h)
-        self._add_rates(len(chosen), pairs.rates, self.paired_rows, chosen, eulerian, rates)
+        self._add_rates(len(indices), pairs.rates, self.paired_rows, indices, eulerian, rates)
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self._selection_halo = halo_for(_selection_layout(self.pairs.layout.dim))
@@ -119,9 +119,9 @@ def _selection_layout(dim: int) -> RowLayout:
     return RowLayout(dim, (("x", "vector"), ("body", "scalar"), ("eulerian", "scalar")))
 
 
-def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
-    """Pack the rows of the `chosen` particles for the standard law (template)."""
-    i = np.uint64(chosen[k])
+def spatial_rows(k, rows, indices, bodies, pressures, loads, coefficients, out):
+    """Pack the rows of the particles `indices` for the standard law (template)."""
+    i = np.uint64(indices[k])
     x = own_vector(rows, i, 0, DIM)
     put(out, k, TO_D, subtract(x, own_vector(rows, i, X0, DIM)))
     out[k, TO_KIND] = rows[i, KIND]
@@ -134,17 +134,17 @@ def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
                                       ring, no_axial(DIM), 0.0, no_symmetric(3), 0.0, 0.0))  # fmt: skip
 
 
-def add_rates(k, spatial, place, chosen, eulerian, rates):
-    """Add the spatial rates of `chosen` particles: the larger max|mu|, of Eulerian ones their gradient (template)."""
-    i, at = np.uint64(chosen[k]), np.uint64(place[k])
-    a = add(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
+def add_rates(k, spatial, place, indices, eulerian, rates):
+    """Add spatial rates of the particles `indices`: the larger max|mu|, of Eulerian ones the gradient (template)."""
+    i, row = np.uint64(indices[k]), np.uint64(place[k])
+    a = add(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, row, R_ACCELERATION, DIM))
     put(rates, i, R_ACCELERATION, a)
-    rates[i, R_POWER] += spatial[at, R_POWER]
-    rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
+    rates[i, R_POWER] += spatial[row, R_POWER]
+    rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[row, R_APPROACH])
     if eulerian[i] == 1:
-        put(rates, i, R_GRADIENT, own_gradient(spatial, at, R_GRADIENT, DIM))
+        put(rates, i, R_GRADIENT, own_gradient(spatial, row, R_GRADIENT, DIM))
         if AXISYMMETRIC:
-            rates[i, R_HOOP] = spatial[at, R_HOOP]
+            rates[i, R_HOOP] = spatial[row, R_HOOP]
 
 
 @dataclass(frozen=True)
@@ -162,17 +162,17 @@ def motion_width(dim: int) -> int:
     return -(-2 * dim // LANES) * LANES
 
 
-def offered_to_loops(
+def loop_bindings(
     formulation: Any, particles: Particles, materials: tuple[np.ndarray, np.ndarray], slots: dict[str, int], read: int
 ) -> Options:
     """Return the names available to loops: options, row slots, columns of rates and of the state."""
     dim, kernel = particles.dim, formulation.kernel
-    moving = motion_width(dim)
+    stride = motion_width(dim)
     options = {
         "DIM": dim, "MIXED": int(formulation.correction.shepard), "PRINTED": int(formulation.printed_viscosity),
         "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "WEIGHTS": dim + 1,
-        "ROW": formulation.row(dim)[0].used_width, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
-        "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
+        "ROW": formulation.row(dim)[0].used_width, "MOTIONS": stride // LANES, "STRIDE": stride, "SHAPED": dim * stride,
+        "RATE_SHAPED": dim * stride + dim, "SUMS": (dim + 1) * stride,
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant),
         "REDUCES_SHEAR_VISCOSITY": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.axisymmetric),
@@ -181,7 +181,7 @@ def offered_to_loops(
         "HAS_HISTORY": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
         "FRACTURES": int("band_width" in particles.offsets), "S_ONSET_TENSION": 0,
         "softened_pressure": softened_pressure,
-        **{name: at for name, at in particles.bindings().items()
+        **{name: column for name, column in particles.bindings().items()
            if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_HISTORY_VARIABLE", "S_ONSET_TENSION")},
         "slope": kernel.slope,
         "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
@@ -189,18 +189,18 @@ def offered_to_loops(
     return options | slots | rate_slots.slots(dim)
 
 
-def loops(formulation: Any, offered: Options) -> Loops:
+def loops(formulation: Any, bindings: Options) -> Loops:
     """Return the compiled loops over reference neighbours."""
-    collect, mapped = deformation_gradient.collect, deformation_gradient.load_deformation
+    collect, load = deformation_gradient.collect, deformation_gradient.load_deformation
     return Loops(
-        particle_loop(bind(deformation_gradient.move, {}, offered)),
-        chunk_loop(bind(deformation_gradient.deform, {}, offered,
-                    parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deform_lanes)),
+        particle_loop(bind(deformation_gradient.move, {}, bindings)),
+        chunk_loop(bind(deformation_gradient.deform, {}, bindings,
+                    parts=(collect, load, deformation_gradient.show, deformation_gradient.deform_lanes)),
                     deformation_gradient.CHUNK),
-        particle_loop(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
+        particle_loop(bind(deformation_gradient.map_particles, {}, bindings, parts=(collect, load))),
         tuple(
             particle_loop(bind(reference.accumulate,
-                               {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.axisymmetric)}, offered))
+                               {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.axisymmetric)}, bindings))
             for coupled in (0, 1)
         ),
     )  # fmt: skip

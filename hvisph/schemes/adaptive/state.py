@@ -15,7 +15,7 @@ from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
 
 # Arrays of a checkpoint beside the particles, with a row for each.
-KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone",
+ARRAYS = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone",
         "volume", "sequence")  # fmt: skip
 
 
@@ -38,22 +38,22 @@ class CompositeState(ReferenceChanges, Stepper):
         """Allocate the arrays of the present particles."""
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count, body = particles.count, self.particles.body
-        at = rate_slots.slots(dim)
-        last = (
-            at["R_HOOP"] + 1
+        slots = rate_slots.slots(dim)
+        width = (
+            slots["R_HOOP"] + 1
             if formulation.axisymmetric
-            else at["R_SLIP"] + 1
+            else slots["R_SLIP"] + 1
             if formulation.has_friction
-            else at["R_DENSITY"]
+            else slots["R_DENSITY"]
         )
-        self._rates = np.zeros((count, last))
+        self._rates = np.zeros((count, width))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
         self.swellings, self.loose = np.ones(count), np.zeros(count, bool)
-        start = np.eye(dim).ravel()
+        identity = np.eye(dim).ravel()
         if formulation.axisymmetric:  # the hoop stretch behind F
-            start = np.append(start, 1.0)
-        self.before = np.tile(start, (count if formulation.renew_strain else 1, 1))
+            identity = np.append(identity, 1.0)
+        self.f_start = np.tile(identity, (count if formulation.renew_strain else 1, 1))
         self._stage = 0.0
         self.rows_ = aligned_zeros(count, self.layout.width)
         convertible = formulation.conversion.bodies
@@ -63,10 +63,10 @@ class CompositeState(ReferenceChanges, Stepper):
         self._undamaged, self._no_particles = np.zeros(count), np.zeros(count, bool)
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
+        extra = {"before": self.f_start} if self.formulation.renew_strain is not None else {}
         return (
-            {name: getattr(self, name) for name in KEPT}
-            | renewed
+            {name: getattr(self, name) for name in ARRAYS}
+            | extra
             | {"rows": self.rows_[: self.particles.count], "rates": self._rates}
             | (self.contact.get_carried() if self.contact is not None else {})
         )
@@ -81,30 +81,30 @@ class CompositeState(ReferenceChanges, Stepper):
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for
 
-    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, arrays: dict[str, np.ndarray]) -> None:
         particles, stage = self.particles, self._stage
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.resize(len(data))
         self._allocate_arrays()
-        self._take(carried)
+        self._take(arrays)
         self._stage = stage
 
-    def _take(self, carried: dict[str, np.ndarray]) -> None:
+    def _take(self, arrays: dict[str, np.ndarray]) -> None:
         """Set the data of `get_carried` and build all that depends on them."""
-        kept = {name: np.array(carried[name], getattr(self, name).dtype) for name in KEPT}
-        self.volume, self.alone, self.sequence = (kept[name] for name in ("volume", "alone", "sequence"))
+        copies = {name: np.array(arrays[name], getattr(self, name).dtype) for name in ARRAYS}
+        self.volume, self.alone, self.sequence = (copies[name] for name in ("volume", "alone", "sequence"))
         self._build_reference()
-        if self.any_process(kept["loose"].any()):
-            self.reference.remove(self.copies.extend_rows(kept["loose"]))
-        for name, values in kept.items():
+        if self.any_process(copies["loose"].any()):
+            self.reference.remove(self.copies.extend_rows(copies["loose"]))
+        for name, values in copies.items():
             setattr(self, name, values)
-        if "before" in carried:
-            self.before = np.array(carried["before"])
-        self.rows_[: self.particles.count], self._rates[...] = carried["rows"], carried["rates"]
+        if "before" in arrays:
+            self.f_start = np.array(arrays["before"])
+        self.rows_[: self.particles.count], self._rates[...] = arrays["rows"], arrays["rates"]
         if self.contact is not None:
-            self.contact.replace_particles(carried)
+            self.contact.replace_particles(arrays)
             self._body_indices = self.contact.pieces
-            self._one_piece = self._one_body and not self.any_process(kept["loose"].any())
+            self._one_piece = self._one_body and not self.any_process(copies["loose"].any())
         self._classify()
 
     def fit_grid(self) -> None:
@@ -114,9 +114,9 @@ class CompositeState(ReferenceChanges, Stepper):
             if self.contact is not None:
                 self.contact.fit_grid()
 
-    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+    def restore(self, arrays: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         self._set_up()
-        self._take(carried)
+        self._take(arrays)
         if self.contact is not None:
             self.contact.restore(history)
         self._stage = float(history["stage"][0])
@@ -138,8 +138,8 @@ class Neighbours(Protocol):
     def any_process(self, condition: bool | np.bool_) -> bool:
         """Return whether a condition holds on any process."""
 
-    def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
-        """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
+    def neighbours_of(self, mask: np.ndarray) -> np.ndarray:
+        """Return which particles have one of `mask` (n,) among their reference neighbours (n,), bool."""
 
 
 @dataclass(frozen=True)
@@ -172,29 +172,29 @@ class Conversion:
         jacobians: np.ndarray,
         strains: np.ndarray,
         damage: np.ndarray,
-        beside: Neighbours,
+        neighbours: Neighbours,
     ) -> np.ndarray:
         """Return which particles convert to Eulerian now (n,), bool.
 
         `convertible` may convert by their own strain or damage; the deformation gradient of `active` ones is known.
         `jacobians`, `strains` and `damage` are J, equivalent strain and damage (n,).
         """
-        converts = np.zeros(len(lagrangian), bool)
-        own = lagrangian & convertible
+        mask = np.zeros(len(lagrangian), bool)
+        candidates = lagrangian & convertible
         if self.strain is not None:
-            converts |= own & (strains >= self.strain)
+            mask |= candidates & (strains >= self.strain)
         if self.damage:
-            converts |= own & (damage >= 1.0)
-        guarded = self.fallback and (not self.is_off or beside.any_process(not lagrangian.all()))
-        torn = np.zeros_like(converts)
-        if guarded:
-            converts |= lagrangian & active & (jacobians < self.smallest)
-            limit = self.fallback_strain or (1.0 if beside.dim == 3 else 1.5)
-            torn = (jacobians < self.smallest) | (jacobians > self.largest) | (strains > limit)
+            mask |= candidates & (damage >= 1.0)
+        has_fallback = self.fallback and (not self.is_off or neighbours.any_process(not lagrangian.all()))
+        rupture = np.zeros_like(mask)
+        if has_fallback:
+            mask |= lagrangian & active & (jacobians < self.smallest)
+            limit = self.fallback_strain or (1.0 if neighbours.dim == 3 else 1.5)
+            rupture = (jacobians < self.smallest) | (jacobians > self.largest) | (strains > limit)
             if self.damage and self.fallback_damage:
-                torn |= damage >= 1.0
-            torn &= active & ~lagrangian
-        if beside.any_process(converts.any() or torn.any()):
-            sources = torn | converts if self.neighbours else torn
-            converts |= lagrangian & beside.neighbours_of(sources)
-        return converts
+                rupture |= damage >= 1.0
+            rupture &= active & ~lagrangian
+        if neighbours.any_process(mask.any() or rupture.any()):
+            sources = rupture | mask if self.neighbours else rupture
+            mask |= lagrangian & neighbours.neighbours_of(sources)
+        return mask

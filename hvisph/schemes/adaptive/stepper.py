@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.integrators import particle_update as single
+from hvisph.integrators import particle_update as update
 from hvisph.integrators import sums as column
 from hvisph.integrators.gravity import Gravity
 from hvisph.integrators.prescribed_motion import is_rigid_particle
@@ -27,7 +27,7 @@ from hvisph.schemes.total_lagrangian.reference_update import stop_at_planes
 from hvisph.sph.neighbours.ghost_rows import FixedCopies, Halo, Plane
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
-from .passes import SpatialPass, loops, offered_to_loops
+from .passes import SpatialPass, loop_bindings, loops
 from .penalty_contact_pass import BodyContact
 from .state import CompositeState
 
@@ -63,14 +63,14 @@ class CompositeStepper(CompositeState):
         self.h_limits, self.h_max = np.full((len(materials), 2), h), h
         self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
         self.loads = np.zeros(count)
-        self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
-        self.layout, self._read = formulation.row(dim)
+        self.totals = column.Sums(particles, fastest_sound(materials), h, update.CHUNK)
+        self.layout, self._pair_width = formulation.row(dim)
         self.slots = self.layout.slots()
         self._update = self._specialised_update(self.layout, previous, drift)
         particles.permute(order_of(particles, formulation.kernel.reach * h))
         particles["reference_position"] = particles["position"]
-        self._at_start = particles["position"].copy()
-        self._volume_at_start = particles["mass"] / particles["density"]
+        self._x0 = particles["position"].copy()
+        self._volume0 = particles["mass"] / particles["density"]
         self.copies = FixedCopies(planes, dim)
         self.sequence = np.arange(count, dtype=np.uint64)
         self._halo_for: Callable[[RowLayout], Halo] | None = None
@@ -92,24 +92,24 @@ class CompositeStepper(CompositeState):
         self._one_body, self._bodies_in_all = bool(highest == -lowest), int(highest) + 1
         self._one_piece = self._one_body
         self._can_fail = any(material.can_fail for material in self.materials)
-        self.volume = self._volume_at_start.copy()
+        self.volume = self._volume0.copy()
         if formulation.axisymmetric:  # areas of the section
-            self.volume /= 2.0 * np.pi * self._ring_radius(self._at_start)
+            self.volume /= 2.0 * np.pi * self._ring_radius(self._x0)
         self._allocate_arrays()
         self.alone = is_rigid_particle(particles.tags)  # they have no pairs of their own
         self.loose = self.alone.copy()
         self._build_reference()
-        offered = offered_to_loops(formulation, particles, (self.table, self.models), self.slots, self._read)
-        self._loops = loops(formulation, offered)
-        self.spatial = SpatialPass(formulation, self._at_start, self.h, self.planes, offered)
+        bindings = loop_bindings(formulation, particles, (self.table, self.models), self.slots, self._pair_width)
+        self._loops = loops(formulation, bindings)
+        self.spatial = SpatialPass(formulation, self._x0, self.h, self.planes, bindings)
         self.pairs = self.spatial.pairs
         if self._halo_for is not None:
             self.spatial.attach_halo(self._halo_for)
         if formulation.contact.separates and (formulation.contact.self_contact or not self._one_body):
-            fullest = np.zeros(self._bodies_in_all)
-            np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
-            self.contact = BodyContact(particles, formulation, self.materials, self._at_start, self.h, self.planes,
-                                       (self.reference.zeroth_sums, self.get_maxima(fullest)),
+            maxima = np.zeros(self._bodies_in_all)
+            np.maximum.at(maxima, particles.body.astype(np.int64), self.reference.zeroth_sums)
+            self.contact = BodyContact(particles, formulation, self.materials, self._x0, self.h, self.planes,
+                                       (self.reference.zeroth_sums, self.get_maxima(maxima)),
                                        self.totals.units[column.SLIPPING])  # fmt: skip
             if self._halo_for is not None:
                 self.contact.attach_halo(self._halo_for)
@@ -188,7 +188,7 @@ class CompositeStepper(CompositeState):
                 self._current_rows(),
                 self._active,
                 self._eulerian,
-                (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
+                (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.f_start),
                 ref.lists,
                 ref.corrections,
                 (self.table, self.models, self._moduli),
@@ -196,7 +196,7 @@ class CompositeStepper(CompositeState):
                 (self.jacobians, self.strains, self.latest, self.pressures, self.signals),
                 self._rates,
             )
-            self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._read))
+            self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._pair_width))
             for coupled in range(1 + self._any_eulerian):
                 self._loops.sums[coupled](
                     self.particles.count, self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
@@ -215,30 +215,30 @@ class CompositeStepper(CompositeState):
                 self.contact.add(np.flatnonzero(near_body), self.rows_, self.slots, self.loose, self._rates)
         self._act()
 
-    def _add_spatial(self, near: np.ndarray) -> None:
+    def _add_spatial(self, mask: np.ndarray) -> None:
         """Add the pairs of Eulerian particles, and of bodies in bonded contact, at present positions."""
-        if (self._any_eulerian or not self.spatial.has_contact) and self.any_process(near.any()):
-            chosen = np.flatnonzero(near & ~self.loose)
-            self.spatial.add(chosen, self.rows_, self._numbers, (self._bodies, self.pressures, self.loads),
+        if (self._any_eulerian or not self.spatial.has_contact) and self.any_process(mask.any()):
+            indices = np.flatnonzero(mask & ~self.loose)
+            self.spatial.add(indices, self.rows_, self._numbers, (self._bodies, self.pressures, self.loads),
                              self._eulerian, self._rates)  # fmt: skip
 
     def _mirror(self) -> None:
         """Update positions and velocities of images and copies."""
-        until = self.slots["RING"] + 1 if "RING" in self.slots else 2 * self.particles.dim
-        self.copies.refresh(self.rows_, self.layout, slice(0, until))
+        end = self.slots["RING"] + 1 if "RING" in self.slots else 2 * self.particles.dim
+        self.copies.refresh(self.rows_, self.layout, slice(0, end))
 
-    def _carry(self, dt: float, stage: float, complete: bool) -> None:
-        super()._carry(dt, stage, complete)
+    def _advance(self, dt: float, stage: float, complete: bool) -> None:
+        super()._advance(dt, stage, complete)
         self._stage = stage
 
-    def complete(self, dt: float, following: float) -> None:
-        super().complete(dt, following)
+    def complete(self, dt: float, next_dt: float) -> None:
+        super().complete(dt, next_dt)
         if self.contact is not None:
             self.contact.complete(dt, self._averages)
         if dt > 0.0:
             self.loads[:] = 0.0
             if self.planes and self.any_process(stop_at_planes(self.particles, self.planes, self.h)):
-                self.predict(following)
+                self.predict(next_dt)
         self._convert()
         limit = self.formulation.renew_strain
         if limit is not None and self.any_process((self.latest[self._tied] > limit).any()):
@@ -248,30 +248,30 @@ class CompositeStepper(CompositeState):
     def _convert(self) -> None:
         """Convert particles to Eulerian, or remove them from the lists."""
         particles, formulation = self.particles, self.formulation
-        quiet = formulation.conversion.is_off and not self._any_eulerian
-        if not self._any_tied or (quiet and not self._can_fail):
+        is_idle = formulation.conversion.is_off and not self._any_eulerian
+        if not self._any_tied or (is_idle and not self._can_fail):
             return
         lagrangian = self._lagrangian & ~self.loose
         damage = particles["damage"].copy() if self._can_fail else self._undamaged  # side by side: read several times
-        converts = formulation.conversion.find_converting(
+        mask = formulation.conversion.find_converting(
             lagrangian, self._convertible, self._active != 0, self.jacobians, self.strains, damage, self
         )
-        leaves = lagrangian & ~converts & (damage >= 1.0) if formulation.failed_leave else self._no_particles
-        turned, left = converts.any(), leaves.any()
-        if not self.any_process(turned or left):
+        removals = lagrangian & ~mask & (damage >= 1.0) if formulation.failed_leave else self._no_particles
+        any_converted, any_removed = mask.any(), removals.any()
+        if not self.any_process(any_converted or any_removed):
             return
-        if self.any_process(left):
-            before = self.loose.copy()
-            self._leave(leaves)
-            self._separate(self.loose & ~before)
-        if turned:
-            particles["kernel_type"][converts] = 0.0
+        if self.any_process(any_removed):
+            previous = self.loose.copy()
+            self._leave(removals)
+            self._separate(self.loose & ~previous)
+        if any_converted:
+            particles["kernel_type"][mask] = 0.0
         self._classify()
 
-    def _separate(self, leaves: np.ndarray) -> None:
+    def _separate(self, mask: np.ndarray) -> None:
         """Make particles that left their lists bodies of their own in contact."""
         if self.contact is not None and self.formulation.contact.self_contact:
-            self.contact.leave(leaves)
+            self.contact.leave(mask)
             self._body_indices, self._one_piece = self.contact.pieces, False
 
     def limits(self) -> list[tuple[float, str, int]]:
@@ -279,12 +279,12 @@ class CompositeStepper(CompositeState):
         inverted = self._tied[~(self.jacobians[self._tied] > 0.0)]
         if len(inverted):
             return [(0.0, "inverted", self._first(inverted))]
-        held = super().limits() + self._held
+        limits = super().limits() + self._hourglass_limits
         if self.contact is None:
-            return held
-        if len(self.contact.passed):
-            return [(0.0, "passed_through", self._first(self.contact.passed))]
-        return held + self._oscillation_limits("contact", self.contact.omega)
+            return limits
+        if len(self.contact.penetrations):
+            return [(0.0, "passed_through", self._first(self.contact.penetrations))]
+        return limits + self._oscillation_limits("contact", self.contact.omega)
 
     def permute(self) -> np.ndarray:
         """Keep the order, which reference lists depend on."""

@@ -63,12 +63,12 @@ def layouts(dim: int) -> list[RowLayout]:
     ]
 
 
-def velocity_gradient(near, first, last, rows, i, kernels):
+def velocity_gradient(indices, first, last, rows, i, kernels):
     """Return L [1/s], and store f of each pair in `kernels`."""
     x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
     l = broadcast(no_gradient(DIM))
     for k in range(first, last, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = subtract(x, vector(b, 0, DIM))
         hm = 0.5 * (h + b[H])
         r = np.sqrt(dot(dx, dx))
@@ -81,23 +81,23 @@ def velocity_gradient(near, first, last, rows, i, kernels):
     return lane_sums(l)
 
 
-def stress_divergence(near, first, last, rows, i, kernels):
+def stress_divergence(indices, first, last, rows, i, kernels):
     """Return the acceleration by the deviators [m/s^2]."""
     x, t = own_vector(rows, i, 0, DIM), own_symmetric(rows, i, T, DIM)
     a = broadcast(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         g = multiply(b[M] * load_lanes(kernels, k), subtract(x, vector(b, 0, DIM)))
         a = add(a, symmetric_dot(add(t, symmetric(b, T, DIM)), g))
     return lane_sums(a)
 
 
-def poisson(near, first, last, rows, i, kernels, eta2):
+def poisson(indices, first, last, rows, i, kernels, eta2):
     """Return D [1/s], the relative rate of density loss, A [m/kg] and Q [1/s^2]."""
     x, u, rho = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, RHO]
-    loss = diagonal = others = broadcast_lanes(0.0)
+    loss = diagonal = weighted_p = broadcast_lanes(0.0)
     for k in range(first, last, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = subtract(x, vector(b, 0, DIM))
         r2 = dot(dx, dx)
         f = b[V] * load_lanes(kernels, k)
@@ -105,32 +105,32 @@ def poisson(near, first, last, rows, i, kernels, eta2):
         densities = rho + b[RHO]
         c = f * r2 * b[RHO] / (densities * densities * (r2 + eta2))
         diagonal += c
-        others += c * b[P]
-    return lane_sum(loss), 8.0 * lane_sum(diagonal), 8.0 * lane_sum(others)
+        weighted_p += c * b[P]
+    return lane_sum(loss), 8.0 * lane_sum(diagonal), 8.0 * lane_sum(weighted_p)
 
 
-def pressure_gradient(near, first, last, rows, i, kernels, own):
-    """Return sum_b (w_b P_b + w_b `own`) grad W_ab."""
+def pressure_gradient(indices, first, last, rows, i, kernels, p_a):
+    """Return sum_b (w_b P_b + w_b `p_a`) grad W_ab."""
     x, a = own_vector(rows, i, 0, DIM), broadcast(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
-        f = (b[WP] + own * b[W]) * load_lanes(kernels, k)
+        b = neighbours(rows, indices, k, WIDTH)
+        f = (b[WP] + p_a * b[W]) * load_lanes(kernels, k)
         a = add(a, multiply(f, subtract(x, vector(b, 0, DIM))))
     return lane_sums(a)
 
 
 # Particle loops, pass by pass (eqs. 20-32). Each template is a pass over all particles. It takes the sum of its pair
-# law from `rows`, which neighbours read, and writes the row of the next pass into `following`: row i is written by i
+# law from `rows`, which neighbours read, and writes the row of the next pass into `next_rows`: row i is written by i
 # alone. Bound names: DIM, the pair law, columns of the state (S_...) and of the rates (R_...), slots of the rows that
-# are written. `near` is what the pair laws read: the neighbours' numbers, first and last place of each particle's, and
+# are written. `lists` is what the pair laws read: the neighbours' numbers, first and last place of each particle's, and
 # the kernels of the pairs.
 
 
-def stress(i, state, tags, near, rows, following, rates, materials, dt):
+def stress(i, state, tags, lists, rows, next_rows, rates, materials, dt):
     """Pass 1: velocity gradient, and the deviator at the end of the step."""
-    listed, first, last, kernels = near
+    indices, first, last, kernels = lists
     table, models = materials
-    l = velocity_gradient(listed, first[i], last[i], rows, i, kernels)
+    l = velocity_gradient(indices, first[i], last[i], rows, i, kernels)
     rho = state[i, S_DENSITY]
     # The pressure that comes with the deviator is the equation of state's: it has no part here.
     s, plastic, _, _, _ = respond(
@@ -147,66 +147,66 @@ def stress(i, state, tags, near, rows, following, rates, materials, dt):
     )
     put_full_symmetric(state, i, S_DEVIATOR, s, DIM)
     state[i, S_PLASTIC_STRAIN] = plastic
-    put(following, i, 0, own_vector(rows, i, 0, DIM))
-    following[i, M] = state[i, S_MASS]
-    put(following, i, T, multiply(1.0 / (rho * rho), plane_components(s, DIM)))
+    put(next_rows, i, 0, own_vector(rows, i, 0, DIM))
+    next_rows[i, M] = state[i, S_MASS]
+    put(next_rows, i, T, multiply(1.0 / (rho * rho), plane_components(s, DIM)))
     put(rates, i, R_GRADIENT, l)
 
 
-def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
+def velocity(i, state, tags, lists, rows, next_rows, rates, dt, body_force):
     """Pass 2: stress divergence, and the intermediate velocity from it and the body force."""
-    listed, first, last, kernels = near
-    a = add(stress_divergence(listed, first[i], last[i], rows, i, kernels), body_force)
+    indices, first, last, kernels = lists
+    a = add(stress_divergence(indices, first[i], last[i], rows, i, kernels), body_force)
     put(rates, i, R_ACCELERATION, a)
     # A clamped particle feels its forces, which the budget counts, and stays.
-    moves = 0.0 if tags[i, 3] & np.uint32(1) else dt
-    put(following, i, 0, own_vector(rows, i, 0, DIM))
-    put(following, i, U, add(own_vector(state, i, S_VELOCITY, DIM), multiply(moves, a)))
-    following[i, V] = state[i, S_MASS] / state[i, S_DENSITY]
-    following[i, RHO], following[i, P] = state[i, S_DENSITY], state[i, S_PRESSURE]
+    step = 0.0 if tags[i, 3] & np.uint32(1) else dt
+    put(next_rows, i, 0, own_vector(rows, i, 0, DIM))
+    put(next_rows, i, U, add(own_vector(state, i, S_VELOCITY, DIM), multiply(step, a)))
+    next_rows[i, V] = state[i, S_MASS] / state[i, S_DENSITY]
+    next_rows[i, RHO], next_rows[i, P] = state[i, S_DENSITY], state[i, S_PRESSURE]
 
 
-def pressure(i, state, near, rows, following, dt, eta2, fullness, min_support, original):
+def pressure(i, state, lists, rows, next_rows, dt, eta2, fullness, min_support, original):
     """Pass 3: the pressure that restores the density, from the previous pressures."""
-    listed, first, last, kernels = near
-    loss, diagonal, others = poisson(listed, first[i], last[i], rows, i, kernels, eta2)
+    indices, first, last, kernels = lists
+    loss, diagonal, weighted_p = poisson(indices, first[i], last[i], rows, i, kernels, eta2)
     rho, h, p = state[i, S_DENSITY], state[i, S_SMOOTHING_LENGTH], 0.0
     if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < min_support:
-        p = (others - loss / dt) / diagonal
+        p = (weighted_p - loss / dt) / diagonal
     state[i, S_PRESSURE] = p
     w = state[i, S_MASS] if original else state[i, S_MASS] / rho
-    put(following, i, 0, own_vector(rows, i, 0, DIM))
-    following[i, W] = w
-    following[i, WP] = w * p / (rho * rho) if original else w * p
+    put(next_rows, i, 0, own_vector(rows, i, 0, DIM))
+    next_rows[i, W] = w
+    next_rows[i, WP] = w * p / (rho * rho) if original else w * p
 
 
-def acceleration(i, state, near, rows, rates, original):
+def acceleration(i, state, lists, rows, rates, original):
     """Pass 4: pressure gradient and total acceleration."""
-    listed, first, last, kernels = near
+    indices, first, last, kernels = lists
     inverse, p = 1.0 / state[i, S_DENSITY], state[i, S_PRESSURE]
-    push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, p * inverse * inverse if original else p)
+    push = pressure_gradient(indices, first[i], last[i], rows, i, kernels, p * inverse * inverse if original else p)
     push = multiply(1.0 if original else inverse, push)
     put(rates, i, R_ACCELERATION, subtract(own_vector(rates, i, R_ACCELERATION, DIM), push))
 
 
-def carry(
+def advance(
     chunk, count, state, tags, rates, rows, lengths, dt, complete, variable, h_limits, body_force, sums, rounders
 ):
     """Complete the step (if `complete`) and pack the rows of the next one, for a chunk of particles."""
     h_low, h_high = h_limits
-    wholes, extremes = sums
+    integers, extremes = sums
     of_energy, of_momentum, of_force, _ = rounders
     start = chunk * np.uint64(CHUNK)
-    fastest = longest = size = 0.0
-    wholes[chunk] = 0
+    u2_max = h_max = size = 0.0
+    integers[chunk] = 0
     for i in range(start, min(start + np.uint64(CHUNK), count)):
         x, u = own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM)
         h, mass = state[i, S_SMOOTHING_LENGTH], state[i, S_MASS]
         a = own_vector(rates, i, R_ACCELERATION, DIM)
         # For the budget: the forces on clamped particles and, negative, the body force on others.
-        missing = multiply(-mass, body_force)
+        support = multiply(-mass, body_force)
         if tags[i, 3] & np.uint32(1):
-            missing = add(missing, multiply(mass, a))
+            support = add(support, multiply(mass, a))
             a = no_vector(DIM)
         if complete:
             x = add(x, multiply(dt, add(u, multiply(0.5 * dt, a))))
@@ -219,14 +219,14 @@ def carry(
                 state[i, S_SMOOTHING_LENGTH] = h
         speed2 = dot(u, u)
         kinetic = 0.5 * mass * speed2
-        add_term(wholes, chunk, KINETIC, kinetic, of_energy)
+        add_term(integers, chunk, KINETIC, kinetic, of_energy)
         size += kinetic
-        add_vector(wholes, chunk, MOMENTUM, multiply(mass, u), of_momentum)
-        add_vector(wholes, chunk, SUPPORT, missing, of_force)
-        fastest, longest = max(fastest, speed2), max(longest, h)
+        add_vector(integers, chunk, MOMENTUM, multiply(mass, u), of_momentum)
+        add_vector(integers, chunk, SUPPORT, support, of_force)
+        u2_max, h_max = max(u2_max, speed2), max(h_max, h)
         put(rows, i, 0, x)
         put(rows, i, U, u)
         rows[i, H] = h
         rows[i, V] = mass / state[i, S_DENSITY]
         lengths[i] = h
-    extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = fastest, longest, size
+    extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = u2_max, h_max, size

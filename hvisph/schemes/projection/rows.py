@@ -16,20 +16,20 @@ MARGIN = 0.1
 
 
 class ProjectionRows:
-    """Rows of a pass and the next, then copies, images, far row; a list of neighbours of `listed_at` (n, dim) [m]."""
+    """Rows of a pass and the next, then copies, images, far row; neighbours listed at `list_positions` (n, dim) [m]."""
 
     def __init__(self, kernel: Kernel, positions: np.ndarray, h: float, planes: tuple[Plane, ...]):
         count, dim = positions.shape
         self.list = NeighbourList(kernel, MARGIN, positions, h, planes)
         self.layouts = layouts(dim)
-        self.listed_at = np.zeros((0, dim))
+        self.list_positions = np.zeros((0, dim))
         self._kernels = np.zeros(0)
         self._count = count
         self._ensure_capacity(count + 1)
 
     def _ensure_capacity(self, rows: int) -> None:
         width = max(layout.width for layout in self.layouts)
-        self.pair = [aligned_zeros(rows, width) for _ in range(2)]
+        self.buffers = [aligned_zeros(rows, width) for _ in range(2)]
 
     @property
     def neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -40,38 +40,38 @@ class ProjectionRows:
         """Replace all rows (n, width) for the first pass."""
         self._count = len(rows)
         self._ensure_capacity(self._count + 1)
-        self.pair[0][: self._count] = rows
+        self.buffers[0][: self._count] = rows
         self.list.resize(self._count)
 
-    def make_list(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
+    def make_list(self, positions: np.ndarray, lengths: np.ndarray, h_max: float, numbers: np.ndarray) -> None:
         """Make the neighbour list, see `NeighbourList.make`, and allocate the arrays that depend on it."""
-        self.list.make(positions, lengths, longest, numbers)
-        self.listed_at = np.array(positions)
+        self.list.make(positions, lengths, h_max, numbers)
+        self.list_positions = np.array(positions)
         if len(self._kernels) < len(self.list.listed):
             self._kernels = np.zeros(len(self.list.listed))
-        present, first = self.list.present, self.pair[0][: self._count]
-        if present + 1 > len(self.pair[0]):
+        present, first = self.list.present, self.buffers[0][: self._count]
+        if present + 1 > len(self.buffers[0]):
             self._ensure_capacity(present + present // 4 + 1)
-            self.pair[0][: self._count] = first
-        for rows in self.pair:
+            self.buffers[0][: self._count] = first
+        for rows in self.buffers:
             # The far row: a neighbour of no particle, without zeros that would be divisors.
             rows[present] = 1.0
             rows[present, : positions.shape[1]] = traversal.FAR
 
     def get_pass_rows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of pass `number`, 0 to 3, with ghost rows, and of the next pass."""
-        rows, following = self.pair[number % 2], self.pair[1 - number % 2]
-        layout, count, listed = self.layouts[number], self._count, self.list
-        if listed.halo is not None:
-            rows[count : listed.before_images, : layout.used_width] = listed.halo.exchange_again(
+        rows, next_rows = self.buffers[number % 2], self.buffers[1 - number % 2]
+        layout, count, lists = self.layouts[number], self._count, self.list
+        if lists.halo is not None:
+            rows[count : lists.before_images, : layout.used_width] = lists.halo.exchange_again(
                 rows[:count, : layout.used_width]
             )
-        for images in listed.images:
+        for images in lists.images:
             last = images.first + len(images.source)
             rows[images.first : last, : layout.width] = mirror(
                 rows[images.source, : layout.width], images.plane, layout
             )
-        return rows, following
+        return rows, next_rows
 
     def exchange_after_error(self) -> None:
         """Take part in the exchanges of the four passes after an error on this process."""
@@ -90,41 +90,41 @@ class TrailingMean:
         self._part_length = window / PARTS
         self._parts = np.zeros((PARTS - 1, count))  # integrals over full parts
         self._times = np.zeros(PARTS - 1)
-        self._full = np.zeros(count)  # their sum
-        self._now = np.zeros(count)  # integral over the part under way
+        self._total = np.zeros(count)  # their sum
+        self._part = np.zeros(count)  # integral over the part under way
         self._time = 0.0
 
     def add(self, values: np.ndarray, dt: float) -> None:
         """Add `values` (n,) that applied for `dt` [s]."""
-        self._now += dt * values
+        self._part += dt * values
         self._time += dt
         # a part that ends on a step must not wait for the next by round-off
         if self._time >= self._part_length * (1.0 - 1e-9):
             self._parts[1:], self._times[1:] = self._parts[:-1].copy(), self._times[:-1].copy()
-            self._parts[0], self._times[0] = self._now, self._time
-            self._full = self._parts.sum(axis=0)
-            self._now[:], self._time = 0.0, 0.0
+            self._parts[0], self._times[0] = self._part, self._time
+            self._total = self._parts.sum(axis=0)
+            self._part[:], self._time = 0.0, 0.0
 
     def mean(self) -> np.ndarray:
         """Return the mean of each particle (n,)."""
         time = max(float(self._times.sum()) + self._time, (PARTS - 1) * self._part_length)
-        mean: np.ndarray = (self._full + self._now) / time
+        mean: np.ndarray = (self._total + self._part) / time
         return mean
 
     def permute(self, order: np.ndarray) -> None:
         self._parts = self._parts.take(order, axis=1)
-        self._full, self._now = self._full[order], self._now[order]
+        self._total, self._part = self._total[order], self._part[order]
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        return {"parts": self._parts.T, "part": self._now}
+        return {"parts": self._parts.T, "part": self._part}
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the durations of the window's intervals, by name."""
         return {"part_times": self._times, "part_time": np.array([self._time])}
 
-    def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
-        self._parts, self._now = np.ascontiguousarray(carried["parts"].T), np.array(carried["part"])
-        self._full = self._parts.sum(axis=0)
+    def replace_particles(self, arrays: dict[str, np.ndarray]) -> None:
+        self._parts, self._part = np.ascontiguousarray(arrays["parts"].T), np.array(arrays["part"])
+        self._total = self._parts.sum(axis=0)
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         self._times[...], self._time = history["part_times"], float(history["part_time"][0])

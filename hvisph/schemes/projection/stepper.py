@@ -47,16 +47,16 @@ class ProjectionStepper:
         self._body_force = (tuple(map(float, formulation.body_force)) + (0.0,) * dim)[:dim]
         self.totals = column.Sums(particles, fastest_sound(materials), h, law.CHUNK)
         self._step = 0.0
-        self._averaged = TrailingMean(count, formulation.pressure_average)
+        self._average = TrailingMean(count, formulation.pressure_average)
         self.support = formulation.kernel.reach * h
         self._rows = ProjectionRows(formulation.kernel, particles["position"], h, planes)
-        self._crossed = np.inf  # most that a particle has moved since the list was made [m]
+        self._path = np.inf  # most that a particle has moved since the list was made [m]
         self._loops = self._compile_loops()
 
     def _compile_loops(self) -> list[CompiledFunction]:
         """Return the loops of the four passes and of the step's completion."""
         dim, kernel = self.particles.dim, self.formulation.kernel
-        named = (
+        bindings = (
             particle_layout.slots(dim)
             | self.particles.bindings()
             | {
@@ -73,19 +73,19 @@ class ProjectionStepper:
             law.pressure_gradient,
         )
         loops: tuple[PythonFunction, ...] = (law.stress, law.velocity, law.pressure, law.acceleration)
-        compiled = []
+        functions = []
         for number, (pair_sum, loop) in enumerate(zip(sums, loops, strict=True)):
             layout = self._rows.layouts[number]
-            summed = bind(pair_sum, {"WIDTH": layout.used_width}, named | layout.slots())
-            following = self._rows.layouts[(number + 1) % 4].slots()
-            compiled.append(particle_loop(bind(loop, {pair_sum.__name__: summed}, named | following)))
-        compiled.append(chunk_loop(bind(law.carry, {}, named | self._rows.layouts[0].slots()), law.CHUNK))
-        return compiled
+            function = bind(pair_sum, {"WIDTH": layout.used_width}, bindings | layout.slots())
+            next_slots = self._rows.layouts[(number + 1) % 4].slots()
+            functions.append(particle_loop(bind(loop, {pair_sum.__name__: function}, bindings | next_slots)))
+        functions.append(chunk_loop(bind(law.advance, {}, bindings | self._rows.layouts[0].slots()), law.CHUNK))
+        return functions
 
     @property
     def pressures(self) -> np.ndarray:
         """Running mean of the pressure of every particle [Pa]."""
-        return self._averaged.mean()
+        return self._average.mean()
 
     @property
     def owner_positions(self) -> np.ndarray:
@@ -95,36 +95,36 @@ class ProjectionStepper:
         """Compute the initial sums; pressures are known after the first step."""
         self.totals.begin(self.particles)
         self.rates[:] = 0.0
-        self._carry(0.0, complete=False)
+        self._advance(0.0, complete=False)
 
     def evaluate(self) -> None:
         """Run the four passes of the announced step."""
         particles, dt = self.particles, self._step
-        if self._stale():
+        if self._is_stale():
             try:
                 self._make_list(particles["position"])
             except RunError:  # others wait for this process' rows
                 self._rows.exchange_after_error()
                 raise
         n, data, tags = particles.count, particles.data, particles.tags
-        rows, near, scheme = self._rows, self._rows.neighbours, self.formulation
+        rows, lists, scheme = self._rows, self._rows.neighbours, self.formulation
         stress, velocity, pressure, acceleration, _ = self._loops
-        stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
-        velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
-        pressure(n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.min_support,
+        stress(n, data, tags, lists, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
+        velocity(n, data, tags, lists, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
+        pressure(n, data, lists, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.min_support,
                  scheme.original_gradient)  # fmt: skip
-        acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.original_gradient)
+        acceleration(n, data, lists, rows.get_pass_rows(3)[0], self.rates, scheme.original_gradient)
 
-    def complete(self, dt: float, following: float) -> None:
-        self._carry(dt, complete=True)
-        self._averaged.add(self.particles["pressure"], dt)
-        self._crossed += dt * float(self.sums[column.FASTEST])
-        self._step = following
+    def complete(self, dt: float, next_dt: float) -> None:
+        self._advance(dt, complete=True)
+        self._average.add(self.particles["pressure"], dt)
+        self._path += dt * float(self.sums[column.FASTEST])
+        self._step = next_dt
 
-    def predict(self, following: float) -> None:
-        self._carry(0.0, complete=False)
-        self._crossed = np.inf
-        self._step = following
+    def predict(self, next_dt: float) -> None:
+        self._advance(0.0, complete=False)
+        self._path = np.inf
+        self._step = next_dt
 
     def limits(self) -> list[tuple[float, str, int]]:
         """Return no limits: the step is fixed."""
@@ -136,71 +136,71 @@ class ProjectionStepper:
         self.particles.permute(order)
         for values in (self.lengths, self.signals, self.rates):
             values[:] = values[order]
-        first = self._rows.pair[0]
+        first = self._rows.buffers[0]
         first[: len(order)] = first[order]
-        self._averaged.permute(order)
-        self._crossed = np.inf
+        self._average.permute(order)
+        self._path = np.inf
         return order
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        listed_at = self._rows.listed_at
-        listed_at = listed_at if len(listed_at) else np.zeros_like(self.particles["position"])
+        positions = self._rows.list_positions
+        positions = positions if len(positions) else np.zeros_like(self.particles["position"])
         return {
             "rates": self.rates,
-            "rows": self._rows.pair[0][: self.particles.count],
+            "rows": self._rows.buffers[0][: self.particles.count],
             "signals": self.signals,
-            "listed_at": listed_at,
-            **self._averaged.get_carried(),
+            "listed_at": positions,
+            **self._average.get_carried(),
         }
 
     def history(self) -> dict[str, np.ndarray]:
         return (
             self.totals.history()
-            | self._averaged.history()
-            | {"step": np.array([self._step]), "crossed": np.array([self._crossed])}
+            | self._average.history()
+            | {"step": np.array([self._step]), "crossed": np.array([self._path])}
         )
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self._rows.list.halo = halo_for(self._rows.list.layout)
 
-    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, arrays: dict[str, np.ndarray]) -> None:
         particles = self.particles
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.resize(len(data))
-        self._take(carried)
+        self._load(arrays)
 
     def fit_grid(self) -> None:
         if self.particles.count:
             self._rows.list.fit_grid(self.particles["position"])
 
-    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
+    def restore(self, arrays: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        self._step, self._path = float(history["step"][0]), float(history["crossed"][0])
         self.totals.restore(history)
         self._sum_up()
-        self._averaged.restore(history)
-        self._take(carried)
+        self._average.restore(history)
+        self._load(arrays)
 
-    def _take(self, carried: dict[str, np.ndarray]) -> None:
+    def _load(self, arrays: dict[str, np.ndarray]) -> None:
         """Set the data of `get_carried`, and list the neighbours at the stored positions."""
         particles = self.particles
         count = particles.count
         self.place = np.arange(count, dtype=np.uint32)
-        self.rates, self.signals = np.array(carried["rates"]), np.array(carried["signals"])
+        self.rates, self.signals = np.array(arrays["rates"]), np.array(arrays["signals"])
         self.lengths = particles["smoothing_length"].copy()
-        self._rows.replace_rows(np.asarray(carried["rows"]))
-        self._averaged.replace_particles(carried)
-        if not self._stale():
-            crossed = self._crossed
-            displacement = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)
+        self._rows.replace_rows(np.asarray(arrays["rows"]))
+        self._average.replace_particles(arrays)
+        if not self._is_stale():
+            path = self._path
+            displacement = np.abs(arrays["listed_at"] - particles["position"]).max(initial=0.0)
             if not displacement <= MARGIN * self.h_max:
                 raise ValueError("its neighbours were listed elsewhere")
-            self._make_list(carried["listed_at"])
-            self._crossed = crossed
+            self._make_list(arrays["listed_at"])
+            self._path = path
 
-    def _carry(self, dt: float, complete: bool) -> None:
+    def _advance(self, dt: float, complete: bool) -> None:
         particles = self.particles
         variable = self.formulation.smoothing.variable
-        self._loops[4](particles.count, particles.data, particles.tags, self.rates, self._rows.pair[0], self.lengths,
+        self._loops[4](particles.count, particles.data, particles.tags, self.rates, self._rows.buffers[0], self.lengths,
                        dt, complete, variable, self._h_limits, self._body_force, *self.totals.buffers)  # fmt: skip
         self._sum_up()
 
@@ -208,14 +208,14 @@ class ProjectionStepper:
         self.sums = self.totals.total()
         self.h_max = float(self.sums[column.LONGEST])
 
-    def _stale(self) -> bool:
+    def _is_stale(self) -> bool:
         """Whether unlisted particles may interact; growth of h is not considered."""
-        return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self.h_max
+        return self.formulation.smoothing.variable or not 2.0 * self._path < MARGIN * self.h_max
 
     def _make_list(self, positions: np.ndarray) -> None:
         """List the neighbours of particles at `positions` (n, dim) [m]."""
         self._rows.make_list(positions, self.lengths, self.h_max, self.particles.id)
-        self._crossed = 0.0
+        self._path = 0.0
 
 
 _POINTS = 2000  # points of the rule that integrates the kernel for the minimum support: its result is good to 1e-6

@@ -125,7 +125,7 @@ X_REST = U_REST = 0
 FILLER_VOLUME = 1e-12
 
 
-def accumulate(near, n, rows, i, constants, out):
+def accumulate(indices, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
     s, h, zt, volume = own_symmetric(rows, i, T, DIM), rows[i, H], rows[i, ZT], rows[i, V]
@@ -138,11 +138,11 @@ def accumulate(near, n, rows, i, constants, out):
         n_other, n_surface = own_vector(rows, i, N_OTHER, DIM), own_vector(rows, i, N_SURFACE, DIM)
     if FRACTURES:
         crack = own_vector(rows, i, CRACK, DIM)
-    own_rigid = is_rigid(rows[i, BODY]) if RIGID else 0.0
-    own_layer = 0.0
+    rigid_a = is_rigid(rows[i, BODY]) if RIGID else 0.0
+    layer_a = 0.0
     if EDGES:
-        own_beyond = own_vector(rows, i, AMBIENT, DIM)
-        own_layer = layer_share(own_beyond)
+        edge_a = own_vector(rows, i, AMBIENT, DIM)
+        layer_a = layer_share(edge_a)
     force, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
@@ -153,20 +153,20 @@ def accumulate(near, n, rows, i, constants, out):
     inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and DENSITY_CORRECTION else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         # Geometry: line of centres e, or normal of a contact; g = 2 |dW/dr|.
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM)
         r = np.sqrt(dot(dx, dx))
         ih, inverse_r = reciprocals(0.5 * (h + b[H]), r)
         g, e = -2.0 * scale(ih) * slope(r * ih), multiply(inverse_r, dx)
-        its_layer = 0.0
+        layer_b = 0.0
         if EDGES:
-            beyond = vector(b, AMBIENT, DIM)
-            its_layer = layer_share(beyond)
-        za, zb, zta, ztb = impedances(rows, i, b, e, inverse_filler, own_layer, its_layer)
+            edge_b = vector(b, AMBIENT, DIM)
+            layer_b = layer_share(edge_b)
+        za, zb, zta, ztb = impedances(rows, i, b, e, inverse_filler, layer_a, layer_b)
         jump, lever = exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), dx
-        its_rigid, heated = 0.0, 1.0
+        rigid_b, heat_share = 0.0, 1.0
         if RIGID:
-            g, jump, its_rigid, heated = rigid_motion(rows, i, b, dx, own_rigid, g, jump)
+            g, jump, rigid_b, heat_share = rigid_motion(rows, i, b, dx, rigid_a, g, jump)
         du_n = dot(jump, e)
         approach, half, weight, other, gap_factor = -du_n, broadcast_lanes(0.5), broadcast_lanes(1.0), zero, zero
         in_contact = False
@@ -179,11 +179,11 @@ def accumulate(near, n, rows, i, constants, out):
                 g, approach = g * other, approach * other
             if in_contact:
                 e, g, weight, gap_factor = contact_geometry(
-                    rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface
+                    rows, i, k, indices, b, dx, ih, e, g, other, n_other, n_surface
                 )
                 half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), multiply(dot(dx, e), e)
         if EDGES:  # and no slopes
-            matter = 1.0 - max(own_layer, its_layer)
+            matter = 1.0 - max(layer_a, layer_b)
             half = half * matter
         closing = elementwise_max(closing, min(b[V] * inverse_filler, 1.0) * approach)
         area = energy_area = b[V] * g
@@ -192,14 +192,14 @@ def accumulate(near, n, rows, i, constants, out):
             energy_area = area * (mean * real)
 
         if EDGES:
-            outgoing = outgoing_jump(jump, e, subtract(beyond, own_beyond), zta / za)
+            outgoing = outgoing_jump(jump, e, subtract(edge_b, edge_a), zta / za)
             excess = multiply(1.0 - matter, subtract(outgoing, jump))
             du_n += dot(excess, e)
 
         # Own traction, its jump and the jump of velocity, normal and tangential.
         ta = symmetric_dot(s, e)
-        its_stress = symmetric(b, STAGE_T if ADJOINT else T, DIM)
-        step = subtract(symmetric_dot(its_stress, e), ta)
+        stress_b = symmetric(b, STAGE_T if ADJOINT else T, DIM)
+        step = subtract(symmetric_dot(stress_b, e), ta)
         ta_n, dt_n = dot(ta, e), dot(step, e)
         du_t = dt_t = ta_t = 0.0
         if DIM > 1:
@@ -207,54 +207,54 @@ def accumulate(near, n, rows, i, constants, out):
             du_t, dt_t = tangential_part(full_jump, du_n, e), tangential_part(step, dt_n, e)
             ta_t = tangential_part(ta, ta_n, e)
         velocity, own_traction, stress = (du_n, du_t), (ta_n, ta_t), (dt_n, dt_t)
-        elastic = corrected = pulled = 1.0
+        elastic = factor = gain = 1.0
         if ADJOINT:
             elastic = (1.0 - other) * min(rows[i, ELASTIC], b[ELASTIC])
             stress_difference, mean_traction, mean_e = adjoint_tractions(
-                s, its_stress, operator, symmetric(b, OPERATOR, DIM), e
+                s, stress_b, operator, symmetric(b, OPERATOR, DIM), e
             )
-            corrected = dot(mean_e, e)
-            pulled = 1.0 + other * (corrected - 1.0)
-            energy_area = pulled * energy_area
+            factor = dot(mean_e, e)
+            gain = 1.0 + other * (factor - 1.0)
+            energy_area = gain * energy_area
             power += (0.25 * elastic) * energy_area * dot(stress_difference, jump)
 
         # Riemann problems of the reconstructed states, with velocities relative to the own one.
-        unmoved = (zero, zero), (zero, zero)
-        moved = unmoved, unmoved
+        no_shares = (zero, zero), (zero, zero)
+        shares = no_shares, no_shares
         if RECONSTRUCTION:
             floor = 0.0
             if CORRECTED_VARIANT:
                 order = zero if ADJOINT else min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER])
                 floor = limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], order)
                 floor = (1.0 - elastic) * floor if ADJOINT else floor
-            moved = reconstructed_shares(b, dx, e, velocity, stress, grad_u, grad_s, floor)
-        left = du_n - half * du_n * (moved[0][0][0] + moved[0][0][1])
+            shares = reconstructed_shares(b, dx, e, velocity, stress, grad_u, grad_s, floor)
+        remainder = du_n - half * du_n * (shares[0][0][0] + shares[0][0][1])
         if CORRECTED_VARIANT:
-            stiffening = shock_stiffening(left)
+            stiffening = shock_stiffening(remainder)
             za, zb = za + rows[i, RHO] * stiffening, zb + b[RHO] * stiffening
-        contact, traction, inverse_n = riemann_states(za, zb, zta, ztb, velocity, own_traction, stress, moved, half)
+        contact, traction, inverse_n = riemann_states(za, zb, zta, ztb, velocity, own_traction, stress, shares, half)
         if ADJOINT:
             mean_n = dot(mean_traction, e)
             mean_t = tangential_part(mean_traction, mean_n, e) if DIM > 1 else 0.0
             contact, traction = elastic_states(
-                contact, traction, velocity, (mean_n, mean_t), za * zb * inverse_n * left, elastic
+                contact, traction, velocity, (mean_n, mean_t), za * zb * inverse_n * remainder, elastic
             )
 
         # Limits of the materials, and contact.
         if CORRECTED_VARIANT:
-            traction = strength_limits(rows, i, b, dx, inverse_r, traction, corrected)
+            traction = strength_limits(rows, i, b, dx, inverse_r, traction, factor)
         if FRACTURES:
             traction = crack_limits(rows, i, b, e, crack, traction, ta_n, dt_n, other)
         if in_contact:
             if GRAD_H:
                 gap_factor = pressed_gap_factor(gap_factor, traction[0], ta_n, dt_n, other)
             weight = weight * (1.0 + other * (gap_factor - 1.0))
-            contact, traction, opening, sliding = contact_states(
+            contact, traction, gap_heat, slip_heat = contact_states(
                 rows, i, b, contact, traction, velocity, own_traction, stress, (za, zb), constants[1], other, gap_factor
             )
-            rubbed = heated * energy_area * sliding
-            power += (heated * energy_area) * opening
-            power, slip = power + rubbed, slip + rubbed
+            friction_heat = heat_share * energy_area * slip_heat
+            power += (heat_share * energy_area) * gap_heat
+            power, slip = power + friction_heat, slip + friction_heat
             if ANGULAR_MOMENTUM:
                 contact_moment = add(contact_moment, symmetric_outer(lever, multiply(other * weight * area, e)))
         us_n, t_n = contact[0], traction[0]
@@ -263,29 +263,29 @@ def accumulate(near, n, rows, i, constants, out):
             us, ts = add(us, tangential_vector(contact[1], e)), add(ts, tangential_vector(traction[1], e))
 
         if EDGES:  # relative to the layer, without the excess of the jump
-            us = subtract(us, multiply(own_layer, excess))
+            us = subtract(us, multiply(layer_a, excess))
 
         # Force and power.
         if ANGULAR_MOMENTUM or TURNS:  # a rigid body takes all of it, at the place of the other side
-            taken = 1.0 - its_rigid - (3.0 - its_rigid) * own_rigid if TURNS else 1.0
-            pair_torque = add(pair_torque, multiply(taken * area, torque(dx, multiply(pulled, ts) if ADJOINT else ts)))
+            share = 1.0 - rigid_b - (3.0 - rigid_b) * rigid_a if TURNS else 1.0
+            pair_torque = add(pair_torque, multiply(share * area, torque(dx, multiply(gain, ts) if ADJOINT else ts)))
         power += energy_area * dot(ts, us)
         if ADJOINT:
-            ts = multiply(pulled, ts)
+            ts = multiply(gain, ts)
         if ANGULAR_MOMENTUM and not CONTACT_ONLY:
-            own, its = spin_tractions(spin, axial(b, SPIN_STRESS, DIM), multiply(half, e))
-            power += area * dot(own, jump)
-            ts = add(ts, add(own, its))
+            spin_a, spin_b = spin_tractions(spin, axial(b, SPIN_STRESS, DIM), multiply(half, e))
+            power += area * dot(spin_a, jump)
+            ts = add(ts, add(spin_a, spin_b))
         if CORRECTED_VARIANT:
-            conducting = energy_area * ((1.0 - other) * matter if EDGES else 1.0 - other)
-            power += conducted_power(conducting, rows[i, RHO] + b[RHO], stiffening, b[ENERGY] - rows[i, ENERGY])
+            heat_area = energy_area * ((1.0 - other) * matter if EDGES else 1.0 - other)
+            power += conducted_power(heat_area, rows[i, RHO] + b[RHO], stiffening, b[ENERGY] - rows[i, ENERGY])
         if AXISYMMETRIC:
             radial = radial_part(e) + (elastic * radial_part(subtract(mean_e, e)) if ADJOINT else 0.0)
             fullness += (0.5 * weight) * area * radial * radial_part(dx)
             ts, image_power, dashpot_power = axisymmetric_traction(
-                ts, area, e, u, jump, left, zt, b[ZT], other, mean, real
+                ts, area, e, u, jump, remainder, zt, b[ZT], other, mean, real
             )
-            power -= heated * image_power
+            power -= heat_share * image_power
             power += dashpot_power
         force = add(force, multiply(area, ts))
 
@@ -296,12 +296,12 @@ def accumulate(near, n, rows, i, constants, out):
             moment = add(moment, symmetric_outer(lever, gradient_area))
         if CORRECTED_VARIANT:
             ratio = section_ratio(rows, i, b, dx, other, inverse_rest)
-            exchanged, mean_u = density_velocities(rows, i, b, us_n, du_n, t_n, zb, inverse_n, other)
-            number += weight * g * ratio * exchanged
+            u_exchange, mean_u = density_velocities(rows, i, b, us_n, du_n, t_n, zb, inverse_n, other)
+            number += weight * g * ratio * u_exchange
             number_rate += weight * g * ratio * mean_u
             if GRAD_H:
-                moving, own_kernel, kernel, slopes = grad_h_sums(h, r, weight * ratio, du_n, other)
-                number -= 0.5 * g * moving
+                h_term, own_kernel, kernel, slopes = grad_h_sums(h, r, weight * ratio, du_n, other)
+                number -= 0.5 * g * h_term
                 own_number -= own_kernel
                 kernel_sum, slope_sum = kernel_sum + kernel, slope_sum + slopes
     conclude(rows, i, out, lane_sums(force), lane_sums(l), multiply(0.5, lane_sums(moment)), lane_sum(power),
@@ -324,20 +324,20 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         if DENSITY_CORRECTION:
             decay = smooth * rows[i, CORRECTION_DECAY]
             out[i, R_CORRECTION] = rows[i, INV_NUMBER_DENSITY] * number_rate - rate - decay
-        plain = gradient_u
+        l_plain = gradient_u
         gradient_u, rate = free_surface_correction(gradient_u, rate, matrix(moment), smooth, rows[i, TENSION_LIMIT])
         if ADJOINT:
             share, operator = rows[i, ELASTIC], matrix(own_symmetric(rows, i, OPERATOR, DIM))
-            gradient_u = add(product(plain, operator), multiply(1.0 - share, subtract(gradient_u, plain)))
+            gradient_u = add(product(l_plain, operator), multiply(1.0 - share, subtract(gradient_u, l_plain)))
             rate, relaxation = rate + share * (divergence(gradient_u) - rate), (1.0 - share) * relaxation
             put(out, i, R_GRADIENT_BEFORE, own_gradient(rows, i, GU, DIM))
         out[i, R_DENSITY] = divergence(gradient_u) - (rate + relaxation)
     if AXISYMMETRIC:
         if not (CORRECTED_VARIANT or CONTACT_ONLY):
             gradient_u = product(gradient_u, sound_inverse(matrix(moment))[0])
-        own, inverse_radius, radial_u = 0.0 if CONTACT_ONLY else 1.0, 1.0 / rows[i, RING], rows[i, U + 1]
+        weight, inverse_radius, radial_u = 0.0 if CONTACT_ONLY else 1.0, 1.0 / rows[i, RING], rows[i, U + 1]
         hoop_rate = hoop_share(fullness) * inverse_radius
-        hoop = (own - fullness) * radial_part(own_symmetric(rows, i, T, DIM)) - own * rows[i, HOOP]
+        hoop = (weight - fullness) * radial_part(own_symmetric(rows, i, T, DIM)) - weight * rows[i, HOOP]
         hoop = hoop * (inverse_radius if CONTACT_ONLY else hoop_rate)
         force, work = add_radial(force, hoop), work - hoop * radial_u
         out[i, R_HOOP] = radial_u * hoop_rate
@@ -347,9 +347,9 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         residual = multiply(-0.5, pair_torque)
         if ANGULAR_MOMENTUM and not CONTACT_ONLY:
             spin, order = own_axial(rows, i, SPIN_STRESS, DIM), rows[i, LATTICE_ORDER] if CORRECTED_VARIANT else 0.0
-            kept = torque_residual(residual, moment, contact_moment, spin, order)
-            own_rigid = is_rigid(rows[i, BODY]) if TURNS else 0.0
-            residual = add(multiply(own_rigid, residual), multiply(1.0 - own_rigid, kept)) if TURNS else kept
+            deficit = torque_residual(residual, moment, contact_moment, spin, order)
+            rigid_a = is_rigid(rows[i, BODY]) if TURNS else 0.0
+            residual = add(multiply(rigid_a, residual), multiply(1.0 - rigid_a, deficit)) if TURNS else deficit
         put(out, i, R_SPIN, multiply(inverse_density, residual))
     elif ADJOINT:  # its slots lie before those of the gradient
         put(out, i, R_SPIN, no_axial(DIM))

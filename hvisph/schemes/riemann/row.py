@@ -103,7 +103,7 @@ COMPUTED_BY_PASSES = (
 )
 
 
-def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
+def row_layout(dim: int, has_option: Callable[[str], bool]) -> RowLayout:
     """Return the layout of the particle data that pairs read; `holds(name)` returns whether an option is on.
 
     X, U, H, V, T, M        position, velocity, smoothing length, volume, stress, mass
@@ -122,7 +122,7 @@ def row_layout(dim: int, holds: Callable[[str], bool]) -> RowLayout:
     TURN_RATE, AMBIENT      angular velocity of a rigid body; in the layer beyond an open edge its outward normal
     """
     packed, computed = (
-        tuple((name, rank) for name, rank, *options in fields if all(map(holds, options)))
+        tuple((name, rank) for name, rank, *options in fields if all(map(has_option, options)))
         for fields in (PACKED, COMPUTED_BY_PASSES)
     )
     return RowLayout(dim, packed, computed)
@@ -148,42 +148,42 @@ def contact_passes(layout: RowLayout, kernel: Kernel, unequal_spacings: bool, se
     ]
 
 
-def gradients(near, n, rows, i, constants, out):
+def gradients(indices, n, rows, i, constants, out):
     """Write the renormalised gradients of velocity and stress, and the unsmoothed contact normals, into row `i`."""
     x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
     s, h = own_symmetric(rows, i, T, DIM), rows[i, H]
-    moment, of_u = broadcast(no_symmetric(DIM)), broadcast(no_gradient(DIM))
-    of_s = broadcast(no_symmetric_gradient(DIM))
-    fills, ends = broadcast(no_vector(DIM)), broadcast(no_vector(DIM))
+    moment, u_sum = broadcast(no_symmetric(DIM)), broadcast(no_gradient(DIM))
+    s_sum = broadcast(no_symmetric_gradient(DIM))
+    raw_sum, surface_sum = broadcast(no_vector(DIM)), broadcast(no_vector(DIM))
     contact_moment = broadcast(no_symmetric(DIM))
     cracks, crack_sums = broadcast(no_vector(DIM)), (broadcast_lanes(0.0), broadcast_lanes(0.0))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM)
         r = np.sqrt(dot(dx, dx))
         ih = 2.0 / (h + b[H])
         g = multiply(-b[V] * scale(ih) * slope(r * ih) / r, dx)
         if SEPARATING:
             other = is_other_body(rows, i, b, dx)
-            fills = add(fills, multiply(other, g))
+            raw_sum = add(raw_sum, multiply(other, g))
             if ADJOINT:
                 contact_moment = add(contact_moment, symmetric_outer(dx, multiply(other, g)))
             g = multiply(1.0 - other, g)
-            ends = subtract(ends, g)
+            surface_sum = subtract(surface_sum, g)
         if FRACTURES:
             cracks, crack_sums = crack_terms(cracks, crack_sums, b[SOFT], g)
         if RECONSTRUCTION:
             moment = add(moment, symmetric_outer(dx, g))
             if EDGES:  # the state is uniform beyond an edge
                 g = multiply(1.0 - layer_share(vector(b, AMBIENT, DIM)), g)
-            of_u = add(of_u, outer(exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), g))
-            of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
+            u_sum = add(u_sum, outer(exact_difference(exact_vector(b, U, U_REST, DIM), u, DIM), g))
+            s_sum = add(s_sum, outer(subtract(symmetric(b, T, DIM), s), g))
     if SEPARATING:
-        missing = lane_sums(ends)
-        put(out, i, N_SURFACE, missing)
+        n_surface = lane_sums(surface_sum)
+        put(out, i, N_SURFACE, n_surface)
         if VARIABLE_RESOLUTION:
-            out[i, DEPTH] = depth(missing, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
-        put(out, i, N_RAW, lane_sums(fills))
+            out[i, DEPTH] = depth(n_surface, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
+        put(out, i, N_RAW, lane_sums(raw_sum))
         put(out, i, N_OTHER, no_vector(DIM))
     if FRACTURES:
         put(out, i, CRACK, crack_vector(lane_sums(cracks), (lane_sum(crack_sums[0]), lane_sum(crack_sums[1]))))
@@ -191,17 +191,17 @@ def gradients(near, n, rows, i, constants, out):
         inverse, _ = sound_inverse(matrix(lane_sums(moment)))
         if CORRECTED_VARIANT and rows[i, LATTICE_ORDER] < 0.0:  # failed particles
             inverse = multiply(0.0, inverse)
-        grad_u = product(lane_sums(of_u), inverse)
+        grad_u = product(lane_sums(u_sum), inverse)
         put(out, i, GU, grad_u)
         if ADJOINT:
             moment = lane_sums(moment)
             if SEPARATING:
-                moment = closed_moment(moment, lane_sums(contact_moment), lane_sums(fills), missing)
+                moment = closed_moment(moment, lane_sums(contact_moment), lane_sums(raw_sum), n_surface)
             operator, share = corrected_operator(moment, rows[i, LATTICE_ORDER])
             put(out, i, OPERATOR, operator)
             out[i, ELASTIC] = share
             change = multiply(share, subtract(grad_u, own_gradient(rows, i, GU_BEFORE, DIM)))
-            ahead = rows[i, AHEAD_TWICE]
+            dt_2 = rows[i, AHEAD_TWICE]
             put(out, i, STAGE_T,
-                extrapolated_stress(s, change, ahead, rows[i, ZN], rows[i, ZT], rows[i, V], rows[i, M]))  # fmt: skip
-        put(out, i, GT, product(lane_sums(of_s), inverse))
+                extrapolated_stress(s, change, dt_2, rows[i, ZN], rows[i, ZT], rows[i, V], rows[i, M]))  # fmt: skip
+        put(out, i, GT, product(lane_sums(s_sum), inverse))

@@ -108,9 +108,9 @@ class Riemann:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        own = ("previous_density_rate",) if self.corrected_variant else ()
-        own = (*own, "density_correction") if self.corrects_density else own
-        return (*own, "torque_residual") if self.angular_momentum else own
+        names = ("previous_density_rate",) if self.corrected_variant else ()
+        names = (*names, "density_correction") if self.corrects_density else names
+        return (*names, "torque_residual") if self.angular_momentum else names
 
     @property
     def varies_smoothing(self) -> bool:
@@ -143,18 +143,18 @@ class Riemann:
     def options(self, *templates: PythonFunction) -> Options:
         """Return the options, 0 or 1, that the templates use."""
         used = {name for template in templates for name in template.__code__.co_names}
-        return {name: int(getattr(self, of)) for name, of in OPTIONS.items() if name in used}
+        return {name: int(getattr(self, attribute)) for name, attribute in OPTIONS.items() if name in used}
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: neighbourhood data of each row, then Riemann problems."""
-        of_pairs = self.options(riemann.accumulate, *riemann.PARTS) | {"share": self.reconstruction.share}
+        law_options = self.options(riemann.accumulate, *riemann.PARTS) | {"share": self.reconstruction.share}
         if self.single:
-            of_pairs["limited_shares"] = limited_shares_of_ratios
+            law_options["limited_shares"] = limited_shares_of_ratios
         row = self.layout(dim)
         flux = Pass(
             riemann.accumulate,
             riemann_row.pair_layout(row),
-            of_pairs,
+            law_options,
             riemann.PARTS,
             density_rate=self.corrected_variant,
             corrects_density=self.corrects_density,
@@ -188,19 +188,19 @@ class Riemann:
     def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
         """Store the surface normals of this evaluation in the rows for the next one."""
         if self.self_contact:
-            at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
-            missing = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
+            slots, count, dim = pairs.slots, len(lengths), pairs.layout.dim
+            normals = pairs.sorted[pairs.place[:count], slots["N_SURFACE"] : slots["N_SURFACE"] + dim]
             deficit = variable_resolution.kernel_deficit(self.kernel, self.h_over_dx, dim)[0]
             size = lengths / (deficit * pairs.unit)  # 1 in the layer under a flat face
-            pairs.rows[:, at["N_PREVIOUS"] : at["N_PREVIOUS"] + dim] = missing * size[:, None]
+            pairs.rows[:, slots["N_PREVIOUS"] : slots["N_PREVIOUS"] + dim] = normals * size[:, None]
 
     def layout(self, dim: int) -> RowLayout:
         return riemann_row.row_layout(dim, lambda option: bool(getattr(self, option)))
 
     def coefficients(self) -> np.ndarray:
         """Return the inverse kernel width, the friction coefficient, and depths for different spacings."""
-        further = variable_resolution.depths(self.kernel, self.h_over_dx) if self.has_unequal_spacings else ()
-        return np.array([1.0 / self.kernel.width, self.friction, *further])
+        depths = variable_resolution.depths(self.kernel, self.h_over_dx) if self.has_unequal_spacings else ()
+        return np.array([1.0 / self.kernel.width, self.friction, *depths])
 
     def pack(self, dim: int) -> tuple[PythonFunction, Options]:
         return _pack, self.options(_pack)
@@ -263,9 +263,9 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     if AXISYMMETRIC and DENSITY_CORRECTION:
         rows[s, REST_AREA] = rows[s, V] * max(rho / limits.at_rest, SECTION_RATIO_MIN) / (rows[s, H] * rows[s, H])
     if ANISOTROPIC:
-        square, lost = rho * c * rho * c, 1.0 if limits.failed else 0.0
-        of_liquid = plane_components((lost * square, lost * square, lost * square, 0.0, 0.0, 0.0), DIM)
-        put(rows, s, Z_SQUARED, add(multiply(1.0 - lost, own_symmetric(rows, s, Z_SQUARED, DIM)), of_liquid))
+        square, failure = rho * c * rho * c, 1.0 if limits.failed else 0.0
+        liquid = plane_components((failure * square, failure * square, failure * square, 0.0, 0.0, 0.0), DIM)
+        put(rows, s, Z_SQUARED, add(multiply(1.0 - failure, own_symmetric(rows, s, Z_SQUARED, DIM)), liquid))
     if limits.failed:
         rows[s, ZN] = rho * c
         rows[s, ZT] = SHEAR_IMPEDANCE_MIN * rho * c

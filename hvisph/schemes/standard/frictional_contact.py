@@ -52,25 +52,25 @@ class SeparatingContact:
                    "turns": turns}  # fmt: skip
         layout = riemann_row.row_layout(dim, lambda option: options.get(option, False))
         common = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unequal_spacings)}
-        read = riemann_row.pair_layout(layout)
+        pair_row = riemann_row.pair_layout(layout)
         passes = [
-            Pass(riemann_row.gradients, read, common, (contact_normal.is_other_body,), into_rows=True),
+            Pass(riemann_row.gradients, pair_row, common, (contact_normal.is_other_body,), into_rows=True),
             *riemann_row.contact_passes(layout, kernel, unequal_spacings),
-            Pass(riemann.accumulate, read,
+            Pass(riemann.accumulate, pair_row,
                  common | rigid | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1,
                                    "AXISYMMETRIC": int(axisymmetric), "ANGULAR_MOMENTUM": int(angular_momentum)},
                  riemann.PARTS, has_friction=True, axisymmetric=axisymmetric,
                  angular_momentum=angular_momentum or turns),
         ]  # fmt: skip
-        further = unlike_spacings.depths(kernel, h_over_dx) if unequal_spacings else ()
-        self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
+        depths = unlike_spacings.depths(kernel, h_over_dx) if unequal_spacings else ()
+        self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *depths]), positions, h, planes)
         self._selection = Selection(positions, kernel.reach * h)
         self._selection_halo: Halo | None = None
         self._packed = np.zeros((0, layout.used_width))  # nothing writes what passes make, which stays zero
         self.renumber(bodies)
         self._spins = SIZE["axial"][dim - 1] if angular_momentum or turns else 0
         self._clears_spin = turns and not angular_momentum  # the standard law writes no rate of spin
-        self._compiled: tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]] | None = None
+        self._loops: tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
     def renumber(self, bodies: np.ndarray) -> None:
@@ -79,90 +79,90 @@ class SeparatingContact:
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self._pairs.halo = halo_for(self._pairs.layout)
-        self._selection_halo = halo_for(_places(self._pairs.layout.dim))
+        self._selection_halo = halo_for(_selection_layout(self._pairs.layout.dim))
 
     def _select(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the indices of particles near another body, and of those near one of these."""
         if self._selection_halo is None:
             return self._selection.near_other_bodies(rows, self._bodies, reach)
-        dim, own = self._pairs.layout.dim, len(rows)
-        places = np.zeros((own, _places(dim).used_width))
-        places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
+        dim, count = self._pairs.layout.dim, len(rows)
+        table = np.zeros((count, _selection_layout(dim).used_width))
+        table[:, :dim], table[:, dim] = rows[:, :dim], self._bodies
         # cells are selected by the content of cells up to two cells away
-        places, _ = self._selection_halo.append(places, numbers, 3.0 * reach)
-        near, beside = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
-        return near[near < own], beside[beside < own]
+        table, _ = self._selection_halo.append(table, numbers, 3.0 * reach)
+        near, others = self._selection.near_other_bodies(table, table[:, dim].astype(np.uint32), reach)
+        return near[near < count], others[others < count]
 
     def add(self, standard: Pairs, h: float) -> None:
         """Add the contact rates to those of the `standard` law; `h` is the largest smoothing length [m]."""
         rows, numbers, rates = standard.rows, standard.numbers, standard.rates
         if self._clears_spin:
             rates[:, sums_of_pairs.slots(self._pairs.layout.dim)["R_SPIN"] :] = 0.0
-        meeting, beside = self._select(rows, numbers, self._pairs.kernel.reach * h)
-        chosen = np.concatenate([meeting, beside])
-        if not (len(chosen) if self._selection_halo is None else self._selection_halo.any_process(len(chosen) > 0)):
+        contacts, others = self._select(rows, numbers, self._pairs.kernel.reach * h)
+        indices = np.concatenate([contacts, others])
+        if not (len(indices) if self._selection_halo is None else self._selection_halo.any_process(len(indices) > 0)):
             return
-        if len(self._packed) < len(chosen):
-            self._packed = np.zeros((len(chosen) + len(chosen) // 4, self._pairs.layout.used_width))
-        packed = self._packed[: len(chosen)]
-        if self._compiled is None:
-            self._compiled = self._bind(standard.slots)
-        pack, add, taken = self._compiled
-        pack(len(chosen), rows, chosen, taken, packed)
-        self._pairs.rows, self._pairs.numbers = packed, numbers[chosen].astype(np.uint64)
-        self._pairs.evaluate(h, len(meeting))
-        add(len(meeting), self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
+        if len(self._packed) < len(indices):
+            self._packed = np.zeros((len(indices) + len(indices) // 4, self._pairs.layout.used_width))
+        packed = self._packed[: len(indices)]
+        if self._loops is None:
+            self._loops = self._bind(standard.slots)
+        pack, add, slots = self._loops
+        pack(len(indices), rows, indices, slots, packed)
+        self._pairs.rows, self._pairs.numbers = packed, numbers[indices].astype(np.uint64)
+        self._pairs.evaluate(h, len(contacts))
+        add(len(contacts), self._pairs.rates, self._pairs.place, contacts, standard.place, rates)
 
     def _bind(self, slots: dict[str, int]) -> tuple[CompiledFunction, CompiledFunction, tuple[np.ndarray, np.ndarray]]:
         """Return the passes that pack and add, and the common slots of both laws."""
-        to, dim = self._pairs.slots, self._pairs.layout.dim
+        target, dim = self._pairs.slots, self._pairs.layout.dim
         widths = {"X": dim, "U": dim, "T": self._stress, "H": 1, "ZN": 1, "ZT": 1, "BODY": 1}
-        widths |= {name: width for name, width in (("RING", 1), ("TURN_RATE", self._spins)) if name in to}
-        same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
-        named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
-        pack = particle_loop(bind(contact_rows, named, to), short=True)
+        widths |= {name: width for name, width in (("RING", 1), ("TURN_RATE", self._spins)) if name in target}
+        pairs = [(target[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
+        columns = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
+        pack = particle_loop(bind(contact_rows, columns, target), short=True)
         options = {"DIM": dim, "ANGULAR_MOMENTUM": self._spins}
         add = particle_loop(bind(add_contact, options, sums_of_pairs.slots(dim)), short=True)
-        taken = np.array(same, np.uint64).T.copy()
-        return pack, add, (taken[0], taken[1])
+        table = np.array(pairs, np.uint64).T.copy()
+        return pack, add, (table[0], table[1])
 
 
-def _places(dim: int) -> RowLayout:
+def _selection_layout(dim: int) -> RowLayout:
     """Return the row layout of the selection of particles near another body."""
     return RowLayout(dim, (("x", "vector"), ("body", "scalar")))
 
 
-def contact_rows(k, rows, chosen, taken, packed):
-    """Pack the rows of the `chosen` particles for contact (template).
+def contact_rows(k, rows, indices, slots, packed):
+    """Pack the rows of the particles `indices` for contact (template).
 
-    `taken`: slots of contact, and those of the standard law with the same content. The STRESSES stresses from T on are
+    `slots`: slots of contact, and those of the standard law with the same content. The STRESSES stresses from T on are
     multiplied by rho^2; a particle without mass receives the mass 1.
     """
-    to, of = taken
-    i = np.uint64(chosen[k])
-    fetch_row(rows, np.uint64(chosen[min(k + np.uint64(AHEAD), np.uint64(chosen.shape[0] - 1))]), 0, rows.shape[1])
+    target, source = slots
+    i = np.uint64(indices[k])
+    fetch_row(rows, np.uint64(indices[min(k + np.uint64(AHEAD), np.uint64(indices.shape[0] - 1))]), 0, rows.shape[1])
     rho, mass = rows[i, OF_RHO], rows[i, OF_M]
-    for f in range(np.uint64(to.shape[0])):
-        packed[k, np.uint64(to[f])] = rows[i, np.uint64(of[f])]
+    for f in range(np.uint64(target.shape[0])):
+        packed[k, np.uint64(target[f])] = rows[i, np.uint64(source[f])]
     for f in range(np.uint64(T), np.uint64(T + STRESSES)):
         packed[k, f] *= rho * rho
     packed[k, V] = mass * (1.0 / rho)
     packed[k, M] = mass if mass > 0.0 else 1.0
 
 
-def add_contact(k, contact_rates, place, chosen, of_standard, rates):
+def add_contact(k, contact_rates, place, indices, standard_place, rates):
     """Add the rates of contact, `contact_rates`, to those of standard SPH (template).
 
     Exceptions: of |mu| the larger value remains, and the heat of slip is that of contact. ANGULAR_MOMENTUM is the
-    number of components of the spin rate. `place` and `of_standard`: row of the rates of each chosen particle in
+    number of components of the spin rate. `place` and `standard_place`: row of the rates of each chosen particle in
     `contact_rates`, and of each particle in `rates`.
     """
-    standard, at = np.uint64(of_standard[np.uint64(chosen[k])]), np.uint64(place[k])
-    before, closing = rates[standard, R_APPROACH], contact_rates[at, R_APPROACH]
+    row, k_contact = np.uint64(standard_place[np.uint64(indices[k])]), np.uint64(place[k])
+    approach, closing = rates[row, R_APPROACH], contact_rates[k_contact, R_APPROACH]
     for f in range(np.uint64(R_GRADIENT + DIM * DIM)):
-        rates[standard, f] += contact_rates[at, f]
+        rates[row, f] += contact_rates[k_contact, f]
     for f in range(np.uint64(R_SPIN), np.uint64(R_SPIN + ANGULAR_MOMENTUM)):
-        rates[standard, f] += contact_rates[at, f]
+        rates[row, f] += contact_rates[k_contact, f]
     # NaN must remain NaN
-    rates[standard, R_APPROACH] = before if before > closing or before != before else closing
-    rates[standard, R_SLIP] = contact_rates[at, R_SLIP]
+    rates[row, R_APPROACH] = approach if approach > closing or approach != approach else closing
+    rates[row, R_SLIP] = contact_rates[k_contact, R_SLIP]

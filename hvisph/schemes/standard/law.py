@@ -100,12 +100,12 @@ X_REST = U_REST = 0  # slots of what rounding takes of position and velocity, in
 LEVEL = 1e-3  # a component of x_ab below this share of the distance is not tested: the plain gradient has next to none
 
 
-def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:
+def row_layout(dim: int, artificial_stress: bool, extra: tuple[tuple[str, str], ...] = ()) -> RowLayout:
     """Return the layout of the particle data that pairs read; T is sigma/rho^2, R the artificial stress."""
     return RowLayout(dim, select_fields(("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho",
     "scalar"),
                                 ("c", "scalar"), ("t", "symmetric"), artificial_stress and ("r", "symmetric"),
-                                *more))  # fmt: skip
+                                *extra))  # fmt: skip
 
 
 def safeguard(factor: float) -> np.ndarray:
@@ -120,34 +120,34 @@ def is_not_negative(x):
 
 
 @inline
-def margin(own, others, plain, factor, distance, level):
+def margin(gradient_a, gradient_b, plain, factor, distance, level):
     """Return a number below 0 where a ratio to `plain` is above factor or below 1/factor, not so elsewhere.
 
     It is large where the component is not tested: where the `distance` along it, x_a - x_b, is below `level`.
     """
     square = plain * plain
-    low = min(own * plain, others * plain)
-    high = max(own * plain, others * plain)
+    low = min(gradient_a * plain, gradient_b * plain)
+    high = max(gradient_a * plain, gradient_b * plain)
     return min(factor * square - high, factor * low - square) + max((level - abs(distance)) * HUGE, 0.0)
 
 
 @inline
-def correction_margin(own, others, plain, dx, r, factor, level):
+def correction_margin(gradient_a, gradient_b, plain, dx, r, factor, level):
     """Return a number below 0 where a corrected gradient is too unlike the `plain` one, in length or along the pair."""
-    along_pair = margin(dot(own, dx), dot(others, dx), dot(plain, dx), factor, r, level)
-    longest = factor * factor * dot(plain, plain) - max(dot(own, own), dot(others, others))
+    along_pair = margin(dot(gradient_a, dx), dot(gradient_b, dx), dot(plain, dx), factor, r, level)
+    longest = factor * factor * dot(plain, plain) - max(dot(gradient_a, gradient_a), dot(gradient_b, gradient_b))
     return min(along_pair, longest + max((level - r) * HUGE, 0.0))
 
 
 @inline
-def correction_margin_by_component(own, others, plain, dx, r, factor, level):
+def correction_margin_by_component(gradient_a, gradient_b, plain, dx, r, factor, level):
     """Return the same where any component is too unlike."""
-    least = margin(own[0], others[0], plain[0], factor, dx[0], level)
+    minimum = margin(gradient_a[0], gradient_b[0], plain[0], factor, dx[0], level)
     if len(dx) > 1:
-        least = min(least, margin(own[1], others[1], plain[1], factor, dx[1], level))
+        minimum = min(minimum, margin(gradient_a[1], gradient_b[1], plain[1], factor, dx[1], level))
     if len(dx) > 2:
-        least = min(least, margin(own[2], others[2], plain[2], factor, dx[2], level))
-    return least
+        minimum = min(minimum, margin(gradient_a[2], gradient_b[2], plain[2], factor, dx[2], level))
+    return minimum
 
 
 @inline
@@ -157,7 +157,7 @@ def turning_kept(l, moment):
     return add(l, product(spin_gradient(dot_rows(inverse, axial_curl(l))), subtract(identity(l), matrix(moment))))
 
 
-def accumulate(near, n, rows, i, constants, out):
+def accumulate(indices, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     alpha, beta, inverse_w0 = constants[0], constants[1], constants[2]
     x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
@@ -177,10 +177,10 @@ def accumulate(near, n, rows, i, constants, out):
     inverse_ring = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
     a, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM:
-        spin_sum, whole = broadcast(no_axial(DIM)), add(matrix(t), spin_gradient(own_axial(rows, i, SPIN_STRESS, DIM)))
+        spin_sum, stress = broadcast(no_axial(DIM)), add(matrix(t), spin_gradient(own_axial(rows, i, SPIN_STRESS, DIM)))
     density_rate = power = mu_max = plain = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = exact_difference(x, exact_vector(b, 0, X_REST, DIM), DIM)
         du = exact_difference(u, exact_vector(b, U, U_REST, DIM), DIM)
         r2, ur = dot(dx, dx), dot(du, dx)
@@ -214,18 +214,18 @@ def accumulate(near, n, rows, i, constants, out):
         g = o = mean = multiply(f, dx)
         if CORRECTED:
             kernel = norm * hm * shape(q)
-            own_g = add(dot_rows(own_matrix, g), multiply(kernel, own_shift))
-            others = subtract(dot_rows(gradient(b, A, DIM), g), multiply(kernel, vector(b, B, DIM)))
-            kept = is_not_negative(correction_margin(own_g, others, g, dx, r, factor, share_of_r * r))
-            left = 1.0 - kept
-            plain += left
-            g, o = add(multiply(kept, own_g), multiply(left, g)), add(multiply(kept, others), multiply(left, g))
+            g_a = add(dot_rows(own_matrix, g), multiply(kernel, own_shift))
+            g_b = subtract(dot_rows(gradient(b, A, DIM), g), multiply(kernel, vector(b, B, DIM)))
+            share_c = is_not_negative(correction_margin(g_a, g_b, g, dx, r, factor, share_of_r * r))
+            share_p = 1.0 - share_c
+            plain += share_p
+            g, o = add(multiply(share_c, g_a), multiply(share_p, g)), add(multiply(share_c, g_b), multiply(share_p, g))
             mean = multiply(0.5, add(g, o))
-        own, other = symmetric_dot(t, g), symmetric_dot(symmetric(b, T, DIM), o)
+        term_a, term_b = symmetric_dot(t, g), symmetric_dot(symmetric(b, T, DIM), o)
         if ANGULAR_MOMENTUM:
-            own, other = dot_rows(whole, g), add(other, axial_cross(axial(b, SPIN_STRESS, DIM), o))
+            term_a, term_b = dot_rows(stress, g), add(term_b, axial_cross(axial(b, SPIN_STRESS, DIM), o))
         if PRODUCT:
-            own, other = multiply(rho * inverse_rho_b, own), multiply(rho_b * inverse_rho, other)
+            term_a, term_b = multiply(rho * inverse_rho_b, term_a), multiply(rho_b * inverse_rho, term_b)
         pair = multiply(-pi, mean)
         if ARTIFICIAL_STRESS:
             fw = shape(q) * inverse_w0
@@ -246,10 +246,10 @@ def accumulate(near, n, rows, i, constants, out):
             flow = twice_alpha * vf * (p - p_b) * (f * r) / (c + b[C])
             density_rate += flow
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
-        force, jump = add(add(own, pair), other), du
+        force, jump = add(add(term_a, pair), term_b), du
         if ANGULAR_MOMENTUM:
             spin_sum = add(
-                spin_sum, multiply(m, torque(dx, add(own, multiply(0.5, pair)) if ARTIFICIAL_STRESS else own))
+                spin_sum, multiply(m, torque(dx, add(term_a, multiply(0.5, pair)) if ARTIFICIAL_STRESS else term_a))
             )
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING], inverse_ring)
@@ -258,18 +258,18 @@ def accumulate(near, n, rows, i, constants, out):
         if ANGULAR_MOMENTUM or AXISYMMETRIC:
             moment = subtract(moment, symmetric_outer(multiply(vf * f, dx), dx))
         a = add(a, multiply(m, force))
-        power += m * dot(jump, add(own, multiply(0.5, pair)))
+        power += m * dot(jump, add(term_a, multiply(0.5, pair)))
         l = subtract(l, outer(multiply(vf, du), g))
     force, work, gradient_u = lane_sums(a), lane_sum(power), lane_sums(l)
     if AXISYMMETRIC:
         fullness = lane_sums(moment)
         gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
-        taken = hoop_share(radial_part(fullness)) * inverse_ring
-        hoop = ((1.0 - radial_part(fullness)) * radial_part(t) - rows[i, HOOP]) * rho * taken
+        hoop_factor = hoop_share(radial_part(fullness)) * inverse_ring
+        hoop = ((1.0 - radial_part(fullness)) * radial_part(t) - rows[i, HOOP]) * rho * hoop_factor
         if HYBRID:  # Total Lagrangian particles have this from their own pass
             hoop = hoop * (1.0 - rows[i, KIND])
         force, work = add_radial(force, hoop), work + hoop * radial_part(u)
-        hoop_rate = radial_part(u) * taken
+        hoop_rate = radial_part(u) * hoop_factor
         regularization = axis_regularization(gradient_u[-1], hoop_rate, rows[i, RING], h)
         gradient_u = add_last(gradient_u, regularization)
         out[i, R_HOOP] = hoop_rate - regularization

@@ -69,9 +69,9 @@ class Eulerian:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        own = self.viscosity.fields
-        own = (*own, "torque_residual") if self.angular_momentum else own
-        return (*own, "previous_density_rate") if self.density_rate else own
+        names = self.viscosity.fields
+        names = (*names, "torque_residual") if self.angular_momentum else names
+        return (*names, "previous_density_rate") if self.density_rate else names
 
     @property
     def density_rate(self) -> bool:
@@ -162,18 +162,18 @@ class Eulerian:
         return kernel_correction.row_layout(plain) if self.correction.acts else plain
 
     def _plain_layout(self, dim: int) -> RowLayout:
-        more = (("p", "scalar"),) if self.dissipation.acts else ()
+        extra = (("p", "scalar"),) if self.dissipation.acts else ()
         if self.viscosity.has_switch:
-            more = (*more, ("share", "scalar"))
+            extra = (*extra, ("share", "scalar"))
         if self.has_contact:
-            more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
+            extra = (*extra, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
         if self.angular_momentum:
-            more = (*more, ("spin_stress", "axial"))
+            extra = (*extra, ("spin_stress", "axial"))
         if self.turns:
-            more = (*more, ("turn_rate", "axial"))
+            extra = (*extra, ("turn_rate", "axial"))
         if self.axisymmetric:
-            more = (*more, ("ring", "radius"), ("hoop", "scalar"))
-        return standard.row_layout(dim, self.artificial_stress.acts, more)
+            extra = (*extra, ("ring", "radius"), ("hoop", "scalar"))
+        return standard.row_layout(dim, self.artificial_stress.acts, extra)
 
     def coefficients(self) -> np.ndarray:
         """Return alpha, beta, 1 / w(dx/h), eps, alpha_rho, s_min and C1 of the shares, then those of the correction."""
@@ -181,12 +181,12 @@ class Eulerian:
         return np.concatenate([plain, standard.safeguard(self.correction.factor)]) if self.correction.acts else plain
 
     def _plain_coefficients(self) -> np.ndarray:
-        at_spacing = self.kernel.shape.py_func(1.0 / self.h_over_dx)
+        value = self.kernel.shape.py_func(1.0 / self.h_over_dx)
         return np.array(
             [
                 self.viscosity.alpha,
                 self.viscosity.beta,
-                1.0 / at_spacing,
+                1.0 / value,
                 self.artificial_stress.eps,
                 self.dissipation.alpha,
                 *self.viscosity.relaxation,

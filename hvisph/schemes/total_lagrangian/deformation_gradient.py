@@ -58,8 +58,8 @@ CHUNK = 256
 @inline
 def equivalent_strain(f, hoop):
     """Return sqrt(2/3 E':E') of the Green-Lagrange strain; `hoop` is the stretch out of the plane."""
-    full = full_gradient(multiply(0.5, subtract(product(transpose(f), f), identity(f))))
-    e = symmetric_part(replace_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
+    grad = full_gradient(multiply(0.5, subtract(product(transpose(f), f), identity(f))))
+    e = symmetric_part(replace_zz(grad, grad[8] + 0.5 * (hoop * hoop - 1.0)))
     e = add_identity(e, (-1.0 / 3.0) * (e[0] + e[1] + e[2]))
     return np.sqrt((2.0 / 3.0) * double_dot(e, e))
 
@@ -84,22 +84,22 @@ def collect(motions, i, lists, sums, k):
 
     Displacement and velocity of a neighbour are lanes of one vector.
     """
-    starts, near, codes, kernels = lists
-    own = load_row_lanes(motions, np.uint64(i), MOTIONS)
-    of_slope, of_shape = multiply(0.0, outer(no_vector(DIM), own)), multiply(0.0, own)
+    starts, indices, codes, kernels = lists
+    motion = load_row_lanes(motions, np.uint64(i), MOTIONS)
+    slope_sum, shape_sum = multiply(0.0, outer(no_vector(DIM), motion)), multiply(0.0, motion)
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         code = np.uint64(codes[entry])
-        difference = subtract(load_row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
-        of_slope = add(of_slope, outer(own_vector(kernels, code, 0, DIM), difference))
-        of_shape = add(of_shape, multiply(kernels[code, DIM], difference))
-    put_row_lanes(sums, np.uint64(k), of_slope + of_shape)
+        difference = subtract(load_row_lanes(motions, np.uint64(indices[entry]), MOTIONS), motion)
+        slope_sum = add(slope_sum, outer(own_vector(kernels, code, 0, DIM), difference))
+        shape_sum = add(shape_sum, multiply(kernels[code, DIM], difference))
+    put_row_lanes(sums, np.uint64(k), slope_sum + shape_sum)
 
 
 def load_deformation(sums, k, i, corrections):
     """Return the deformation gradient of particle `i`, and its rate, from row `k` of what `collect` wrote."""
-    turned, shift = transpose(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
-    f = product(own_columns(sums, k, 0, STRIDE, DIM), turned)
-    rate = product(own_columns(sums, k, DIM, STRIDE, DIM), turned)
+    a_t, shift = transpose(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
+    f = product(own_columns(sums, k, 0, STRIDE, DIM), a_t)
+    rate = product(own_columns(sums, k, DIM, STRIDE, DIM), a_t)
     f = add(f, outer(own_vector(sums, k, SHAPED, DIM), shift))
     return add(f, identity(f)), add(rate, outer(own_vector(sums, k, RATE_SHAPED, DIM), shift))
 
@@ -111,33 +111,33 @@ def show(rows, i, stress, f, j, inverse, corrections):
     if MIXED:
         put(rows, i, QW, dot_rows(stress, b))
     if PRINTED:
-        turned = transpose(inverse)
-        put(rows, i, N, product(turned, a))
-        put(rows, i, NW, dot_rows(turned, b))
+        inverse_t = transpose(inverse)
+        put(rows, i, N, product(inverse_t, a))
+        put(rows, i, NW, dot_rows(inverse_t, b))
         rows[i, IJ] = 1.0 / j
     if HOURGLASS:
         put(rows, i, EF, multiply(rows[i, EM], f))
 
 
-def deform_lanes(rows, particles, common, sums, corrections, materials, ahead, results, rates):
+def deform_lanes(rows, particles, group, sums, corrections, materials, numbers, results, rates):
     """Deform LANES particles of one material, all Total Lagrangian or all Eulerian (template).
 
-    `common`: their material, and whether they are Total Lagrangian
+    `group`: their material, and whether they are Total Lagrangian
     `sums`: their neighbour sums by `collect`
     Others as of `deform`, restricted to these particles; `particles` without tags.
     """
-    m, tied = common
-    state, volume, loads, swellings, before = particles
+    m, tied = group
+    state, volume, loads, swellings, f_start = particles
     table, models, moduli = materials
-    stage, signal_alpha, courant = ahead
+    stage, signal_alpha, courant = numbers
     jacobians, strains, latest, pressures, signals = results
     i = np.uint64(0)  # arrays represent the rows of all lanes: the index has no effect
     f, rate = load_deformation(sums, i, i, corrections)
-    of_list = determinant(f)
-    section = swellings[i] * of_list
+    det_f = determinant(f)
+    section = swellings[i] * det_f
     stretch = rows[i, RING] / rows[i, RING0] if AXISYMMETRIC else 1.0
     j = section * stretch
-    inverse = multiply(1.0 / of_list, adjugate(f))
+    inverse = multiply(1.0 / det_f, adjugate(f))
     strain = equivalent_strain(f, stretch)
     jacobians[i], strains[i] = j, strain
     if RENEWS:
@@ -148,15 +148,15 @@ def deform_lanes(rows, particles, common, sums, corrections, materials, ahead, r
             rows[i, EM] = 0.0
     if tied:
         if RENEWS:
-            before_it = before[i, DIM * DIM] if AXISYMMETRIC else 1.0
-            strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)), stretch * before_it)
+            hoop_start = f_start[i, DIM * DIM] if AXISYMMETRIC else 1.0
+            strains[i] = equivalent_strain(product(f, own_gradient(f_start, i, 0, DIM)), stretch * hoop_start)
         l = product(rate, inverse)
         put(rates, i, R_GRADIENT, l)
-        full, swelling = full_gradient(l), divergence(l)
+        grad, swelling = full_gradient(l), divergence(l)
         if AXISYMMETRIC:
             hoop = rows[i, U + 1] / rows[i, RING]
             rates[i, R_HOOP] = hoop
-            full, swelling = replace_zz(full, hoop), swelling + hoop
+            grad, swelling = replace_zz(grad, hoop), swelling + hoop
         # mass over volume, both of the section if axisymmetric
         rho = rows[i, M] / (volume[i] * section)
         history = state[i, S_HISTORY_VARIABLE] if HAS_HISTORY else 1.0
@@ -164,11 +164,11 @@ def deform_lanes(rows, particles, common, sums, corrections, materials, ahead, r
         if FRACTURES:
             p = softened_pressure(p, state[i, S_DAMAGE], state[i, S_ONSET_TENSION])
         shear = shear_modulus(table, models, m, rho, rows[i, E], p)
-        shrunk = courant * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
-        signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)
+        factor = courant * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
+        signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(factor, 1.0)
         pressures[i] = p
         rows[i, RHO] = rho
-        rows[i, C] = shear_share(full) * c if REDUCES_SHEAR_VISCOSITY else c
+        rows[i, C] = shear_share(grad) * c if REDUCES_SHEAR_VISCOSITY else c
         state[i, S_DENSITY] = rho * growth_factor(stage * swelling)
     pressure = pressures[i] + loads[i]
     sigma = add_identity(own_symmetric(rows, i, S, DIM), -pressure)
@@ -177,16 +177,16 @@ def deform_lanes(rows, particles, common, sums, corrections, materials, ahead, r
     if AXISYMMETRIC:
         if tied:
             hoop_stress = section * (-rows[i, S] - rows[i, S + 1] - pressure)
-            left = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
-            held = (left * stress[DIM * DIM - 1] - hoop_stress) * volume[i] / (rows[i, M] * rows[i, RING])
-            rates[i, R_ACCELERATION + 1] = held
-            rates[i, R_POWER] = -held * rows[i, U + 1]
+            share = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
+            hoop_force = (share * stress[DIM * DIM - 1] - hoop_stress) * volume[i] / (rows[i, M] * rows[i, RING])
+            rates[i, R_ACCELERATION + 1] = hoop_force
+            rates[i, R_POWER] = -hoop_force * rows[i, U + 1]
     else:
         rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
 
 
 def deform(
-    chunk, count, rows, motions, active, eulerian, particles, lists, corrections, materials, ahead, results, rates
+    chunk, count, rows, motions, active, eulerian, particles, lists, corrections, materials, numbers, results, rates
 ):
     """Compute the deformation of the `active` particles of a chunk (template).
 
@@ -205,50 +205,50 @@ def deform(
     `lists`: of the reference neighbours: starts, near, codes, kernels
     `corrections`: theirs, a row a particle: A, B, F0
     `materials`: table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material
-    `ahead`: time of the stage after the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at rest
+    `numbers`: time of the stage after the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at rest
       is stable up to nearly 1, so that its spacings may shrink to this share before they limit the step
     `results`: arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
       Lagrangian particles pressure [Pa] and signal speed [m/s]
     `rates`: (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that meet
       no Eulerian ones the power of their own stress; if axisymmetric, the hoop force and its power
     """
-    state, tags, volume, loads, swellings, before = particles
+    state, tags, volume, loads, swellings, f_start = particles
     a, b, start = corrections
     jacobians, strains, latest, pressures, signals = results
     first = chunk * np.uint64(CHUNK)
     end = min(first + np.uint64(CHUNK), count)
-    keys, found = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
-    sums, of_lane = np.empty((LANES, SUMS)), np.empty(LANES, np.uint32)
+    keys, index = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
+    sums, lane_index = np.empty((LANES, SUMS)), np.empty(LANES, np.uint32)
     for i in range(first, end):
-        own = np.uint64(2) * np.uint64(tags[i, 2]) + np.uint64(eulerian[i] == 0)
-        keys[i - first] = own if active[i] != 0 else np.uint64(NONE)
+        number = np.uint64(2) * np.uint64(tags[i, 2]) + np.uint64(eulerian[i] == 0)
+        keys[i - first] = number if active[i] != 0 else np.uint64(NONE)
     key = np.uint64(0)
     while key != np.uint64(NONE):
-        n, above = list_equal_keys(keys, end - first, first, key, found)
+        n, next_key = list_equal_keys(keys, end - first, first, key, index)
         for k in range(np.uint64(0), n, np.uint64(LANES)):
             for lane in range(np.uint64(LANES)):
-                of_lane[lane] = min(lane, n - k - np.uint64(1))
+                lane_index[lane] = min(lane, n - k - np.uint64(1))
                 if k + lane < n:
-                    own = np.uint64(found[k + lane])
-                    fetch_row(rows, own, 0, ROW)
-                    fetch_row(rates, own, 0, rates.shape[1])
-                    fetch_row(a, own, 0, DIM * DIM)
-                    fetch_row(b, own, 0, DIM)
-                    fetch(state, own, np.uint64(S_DENSITY))
-                    collect(motions, own, lists, sums, lane)
+                    number = np.uint64(index[k + lane])
+                    fetch_row(rows, number, 0, ROW)
+                    fetch_row(rates, number, 0, rates.shape[1])
+                    fetch_row(a, number, 0, DIM * DIM)
+                    fetch_row(b, number, 0, DIM)
+                    fetch(state, number, np.uint64(S_DENSITY))
+                    collect(motions, number, lists, sums, lane)
             deform_lanes(
-                gather(rows, found, k),
-                (gather(state, found, k), gather(volume, found, k), gather(loads, found, k),
-                 gather(swellings, found, k), gather(before, found, k)),
-                (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), gather(sums, of_lane, np.uint64(0)),
-                (gather(a, found, k), gather(b, found, k), gather(start, found, k)), materials, ahead,
-                (gather(jacobians, found, k), gather(strains, found, k), gather(latest, found, k),
-                 gather(pressures, found, k), gather(signals, found, k)), gather(rates, found, k))  # fmt: skip
-        key = above
+                gather(rows, index, k),
+                (gather(state, index, k), gather(volume, index, k), gather(loads, index, k),
+                 gather(swellings, index, k), gather(f_start, index, k)),
+                (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), gather(sums, lane_index, np.uint64(0)),
+                (gather(a, index, k), gather(b, index, k), gather(start, index, k)), materials, numbers,
+                (gather(jacobians, index, k), gather(strains, index, k), gather(latest, index, k),
+                 gather(pressures, index, k), gather(signals, index, k)), gather(rates, index, k))  # fmt: skip
+        key = next_key
 
 
-def map_particles(k, chosen, motions, lists, corrections, maps):
+def map_particles(k, indices, motions, lists, corrections, maps):
     """Write F of the particle chosen[k] by its present list into row `k` of `maps` (template)."""
-    i, sums = np.uint64(chosen[k]), np.empty((1, SUMS))
+    i, sums = np.uint64(indices[k]), np.empty((1, SUMS))
     collect(motions, i, lists, sums, np.uint64(0))
     put(maps, k, 0, load_deformation(sums, np.uint64(0), i, corrections)[0])

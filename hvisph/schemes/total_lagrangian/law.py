@@ -56,29 +56,29 @@ def row_layout(
     and EF = EM F to hourglass control, RING and RING0, the radius now and in the reference, to rings. Those after them
     are the particle's own.
     """
-    read = select_fields(
+    pair_fields = select_fields(
         ("x", "vector"), ("u", "vector"), hourglass and ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"),
         ("c", "scalar"), ("q", "gradient"), mixed and ("qw", "vector"),
         printed_viscosity and ("n", "gradient"), printed_viscosity and ("nw", "vector"),
         printed_viscosity and ("ij", "scalar"), hourglass and ("ef", "gradient"), hourglass and ("em", "scalar"),
         axisymmetric and ("ring", "radius"), axisymmetric and ("ring0", "radius"), ("kind", "scalar"),
     )  # fmt: skip
-    own = select_fields(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
-    return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used_width
+    rest = select_fields(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
+    return RowLayout(dim, (*pair_fields, *rest)), RowLayout(dim, pair_fields).used_width
 
 
-def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass, ih, rates):
-    """Sum forces and powers over the neighbours of particle `i`, if active[i] equals `which` (template).
+def accumulate(i, rows, active, group, volume, lists, sums, viscosity, hourglass, ih, rates):
+    """Sum forces and powers over the neighbours of particle `i`, if active[i] equals `group` (template).
 
     Parameters: those of `deform` and of `sph.neighbours.reference_neighbours` (`sums`: first and zeroth), alpha and
     beta of the viscosity, the hourglass coefficient, 1/h [1/m]. `rates` receives acceleration, power and largest |mu|.
     The particle's own stress is summed pair by pair (BY_PAIRS) beside Eulerian neighbours (COUPLED) and in
     axisymmetric cases; otherwise as a whole, with the power of `deform`.
     """
-    starts, near, codes, kernels = lists
+    starts, indices, codes, kernels = lists
     first_sums, zeroth_sums = sums
     alpha, beta = viscosity
-    if active[i] != which:
+    if active[i] != group:
         return
     x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
     kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
@@ -89,7 +89,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         n, nw, ij = own_gradient(rows, i, N, DIM), own_vector(rows, i, NW, DIM), rows[i, IJ]
     if HOURGLASS:
         x0 = own_vector(rows, i, X0, DIM)
-        own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
+        ef, em = own_gradient(rows, i, EF, DIM), rows[i, EM]
     inverse_rho0 = volume[i] / rows[i, M]  # all of the reference density of its neighbours: they are of one body
     if AXISYMMETRIC:
         inverse_rho0 *= rows[i, RING0] / rows[i, RING]
@@ -98,17 +98,17 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
     a, power, mu_max = broadcast(no_vector(DIM)), broadcast_lanes(0.0), broadcast_lanes(0.0)
     for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
         if DIM > 2:  # flat bodies find them in a cache
-            fetch_rows(rows, near, k + np.uint64(AHEAD), WIDTH if COUPLED else WIDTH - 1)
-        b = neighbours(rows, near, k, WIDTH)
+            fetch_rows(rows, indices, k + np.uint64(AHEAD), WIDTH if COUPLED else WIDTH - 1)
+        b = neighbours(rows, indices, k, WIDTH)
         dx, du = subtract(x, vector(b, 0, DIM)), subtract(u, vector(b, U, DIM))
         r2, ur = dot(dx, dx), dot(du, dx)
         kernel = neighbours(kernels, codes, k, WEIGHTS)
         g = vector(kernel, 0, DIM)
-        other = dot_rows(gradient(b, Q, DIM), g)
+        term_b = dot_rows(gradient(b, Q, DIM), g)
         if MIXED or HOURGLASS or PRINTED:
             w = kernel[DIM]
         if MIXED:
-            other = subtract(other, multiply(w, vector(b, QW, DIM)))
+            term_b = subtract(term_b, multiply(w, vector(b, QW, DIM)))
         # What belongs to the pair, with half of its work for each side.
         r = np.sqrt(r2)
         soft = r2 + SOFTENING * h * h
@@ -118,52 +118,52 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         mu_max = elementwise_max(mu_max, -mu)
         pi = monaghan(mu, alpha, beta, c + b[C], inverse * r * soft)
         if PRINTED:
-            both = add(multiply(b[IJ], n), multiply(ij, gradient(b, N, DIM)))
-            both_w = subtract(multiply(b[IJ], nw), multiply(ij, vector(b, NW, DIM)))
-            pair = multiply(-0.5 * pi / (inverse_rho0 * inverse_rho0), add(dot_rows(both, g), multiply(w, both_w)))
+            n_sum = add(multiply(b[IJ], n), multiply(ij, gradient(b, N, DIM)))
+            nw_sum = subtract(multiply(b[IJ], nw), multiply(ij, vector(b, NW, DIM)))
+            pair = multiply(-0.5 * pi / (inverse_rho0 * inverse_rho0), add(dot_rows(n_sum, g), multiply(w, nw_sum)))
         else:
             gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
             pair = multiply(-pi * b[M] * gradient_r / inverse_rho0, dx)
         jump = du
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING0], inverse_ring0)
-            other = multiply(weight, other)
+            term_b = multiply(weight, term_b)
             # image over the axis: the radial work of the two real particles
             jump = axisymmetric_jump(du, radial_part(u), b[U + 1], real)
             if PRINTED:
                 pair = multiply(weight, pair)
             else:  # of the viscosity that of a mirror
-                now = mirror_weight(b[RING], inverse_ring)[0]
-                pair = multiply(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
+                ring_weight = mirror_weight(b[RING], inverse_ring)[0]
+                pair = multiply(ring_weight + (1.0 - real) * (1.0 - 2.0 * ring_weight), pair)
                 closing = (1.0 - real) * (radial_part(du) - radial_part(jump))
-                mirrored = 0.5 * closing * radial_part(pair)
+                image_power = 0.5 * closing * radial_part(pair)
         if HOURGLASS:
             # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
             # the sides comes first; the remainder is then rounded equally on both sides.
-            from_b = subtract(x0, vector(b, X0, DIM))
-            predicted = dot_rows(add(own_ef, gradient(b, EF, DIM)), from_b)
-            error = dot(subtract(predicted, multiply(own_modulus + b[EM], dx)), dx)
+            dx0 = subtract(x0, vector(b, X0, DIM))
+            prediction = dot_rows(add(ef, gradient(b, EF, DIM)), dx0)
+            error = dot(subtract(prediction, multiply(em + b[EM], dx)), dx)
             # the far row has an infinite distance and w = 0
-            strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
+            strength = 0.5 * hourglass * w * error / (dot(dx0, dx0) * r2)
             if AXISYMMETRIC:
                 strength = strength * weight
             pair = add(pair, multiply(strength, dx))
         if BY_PAIRS:
             share = 0.5 * (kind + b[KIND]) * inverse_rho0 if COUPLED else broadcast_lanes(inverse_rho0)
-            own = dot_rows(q, g)
+            term_a = dot_rows(q, g)
             if MIXED:
-                own = add(own, multiply(w, qw))
+                term_a = add(term_a, multiply(w, qw))
             if AXISYMMETRIC:
-                own = multiply(weight, own)
-            force = add(add(own, other), pair)
+                term_a = multiply(weight, term_a)
+            force = add(add(term_a, term_b), pair)
             if AXISYMMETRIC:
                 force = scale_radial(force, real, 1.0)
             a = add(a, multiply(share, force))
-            power += share * dot(jump, add(own, multiply(0.5, pair)))
+            power += share * dot(jump, add(term_a, multiply(0.5, pair)))
             if AXISYMMETRIC and not PRINTED:
-                power += share * mirrored
+                power += share * image_power
         else:
-            a = add(a, add(other, pair))
+            a = add(a, add(term_b, pair))
             power += dot(du, pair)
     if AXISYMMETRIC:
         put(rates, i, R_ACCELERATION, add(own_vector(rates, i, R_ACCELERATION, DIM), lane_sums(a)))
@@ -172,9 +172,9 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         put(rates, i, R_ACCELERATION, lane_sums(a))
         rates[i, R_POWER] = -lane_sum(power)
     else:
-        whole = add(lane_sums(a), dot_rows(q, own_vector(first_sums, i, 0, DIM)))
+        total = add(lane_sums(a), dot_rows(q, own_vector(first_sums, i, 0, DIM)))
         if MIXED:
-            whole = add(whole, multiply(zeroth_sums[i], qw))
-        put(rates, i, R_ACCELERATION, multiply(inverse_rho0, whole))
+            total = add(total, multiply(zeroth_sums[i], qw))
+        put(rates, i, R_ACCELERATION, multiply(inverse_rho0, total))
         rates[i, R_POWER] -= 0.5 * inverse_rho0 * lane_sum(power)
     rates[i, R_APPROACH] = lane_max(mu_max)

@@ -41,12 +41,12 @@ class ReferenceChanges:
     h: float
     loose: np.ndarray
     swellings: np.ndarray
-    before: np.ndarray
+    f_start: np.ndarray
     volume: np.ndarray
     alone: np.ndarray
     latest: np.ndarray
     materials: list[Material]
-    _held: list[tuple[float, str, int]]
+    _hourglass_limits: list[tuple[float, str, int]]
     _numbers: np.ndarray
     _loops: Loops
     _moduli: np.ndarray
@@ -67,9 +67,9 @@ class ReferenceChanges:
         """Return the maximum of each float over all processes."""
         return values if self.copies.halo is None else self.copies.halo.get_maxima(values)
 
-    def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
-        """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
-        return self.reference.neighbours_of(self.copies.extend_rows(chosen))
+    def neighbours_of(self, mask: np.ndarray) -> np.ndarray:
+        """Return which particles have one of `mask` (n,) among their reference neighbours (n,), bool."""
+        return self.reference.neighbours_of(self.copies.extend_rows(mask))
 
     def _mirror(self) -> None:
         raise NotImplementedError
@@ -79,14 +79,14 @@ class ReferenceChanges:
         particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
         count, kernel = particles.count, formulation.kernel
         reach = kernel.reach * self.h
-        extended, numbers = self.copies.find(particles["reference_position"], self.sequence, reach, self.alone)
-        rows, x0 = aligned_zeros(len(extended) + 1, self.layout.width), slots["X0"]
+        positions, numbers = self.copies.find(particles["reference_position"], self.sequence, reach, self.alone)
+        rows, x0 = aligned_zeros(len(positions) + 1, self.layout.width), slots["X0"]
         rows[:count] = self.rows_[:count]
-        rows[:-1, x0 : x0 + dim] = extended
+        rows[:-1, x0 : x0 + dim] = positions
         rows[-1, :dim] = rows[-1, x0 : x0 + dim] = FAR
         rows[-1, slots["RHO"]] = 1.0
         if "RING0" in slots:
-            rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(extended), extended[:, 1])
+            rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(positions), positions[:, 1])
         if "EM" in slots:
             rows[:-1, slots["EM"]] = self.copies.extend_rows(self._moduli[particles.material, 0])
         self.rows_, self._motions = rows, aligned_zeros(len(rows), motion_width(dim))
@@ -94,28 +94,28 @@ class ReferenceChanges:
         bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
         volume, bodies = self.copies.extend_rows(self.volume), self.copies.extend_rows(bodies)
         corrections = formulation.correction.shepard, formulation.correction.gradient
-        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *corrections)
+        self.reference = Reference(positions, volume, bodies, numbers, count, kernel, self.h, *corrections)
         # neighbours that move against each other under hourglass control, in the mean over directions; cuts soften it
-        of_material = [
+        factors = [
             2.0 * formulation.hourglass * material.young_modulus / (dim * material.density)
             for material in self.materials
         ]
-        self._held = self._oscillation_limits(
-            "hourglass", np.array(of_material)[particles.material] * self.reference.hourglass_sums
+        self._hourglass_limits = self._oscillation_limits(
+            "hourglass", np.array(factors)[particles.material] * self.reference.hourglass_sums
         )
 
     def _oscillation_limits(self, name: str, omega: np.ndarray) -> list[tuple[float, str, int]]:
         """Return 2/omega [s] of the highest frequency, from squares of frequencies (n,) [1/s^2], as a limit."""
-        fastest = float(omega.max(initial=0.0))
-        if fastest == 0.0:
+        largest = float(omega.max(initial=0.0))
+        if largest == 0.0:
             return []
-        time = 2.0 / np.sqrt(fastest)
-        equal = np.flatnonzero(omega > fastest * (1.0 - 1e-12))
-        return [(float(time), name, self._first(equal[2.0 / np.sqrt(omega[equal]) == time]))]
+        time = 2.0 / np.sqrt(largest)
+        candidates = np.flatnonzero(omega > largest * (1.0 - 1e-12))
+        return [(float(time), name, self._first(candidates[2.0 / np.sqrt(omega[candidates]) == time]))]
 
-    def _first(self, chosen: np.ndarray) -> int:
-        """Return the particle of smallest permanent number among `chosen`."""
-        return int(chosen[self._numbers[chosen].argmin()])
+    def _first(self, indices: np.ndarray) -> int:
+        """Return the particle of smallest permanent number among `indices`."""
+        return int(indices[self._numbers[indices].argmin()])
 
     def _ring_radius(self, position: np.ndarray) -> np.ndarray:
         """Return the radius [m] of axisymmetric particles at `position` (n, dim) [m]."""
@@ -126,34 +126,34 @@ class ReferenceChanges:
         self._loops.move(len(self.rows_), self.rows_, self._motions)
         return self._motions
 
-    def _maps(self, chosen: np.ndarray) -> np.ndarray:
-        """Return F of the particles `chosen` by the present lists, (k, dim, dim)."""
+    def _maps(self, indices: np.ndarray) -> np.ndarray:
+        """Return F of the particles `indices` by the present lists, (k, dim, dim)."""
         dim = self.particles.dim
-        maps = np.zeros((len(chosen), dim * dim))
-        self._loops.map_particles(len(chosen), chosen.astype(np.uint64), self._current_rows(), self.reference.lists,
+        maps = np.zeros((len(indices), dim * dim))
+        self._loops.map_particles(len(indices), indices.astype(np.uint64), self._current_rows(), self.reference.lists,
                                   self.reference.corrections, maps)  # fmt: skip
         return maps.reshape(-1, dim, dim)
 
-    def _leave(self, leaves: np.ndarray) -> None:
-        """Remove the particles `leaves` (n,), bool, and those left without neighbours, from all lists."""
+    def _leave(self, mask: np.ndarray) -> None:
+        """Remove the particles `mask` (n,), bool, and those left without neighbours, from all lists."""
         ref = self.reference
         if not self.formulation.keeps_volume:
-            ref.remove(self.copies.extend_rows(leaves))
-            self.loose |= leaves
+            ref.remove(self.copies.extend_rows(mask))
+            self.loose |= mask
             return
         self._mirror()
-        while self.any_process(leaves.any()):
-            removed = self.copies.extend_rows(leaves)
-            beside = np.flatnonzero(ref.neighbours_of(removed) & ~leaves & ~self.loose)
-            with_them = np.linalg.det(self._maps(beside))
-            ref.remove(removed)
-            self.loose |= leaves
+        while self.any_process(mask.any()):
+            extended = self.copies.extend_rows(mask)
+            indices = np.flatnonzero(ref.neighbours_of(extended) & ~mask & ~self.loose)
+            determinants = np.linalg.det(self._maps(indices))
+            ref.remove(extended)
+            self.loose |= mask
             with np.errstate(divide="ignore", invalid="ignore"):
-                chi = self.swellings[beside] * with_them / np.linalg.det(self._maps(beside))
-            sound = (chi > 1.0 / LARGEST_JUMP) & (chi < LARGEST_JUMP)
-            self.swellings[beside[sound]] = chi[sound]
-            leaves = np.zeros_like(leaves)
-            leaves[beside[~sound & self._lagrangian[beside]]] = True  # Eulerian ones have the fallback
+                chi = self.swellings[indices] * determinants / np.linalg.det(self._maps(indices))
+            valid = (chi > 1.0 / LARGEST_JUMP) & (chi < LARGEST_JUMP)
+            self.swellings[indices[valid]] = chi[valid]
+            mask = np.zeros_like(mask)
+            mask[indices[~valid & self._lagrangian[indices]]] = True  # Eulerian ones have the fallback
 
     def _renew(self) -> None:
         """Take the present positions as the reference."""
@@ -166,11 +166,11 @@ class ReferenceChanges:
         self.volume = self.rows_[:count, self.slots["M"]] / density  # mass of the section if axisymmetric
         self.volume[tied] = self.reference.volume[:count][tied] * np.linalg.det(f) * self.swellings[tied]
         dim = particles.dim
-        own = self.before[:, : dim * dim]
-        own[tied] = (f @ own[tied].reshape(-1, dim, dim)).reshape(-1, dim * dim)
+        gradients = self.f_start[:, : dim * dim]
+        gradients[tied] = (f @ gradients[tied].reshape(-1, dim, dim)).reshape(-1, dim * dim)
         if "RING0" in self.slots:
-            now, then = (self.rows_[:count, self.slots[name]] for name in ("RING", "RING0"))
-            self.before[tied, dim * dim] *= (now / then)[tied]
+            radii, radii0 = (self.rows_[:count, self.slots[name]] for name in ("RING", "RING0"))
+            self.f_start[tied, dim * dim] *= (radii / radii0)[tied]
         particles["reference_position"] = self.rows_[:count, :dim]
         self.swellings[:], self.latest[:] = 1.0, 0.0
         self.alone = self.loose.copy()
@@ -179,16 +179,16 @@ class ReferenceChanges:
 
 def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) -> bool:
     """Stop particles beyond a plane at it, their relative energy becoming heat; return whether there were any."""
-    passed = False
+    result = False
     x, u = particles["position"], particles["velocity"]
     for plane in planes:
-        over = plane.distance_beyond(x) > plane.side * plane.ahead
-        if not over.any():
+        mask = plane.distance_beyond(x) > plane.side * plane.ahead
+        if not mask.any():
             continue
-        passed = True
+        result = True
         a = plane.axis
-        inward = over & (plane.side * (u[:, a] - plane.velocity) < 0.0)
+        inward = mask & (plane.side * (u[:, a] - plane.velocity) < 0.0)
         particles["internal_energy"][inward] += 0.5 * (u[inward, a] - plane.velocity) ** 2
         u[inward, a] = plane.velocity
-        x[over, a] = plane.at - plane.ahead + plane.side * STAND_OFF * h
-    return passed
+        x[mask, a] = plane.at - plane.ahead + plane.side * STAND_OFF * h
+    return result
