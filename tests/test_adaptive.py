@@ -162,7 +162,7 @@ def test_damage_turns_particles_with_their_neighbours_or_lets_them_leave():
     # those of the last step leave with the next turn
     assert gone.any()
     assert (left.stepper.loose == gone).all()
-    assert not np.isin(np.flatnonzero(gone), left.stepper.reference.near).any()
+    assert not np.isin(np.flatnonzero(gone), left.stepper.reference.indices).any()
     assert eulerian_count(left) == 0
 
 

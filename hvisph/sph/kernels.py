@@ -78,7 +78,7 @@ class Kernel:
 def _deviation(kernel: Kernel) -> float:
     """Return the standard deviation of W over h, in one dimension."""
     q = np.linspace(0.0, kernel.reach, 2001)
-    w = np.array([kernel.shape.py_func(float(each)) for each in q])
+    w = np.array([kernel.shape.py_func(float(r)) for r in q])
     return float(np.sqrt((q * q * w).sum() / (w.sum() - 0.5 * w[0])))
 
 

@@ -34,7 +34,7 @@ class ProjectionRows:
     @property
     def neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Neighbours, first and last index of each particle's, kernels of the pairs."""
-        return self.list.listed, self.list.first, self.list.last, self._kernels
+        return self.list.entries, self.list.first, self.list.last, self._kernels
 
     def replace_rows(self, rows: np.ndarray) -> None:
         """Replace all rows (n, width) for the first pass."""
@@ -47,8 +47,8 @@ class ProjectionRows:
         """Make the neighbour list, see `NeighbourList.make`, and allocate the arrays that depend on it."""
         self.list.make(positions, lengths, h_max, numbers)
         self.list_positions = np.array(positions)
-        if len(self._kernels) < len(self.list.listed):
-            self._kernels = np.zeros(len(self.list.listed))
+        if len(self._kernels) < len(self.list.entries):
+            self._kernels = np.zeros(len(self.list.entries))
         present, first = self.list.present, self.buffers[0][: self._count]
         if present + 1 > len(self.buffers[0]):
             self._ensure_capacity(present + present // 4 + 1)
@@ -63,7 +63,7 @@ class ProjectionRows:
         rows, next_rows = self.buffers[number % 2], self.buffers[1 - number % 2]
         layout, count, lists = self.layouts[number], self._count, self.list
         if lists.halo is not None:
-            rows[count : lists.before_images, : layout.used_width] = lists.halo.exchange_again(
+            rows[count : lists.image_start, : layout.used_width] = lists.halo.exchange_again(
                 rows[:count, : layout.used_width]
             )
         for images in lists.images:

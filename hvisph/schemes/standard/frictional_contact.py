@@ -90,8 +90,8 @@ class SeparatingContact:
         table[:, :dim], table[:, dim] = rows[:, :dim], self._bodies
         # cells are selected by the content of cells up to two cells away
         table, _ = self._selection_halo.append(table, numbers, 3.0 * reach)
-        near, others = self._selection.near_other_bodies(table, table[:, dim].astype(np.uint32), reach)
-        return near[near < count], others[others < count]
+        contacts, others = self._selection.near_other_bodies(table, table[:, dim].astype(np.uint32), reach)
+        return contacts[contacts < count], others[others < count]
 
     def add(self, standard: Pairs, h: float) -> None:
         """Add the contact rates to those of the `standard` law; `h` is the largest smoothing length [m]."""

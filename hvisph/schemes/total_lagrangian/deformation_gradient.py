@@ -202,7 +202,7 @@ def deform(
     `particles`: state, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
       volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
       deformation gradients of the reference itself (n, dim^2), and behind them, if axisymmetric, its hoop stretch
-    `lists`: of the reference neighbours: starts, near, codes, kernels
+    `lists`: of the reference neighbours: starts, indices, codes, kernels
     `corrections`: theirs, a row a particle: A, B, F0
     `materials`: table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material
     `numbers`: time of the stage after the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at rest

@@ -77,43 +77,43 @@ def is_other_body(rows, i, b, dx):
     return other
 
 
-def smooth_normals(near, n, rows, i, constants, out):
+def smooth_normals(indices, n, rows, i, constants, out):
     """Write F of particle `i` into its row (pass over particles near another body)."""
-    x, h, rough = own_exact_vector(rows, i, 0, X_REST, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
+    x, h, raw = own_exact_vector(rows, i, 0, X_REST, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
     mean = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx, ih = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM), 2.0 / (h + b[H])
-        its = multiply(1.0 - 2.0 * is_other_body(rows, i, b, dx), vector(b, N_RAW, DIM))
-        alignment = max(dot(rough, its), 0.0)
-        alignment = alignment * alignment / (dot(rough, rough) * dot(its, its) + TINY)
-        flat = scale(ih) / ih * max(1.0 - dot(dx, dx) * ih * ih / REACH2, 0.0)
-        mean = add(mean, multiply(b[V] * flat * alignment, its))
-    direction = add(lane_sums(mean), multiply(rows[i, V] * scale(1.0 / h) * h, rough))
-    put(out, i, N_OTHER, multiply(dot(rough, direction) / dot(direction, direction), direction))
+        n_b = multiply(1.0 - 2.0 * is_other_body(rows, i, b, dx), vector(b, N_RAW, DIM))
+        alignment = max(dot(raw, n_b), 0.0)
+        alignment = alignment * alignment / (dot(raw, raw) * dot(n_b, n_b) + TINY)
+        weight = scale(ih) / ih * max(1.0 - dot(dx, dx) * ih * ih / REACH2, 0.0)
+        mean = add(mean, multiply(b[V] * weight * alignment, n_b))
+    direction = add(lane_sums(mean), multiply(rows[i, V] * scale(1.0 / h) * h, raw))
+    put(out, i, N_OTHER, multiply(dot(raw, direction) / dot(direction, direction), direction))
 
 
 @inline
-def contact_gap_factor(fills, ends):
-    """Return the gap factor from the sum `fills` over other bodies and the free part `ends` of the kernel sum."""
-    return min(max((fills / (max(ends, 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN)), 0.0), 1.0)
+def contact_gap_factor(f, o):
+    """Return the gap factor from the sum `f` over other bodies and the free part `o` of the kernel sum."""
+    return min(max((f / (max(o, 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN)), 0.0), 1.0)
 
 
 @inline
-def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
+def contact_frame(e, other, f_a, f_b, o_a, o_b):
     """Return normal, cosine of the kernel slope and gap factor, from the centre line `e` and F and O of both sides."""
-    fills = subtract(fills_a, fills_b)
-    size = np.sqrt(dot(fills, fills)) + TINY
-    n = multiply(1.0 / size, fills)
+    f_ab = subtract(f_a, f_b)
+    size = np.sqrt(dot(f_ab, f_ab)) + TINY
+    n = multiply(1.0 / size, f_ab)
     cosine = dot(n, e)
-    turned = other * max(np.copysign(1.0, cosine - NORMAL_COSINE_MIN), 0.0)
-    normal = add(e, multiply(turned, subtract(n, e)))
-    return normal, 1.0 + turned * (cosine - 1.0), contact_gap_factor(size, dot(subtract(ends_a, ends_b), n))
+    share = other * max(np.copysign(1.0, cosine - NORMAL_COSINE_MIN), 0.0)
+    normal = add(e, multiply(share, subtract(n, e)))
+    return normal, 1.0 + share * (cosine - 1.0), contact_gap_factor(size, dot(subtract(o_a, o_b), n))
 
 
 @inline
 def faces_each_other(face_a, face_b, dx):
     """Return 1 where a particle is in front of the other's face, by normals of length 1 in flat faces; else 0."""
-    of_a, of_b = dot(face_a, dx), -dot(face_b, dx)
-    most = max(max(of_a, of_b), of_a + of_b)
-    return max(np.copysign(1.0, most - FACING_COSINE * np.sqrt(dot(dx, dx))), 0.0)
+    front_a, front_b = dot(face_a, dx), -dot(face_b, dx)
+    largest = max(max(front_a, front_b), front_a + front_b)
+    return max(np.copysign(1.0, largest - FACING_COSINE * np.sqrt(dot(dx, dx))), 0.0)

@@ -24,13 +24,13 @@ def shares(rows, i, b, dx, reach2):
     and STRESS_AT_INTERFACE (1.0 or 0.0). `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
     """
     mixed = abs(rows[i, KIND] - b[KIND])
-    both = rows[i, KIND] * b[KIND]
+    product = rows[i, KIND] * b[KIND]
     reference = subtract(dx, subtract(own_vector(rows, i, D, DIM), vector(b, D, DIM)))
-    near = max(np.copysign(1.0, reach2 - dot(reference, reference)), 0.0)
+    inside = max(np.copysign(1.0, reach2 - dot(reference, reference)), 0.0)
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     same = 1.0 - other
     gradient = 1.0 - CONTACT * other
-    force = (1.0 - both * same) * (1.0 - 0.5 * mixed * near * same) * gradient
+    force = (1.0 - product * same) * (1.0 - 0.5 * mixed * inside * same) * gradient
     stress = 1.0 - (1.0 - STRESS_AT_INTERFACE) * mixed
     return force, gradient, stress
 

@@ -84,25 +84,25 @@ class Pressing:
     separates = True  # kernel sums do not connect different bodies
     stores_energy = True  # it has a potential energy
 
-    def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
+    def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, ratio: float = 1.0) -> float:
         """Return the stiffness [Pa] of a material from reference density [kg/m^3] and bulk sound speed [m/s].
 
-        Relative to that of `coefficients`; `carried` is the largest pressure of a contact over its stiffness.
+        Relative to that of `coefficients`; `ratio` is the largest pressure of a contact over its stiffness.
         """
-        return max(self.stiffness * density * sound_speed**2, RESERVE * self.expected / carried)
+        return max(self.stiffness * density * sound_speed**2, RESERVE * self.expected / ratio)
 
     def carried_over_stiffness(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
         """Return the approximate largest pressure of a plane contact over its stiffness."""
-        filled, slope = _facing(kernel, h_over_dx, dim)
-        pressed = 2.0 * (filled - filled[0]) * slope
-        return float(pressed.max() / (2.0 * slope[0] ** 2))
+        phi, slope = _facing(kernel, h_over_dx, dim)
+        pressure = 2.0 * (phi - phi[0]) * slope
+        return float(pressure.max() / (2.0 * slope[0] ** 2))
 
     def closer(self, kernel: Kernel, h_over_dx: float, dim: int, dx: float) -> float:
         """Return omega^2 rho/(2 K) of a particle half a spacing too close to a lattice [m^-2]."""
-        filled, slope = _facing(kernel, h_over_dx, dim)
-        half = len(slope) // 2
-        pressed = 3.0 * (filled[half] - filled[0]) * kernel.value(0.0, h_over_dx, dim) / h_over_dx**2
-        return float((2.0 * slope[half] ** 2 + pressed) / (2.0 * slope[0] ** 2)) / dx**2
+        phi, slope = _facing(kernel, h_over_dx, dim)
+        middle = len(slope) // 2
+        pressure = 3.0 * (phi[middle] - phi[0]) * kernel.value(0.0, h_over_dx, dim) / h_over_dx**2
+        return float((2.0 * slope[middle] ** 2 + pressure) / (2.0 * slope[0] ** 2)) / dx**2
 
     def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
         """Return phi0 of lattices at one spacing."""
@@ -119,8 +119,8 @@ class Pressing:
         options = {"SELF_CONTACT": int(self.self_contact), "FRICTION": int(self.friction > 0.0)}
         options |= {"AXISYMMETRIC": int(axisymmetric)}
         return [
-            Pass(fill, layout, options, (against,), into_rows=True),
-            Pass(accumulate, layout, options | {"RIGID": int(self.rigid)}, (against,), has_friction=True),
+            Pass(fill, layout, options, (touch,), into_rows=True),
+            Pass(accumulate, layout, options | {"RIGID": int(self.rigid)}, (touch,), has_friction=True),
         ]
 
     def row_layout(self, dim: int, axisymmetric: bool) -> RowLayout:
@@ -140,28 +140,29 @@ class Pressing:
 
 def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.ndarray]:
     """Return phi of a particle s = 1 to 0 spacings before a lattice's first layer, and - dphi/ds [1/spacing]."""
-    layers, across = kernel.layers(h_over_dx, dim)
-    filled, slope = [], []
+    layers, lateral = kernel.layers(h_over_dx, dim)
+    phi, slope = [], []
     for s in np.linspace(1.0, 0.0, 50, endpoint=False):
-        r = np.hypot.outer(s + layers, across).ravel()
-        along = np.repeat(s + layers, len(across)) / r
-        filled.append(sum(kernel.value(distance, h_over_dx, dim) for distance in r))
+        r = np.hypot.outer(s + layers, lateral).ravel()
+        cosines = np.repeat(s + layers, len(lateral)) / r
+        phi.append(sum(kernel.value(distance, h_over_dx, dim) for distance in r))
         slope.append(
             -sum(
-                kernel.derivative(distance, h_over_dx, dim) * cosine for distance, cosine in zip(r, along, strict=True)
+                kernel.derivative(distance, h_over_dx, dim) * cosine
+                for distance, cosine in zip(r, cosines, strict=True)
             )
         )
-    return np.array(filled), np.array(slope)
+    return np.array(phi), np.array(slope)
 
 
 @inline
 def was_outside_reach(dx, d_a, d_b, reach2):
     """Return 1 for a pair that was beyond `reach2` in the reference, else 0."""
-    then = subtract(dx, subtract(d_a, d_b))
-    return max(np.copysign(1.0, dot(then, then) - reach2), 0.0)
+    dx0 = subtract(dx, subtract(d_a, d_b))
+    return max(np.copysign(1.0, dot(dx0, dx0) - reach2), 0.0)
 
 
-def against(rows, i, b, dx, reach2):
+def touch(rows, i, b, dx, reach2):
     """Return 1 for lanes `b` touching row `i` (template); `dx` is x_a - x_b, `reach2` the squared support [m^2]."""
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     if SELF_CONTACT:
@@ -174,74 +175,74 @@ def against(rows, i, b, dx, reach2):
     return other
 
 
-def fill(near, n, rows, i, constants, out):
+def fill(indices, n, rows, i, constants, out):
     """Write p, g, phi and its gradient of particle `i` into its row."""
     x, h = own_vector(rows, i, 0, DIM), rows[i, H]
-    filled, gradient, fills = broadcast_lanes(0.0), broadcast_lanes(0.0), broadcast(no_vector(DIM))
+    phi_sum, gradient, normal = broadcast_lanes(0.0), broadcast_lanes(0.0), broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = subtract(x, vector(b, 0, DIM))
-        other = against(rows, i, b, dx, constants[3] * h * h)
+        other = touch(rows, i, b, dx, constants[3] * h * h)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
         volume = other * b[V] * scale(ih)
-        filled += volume * shape(r * ih) / ih
+        phi_sum += volume * shape(r * ih) / ih
         g = volume * abs(slope(r * ih))
         gradient += g
         if FRICTION:
-            fills = add(fills, multiply(-g / r, dx))
-    phi = lane_sum(filled)
-    pressed = max(phi - rows[i, START], 0.0)
+            normal = add(normal, multiply(-g / r, dx))
+    phi = lane_sum(phi_sum)
+    overlap = max(phi - rows[i, START], 0.0)
     out[i, START] = phi
-    out[i, P], out[i, G] = pressed, lane_sum(gradient) if pressed > 0.0 else 0.0
+    out[i, P], out[i, G] = overlap, lane_sum(gradient) if overlap > 0.0 else 0.0
     if FRICTION:
-        put(out, i, N_OTHER, lane_sums(fills))
+        put(out, i, N_OTHER, lane_sums(normal))
 
 
-def accumulate(near, n, rows, i, constants, out):
+def accumulate(indices, n, rows, i, constants, out):
     """Sum contact force, half of its work and omega^2 (in the slot of |mu|) of particle `i`, friction heat apart."""
     x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
-    own_k, own_m, scale_own = constants[0] * rows[i, K], rows[i, M], rows[i, V] / rows[i, M]
-    own_p, own_g = own_k * rows[i, P], rows[i, G]
+    k_a, m_a, factor = constants[0] * rows[i, K], rows[i, M], rows[i, V] / rows[i, M]
+    p_a, g_a = k_a * rows[i, P], rows[i, G]
     if FRICTION:
-        fills = own_vector(rows, i, N_OTHER, DIM)
+        n_a = own_vector(rows, i, N_OTHER, DIM)
     a = broadcast(no_vector(DIM))
-    power = omega2 = friction_heat = widened = broadcast_lanes(0.0)
+    power = omega2 = friction_heat = ring_sum = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx, du = subtract(x, vector(b, 0, DIM)), subtract(u, vector(b, U, DIM))
-        other = against(rows, i, b, dx, constants[3] * h * h)
+        other = touch(rows, i, b, dx, constants[3] * h * h)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
-        its_k = constants[0] * b[K]
+        k_b = constants[0] * b[K]
         volume = other * b[V] * scale(ih)
         gradient = volume * abs(slope(r * ih))
         if AXISYMMETRIC:
-            its_k = its_k * (abs(b[RING]) / rows[i, RING])
-            widened += its_k * b[P] * volume * shape(r * ih) / ih
-        push = own_p + its_k * b[P]
+            k_b = k_b * (abs(b[RING]) / rows[i, RING])
+            ring_sum += k_b * b[P] * volume * shape(r * ih) / ih
+        push = p_a + k_b * b[P]
         force = multiply(push * gradient / r, dx)
         power += dot(force, du)
-        stiff = its_k * b[G] * gradient + push * volume * constants[1] * ih
-        omega2 += stiff
+        stiffness = k_b * b[G] * gradient + push * volume * constants[1] * ih
+        omega2 += stiffness
         if FRICTION:
-            n_ab = subtract(vector(b, N_OTHER, DIM), fills)
+            n_ab = subtract(vector(b, N_OTHER, DIM), n_a)
             n_ab = multiply(1.0 / (np.sqrt(dot(n_ab, n_ab)) + TINY), n_ab)
             du = subtract(du, multiply(dot(du, n_ab), n_ab))
             slip = np.sqrt(dot(du, du)) + TINY
-            stiff = (own_k * own_g + its_k * b[G]) * gradient
-            sticks = STICKING * np.sqrt(stiff * min(own_m, b[M]) / rows[i, V]) * slip
-            held = min(abs(constants[2] * dot(force, n_ab)), sticks)
-            force = subtract(force, multiply(held / slip, du))
-            friction_heat += held * slip * (1.0 + b[RIGID_SIDE] - rows[i, RIGID_SIDE]) if RIGID else held * slip
+            stiffness = (k_a * g_a + k_b * b[G]) * gradient
+            limit = STICKING * np.sqrt(stiffness * min(m_a, b[M]) / rows[i, V]) * slip
+            friction = min(abs(constants[2] * dot(force, n_ab)), limit)
+            force = subtract(force, multiply(friction / slip, du))
+            friction_heat += friction * slip * (1.0 + b[RIGID_SIDE] - rows[i, RIGID_SIDE]) if RIGID else friction * slip
         a = add(a, force)
-    acceleration, work = multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power)
+    acceleration, work = multiply(factor, lane_sums(a)), -0.5 * factor * lane_sum(power)
     if AXISYMMETRIC:  # a widened torus has a smaller section and fills less
-        outwards = scale_own * lane_sum(widened) / rows[i, RING]
-        acceleration, work = add_radial(acceleration, outwards), work - outwards * radial_part(u)
-    curvature = own_k * own_g * own_g + lane_sum(omega2)
-    write_rates(out, i, acceleration, work, 2.0 * scale_own * curvature, no_gradient(DIM))
-    out[i, R_SLIP] = 0.5 * scale_own * lane_sum(friction_heat)
+        radial = factor * lane_sum(ring_sum) / rows[i, RING]
+        acceleration, work = add_radial(acceleration, radial), work - radial * radial_part(u)
+    curvature = k_a * g_a * g_a + lane_sum(omega2)
+    write_rates(out, i, acceleration, work, 2.0 * factor * curvature, no_gradient(DIM))
+    out[i, R_SLIP] = 0.5 * factor * lane_sum(friction_heat)
 
 
 def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pass]:
@@ -250,15 +251,15 @@ def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pas
     return layout, np.array([kernel.reach**2]), Pass(find_overlap, layout, {})
 
 
-def find_overlap(near, n, rows, i, constants, out):
+def find_overlap(indices, n, rows, i, constants, out):
     """Find phi of particle `i` (slot of power), and whether distant parts of its body are near (slot of |mu|)."""
     x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
-    filled, folded, reach2 = broadcast_lanes(0.0), broadcast_lanes(0.0), constants[0] * h * h
+    phi, fold, reach2 = broadcast_lanes(0.0), broadcast_lanes(0.0), constants[0] * h * h
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx, ih = subtract(x, vector(b, 0, DIM)), 2.0 / (h + b[H])
         other = min(abs(body - b[BODY]), 1.0)
-        filled += other * b[V] * scale(ih) / ih * shape(np.sqrt(dot(dx, dx)) * ih)
-        present = min(b[V] * 1e300, 1.0)  # no padding
-        folded = elementwise_max(folded, present * (1.0 - other) * was_outside_reach(dx, d, vector(b, D, DIM), reach2))
-    write_rates(out, i, no_vector(DIM), lane_sum(filled), lane_max(folded), no_gradient(DIM))
+        phi += other * b[V] * scale(ih) / ih * shape(np.sqrt(dot(dx, dx)) * ih)
+        mask = min(b[V] * 1e300, 1.0)  # no padding
+        fold = elementwise_max(fold, mask * (1.0 - other) * was_outside_reach(dx, d, vector(b, D, DIM), reach2))
+    write_rates(out, i, no_vector(DIM), lane_sum(phi), lane_max(fold), no_gradient(DIM))

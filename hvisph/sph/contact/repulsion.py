@@ -67,7 +67,7 @@ class Contact:
     stores_energy = self_contact = False  # its work is heat of both sides
     friction = 0.0
 
-    def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
+    def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, ratio: float = 1.0) -> float:
         """Return K [Pa/m^d] of a material from reference density [kg/m^3] and bulk sound speed [m/s]."""
         if self.absolute is not None:
             return self.absolute
@@ -80,13 +80,13 @@ class Contact:
     def closer(self, kernel: Kernel, h_over_dx: float, dim: int, dx: float) -> float:
         """Return omega^2 rho/(2 K) of a particle half a spacing too close to a lattice [m^(d-2)]."""
         h, n = h_over_dx * dx, self.exponent
-        at_spacing = kernel.value(dx, h, dim)
+        w_dx = kernel.value(dx, h, dim)
         reach = int(kernel.reach * h_over_dx) + 1
-        curvature = 3.0 * kernel.value(0.0, h, dim) / (at_spacing * h**2)
+        curvature = 3.0 * kernel.value(0.0, h, dim) / (w_dx * h**2)
         stiffness = 0.0
-        for place in itertools.product(range(reach), *[range(-reach, reach + 1)] * (dim - 1)):
-            r = dx * float(np.hypot(place[0] + 0.5, np.linalg.norm(place[1:])))
-            w, slope = kernel.value(r, h, dim) / at_spacing, kernel.derivative(r, h, dim) / at_spacing
+        for offset in itertools.product(range(reach), *[range(-reach, reach + 1)] * (dim - 1)):
+            r = dx * float(np.hypot(offset[0] + 0.5, np.linalg.norm(offset[1:])))
+            w, slope = kernel.value(r, h, dim) / w_dx, kernel.derivative(r, h, dim) / w_dx
             stiffness += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
         return stiffness * dx**dim
 
@@ -96,8 +96,8 @@ class Contact:
 
     def coefficients(self, kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
         """Return 1 / w(dx/h) and w(0) / w(dx/h)."""
-        at_spacing = kernel.shape.py_func(1.0 / h_over_dx)
-        return np.array([1.0 / at_spacing, kernel.shape.py_func(0.0) / at_spacing])
+        w_dx = kernel.shape.py_func(1.0 / h_over_dx)
+        return np.array([1.0 / w_dx, kernel.shape.py_func(0.0) / w_dx])
 
     def passes(self, dim: int, axisymmetric: bool) -> list[Pass]:
         """Return the contact pass."""
@@ -120,18 +120,18 @@ class Bonded:
     friction = 0.0
 
 
-def accumulate(near, n, rows, i, constants, out):
+def accumulate(indices, n, rows, i, constants, out):
     """Sum contact force, half of its work and omega^2 (in the slot of |mu|) of particle `i`."""
-    inverse_w0, at_zero = constants[0], constants[1]
+    inverse_w0, w_0 = constants[0], constants[1]
     x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
     h, body, stiffness = rows[i, H], rows[i, BODY], rows[i, K]
-    scale_own = rows[i, V] / rows[i, M]
+    factor = rows[i, V] / rows[i, M]
     if AXISYMMETRIC:
         inverse_ring = 1.0 / rows[i, RING]
     a = broadcast(no_vector(DIM))
     power = omega2 = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = subtract(x, vector(b, 0, DIM))
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
@@ -145,18 +145,16 @@ def accumulate(near, n, rows, i, constants, out):
         if EXPONENT == 2:
             lower = broadcast_lanes(1.0)  # w^(n-2)
         power_of_w = lower * ratio
-        both = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
+        weight = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
         if AXISYMMETRIC:
-            both = both * mirror_weight(b[RING], inverse_ring)[0]
-        force = multiply(-both * power_of_w * slope_ratio / r, dx)
+            weight = weight * mirror_weight(b[RING], inverse_ring)[0]
+        force = multiply(-weight * power_of_w * slope_ratio / r, dx)
         power += dot(force, subtract(u, vector(b, U, DIM)))
         if AXISYMMETRIC:
             share = other * b[V] * min(stiffness, b[K]) * (power_of_w * ratio * (-0.5 * inverse_ring))
             force = add_radial(force, share)
             power += (2.0 * radial_part(u)) * share  # its whole work is that of particle i
         a = add(a, force)
-        omega2 += both * (
-            float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
-        )
-    write_rates(out, i, multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power),
-                2.0 * scale_own * lane_sum(omega2), no_gradient(DIM))  # fmt: skip
+        omega2 += weight * (float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * w_0 * ih * ih)
+    write_rates(out, i, multiply(factor, lane_sums(a)), -0.5 * factor * lane_sum(power),
+                2.0 * factor * lane_sum(omega2), no_gradient(DIM))  # fmt: skip

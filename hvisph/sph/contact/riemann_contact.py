@@ -33,24 +33,24 @@ UNLIMITED = 1e300
 VARIABLE_RESOLUTION = 0
 
 
-def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface):
+def contact_geometry(rows, i, k, indices, b, dx, ih, e, g, other, n_other, n_surface):
     """Return normal, kernel slope, weight in the velocity gradient without gap, and gap factor of pairs in contact.
 
     A template: bound are DIM, WHOLE, the slots of the row, `scale` and `slope`. `other` is 1 for a pair of
     different bodies, else 0: nothing changes for it then.
     """
-    full = neighbours(rows, near, k, WHOLE)
+    row = neighbours(rows, indices, k, WHOLE)
     e, cosine, gap_factor = contact_frame(
-        e, other, n_other, vector(full, N_OTHER, DIM), n_surface, vector(full, N_SURFACE, DIM)
+        e, other, n_other, vector(row, N_OTHER, DIM), n_surface, vector(row, N_SURFACE, DIM)
     )
     g, weight = g * cosine, 1.0
     if VARIABLE_RESOLUTION:
-        reached = -scale(ih) * slope(np.sqrt(dot(dx, dx)) * ih)
-        ik = normal_inverse_length(rows[i, DEPTH], rows[i, H], full[DEPTH], b[H])
+        g_plain = -scale(ih) * slope(np.sqrt(dot(dx, dx)) * ih)
+        ik = normal_inverse_length(rows[i, DEPTH], rows[i, H], row[DEPTH], b[H])
         q, s_n, _ = stretched_distance(dx, e, ik, ih)
-        unequal = -2.0 * scale(ih) / (ih * ih * rows[i, H] * b[H]) * slope(q) * s_n * ik / (q + TINY)
-        unequal *= reached / (reached + TINY)  # lists hold more where h varies: the pair must be in both
-        g, weight = g + other * (unequal - g), 1.0 + other * (ik * rows[i, H] - 1.0)
+        g_ab = -2.0 * scale(ih) / (ih * ih * rows[i, H] * b[H]) * slope(q) * s_n * ik / (q + TINY)
+        g_ab *= g_plain / (g_plain + TINY)  # lists hold more where h varies: the pair must be in both
+        g, weight = g + other * (g_ab - g), 1.0 + other * (ik * rows[i, H] - 1.0)
     return e, g, weight, gap_factor
 
 
@@ -60,8 +60,8 @@ def pressed_gap_factor(gap_factor, t, t_a, step, other):
 
     `t_a`, `step`: own normal traction and its difference to the neighbour's [Pa]
     """
-    push, least = max(-t, 0.0), max(-max(t_a, t_a + step), 0.0)
-    return max(gap_factor, other * min((1.0 / PRESSED) * least, push) / (push + TINY))
+    push, minimum = max(-t, 0.0), max(-max(t_a, t_a + step), 0.0)
+    return max(gap_factor, other * min((1.0 / PRESSED) * minimum, push) / (push + TINY))
 
 
 @inline
@@ -80,8 +80,8 @@ def compressive_contact(t, us, d, t_a, step, za, zb, other, gap_factor):
     `other`, `gap_factor`: 1 for a pair of different bodies, else 0; gap factor of the contact
     """
     t += other * (gap_factor * min(t, 0.0) - t)
-    own, its = (t - t_a) / za, d - (t - t_a - step) / (zb + TINY)
-    return t, us + other * (own - us), (0.5 * other) * (its - own)
+    u_a, u_b = (t - t_a) / za, d - (t - t_a - step) / (zb + TINY)
+    return t, us + other * (u_a - us), (0.5 * other) * (u_b - u_a)
 
 
 @inline
@@ -93,6 +93,6 @@ def coulomb_slip(t, us, d, t_a, step, side_a, side_b, friction, t_n, other):
     """
     t = clip_norm(max(UNLIMITED * (1.0 - other), -friction * t_n), t)
     change = subtract(t, t_a)
-    own = multiply(shear_compliance(*side_a), change)
-    its = subtract(d, multiply(shear_compliance(*side_b), subtract(change, step)))
-    return t, add(us, multiply(other, subtract(own, us))), (0.5 * other) * dot(t, subtract(its, own))
+    u_a = multiply(shear_compliance(*side_a), change)
+    u_b = subtract(d, multiply(shear_compliance(*side_b), subtract(change, step)))
+    return t, add(us, multiply(other, subtract(u_a, us))), (0.5 * other) * dot(t, subtract(u_b, u_a))

@@ -55,14 +55,14 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
     dx, tables = 1.0 / h_over_dx, []
     for dim in (1, 2, 3):
         deficit = kernel_deficit(kernel, h_over_dx, dim)
-        at_face = _at_face(kernel, dim)
-        abscissa = np.sqrt(2.0 * np.maximum(-np.log(deficit / at_face + TINY), 0.0))
-        known = np.minimum(abscissa, DEPTH_RANGE)
-        first = int(np.argmax(known >= DEPTH_RANGE)) + 1  # the first complete one stands for all deeper ones
-        at = np.interp(
-            np.linspace(0.0, DEPTH_RANGE, DEPTH_POINTS), [0.0, *known[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
+        integral = _plane_integral(kernel, dim)
+        abscissa = np.sqrt(2.0 * np.maximum(-np.log(deficit / integral + TINY), 0.0))
+        steps = np.minimum(abscissa, DEPTH_RANGE)
+        first = int(np.argmax(steps >= DEPTH_RANGE)) + 1  # the first complete one stands for all deeper ones
+        values = np.interp(
+            np.linspace(0.0, DEPTH_RANGE, DEPTH_POINTS), [0.0, *steps[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
         )
-        tables += [[at_face], at]
+        tables += [[integral], values]
     return np.concatenate(tables)
 
 
@@ -70,24 +70,24 @@ def kernel_deficit(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
     """Return the missing kernel sum |O| h of the layers under a flat face, outermost first."""
     dx = 1.0 / h_over_dx
     layers, lateral = kernel.layers(h_over_dx, dim, dx)
-    of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, lateral)) for x in layers[1:]]
-    return np.asarray(np.cumsum(of_layer[::-1])[::-1] * dx**dim)
+    sums = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, lateral)) for x in layers[1:]]
+    return np.asarray(np.cumsum(sums[::-1])[::-1] * dx**dim)
 
 
-def _at_face(kernel: Kernel, dim: int) -> float:
+def _plane_integral(kernel: Kernel, dim: int) -> float:
     """Return the integral of W over a plane through its centre [1/h]."""
     t = (np.arange(400) + 0.5) * (kernel.reach / 400)
     if dim == 1:
         return kernel.value(0.0, 1.0, 1)
-    around = 2.0 if dim == 2 else 2.0 * np.pi * t
-    value = np.array([kernel.value(float(each), 1.0, dim) for each in t])
-    return float((value * around).sum() * (t[1] - t[0]))
+    circumference = 2.0 if dim == 2 else 2.0 * np.pi * t
+    value = np.array([kernel.value(float(r), 1.0, dim) for r in t])
+    return float((value * circumference).sum() * (t[1] - t[0]))
 
 
 @inline
-def depth(ends, h, table):
-    """Return the depth [m] under the face of a particle with missing kernel sum `ends` [1/m], at most the support."""
-    deficit = np.sqrt(dot(ends, ends)) * h / table[0]
+def depth(o, h, table):
+    """Return the depth [m] under the face of a particle with missing kernel sum `o` [1/m], at most the support."""
+    deficit = np.sqrt(dot(o, o)) * h / table[0]
     abscissa = np.sqrt(2.0 * max(-np.log(deficit + TINY), 0.0)) * ((DEPTH_POINTS - 1) / DEPTH_RANGE)
     step = min(int(abscissa), DEPTH_POINTS - 2)
     share = min(abscissa - step, 1.0)
@@ -108,19 +108,19 @@ def stretched_distance(dx, n, inverse_length, inverse_mean):
     return np.sqrt(s * s * inverse_length * inverse_length + dot(t, t) * inverse_mean * inverse_mean), s, t
 
 
-def unequal_normals(near, n, rows, i, constants, out):
+def unequal_normals(indices, n, rows, i, constants, out):
     """Write N, the contribution of other bodies, into the row of particle `i` (pass over contact particles)."""
-    x, ends = own_exact_vector(rows, i, 0, X_REST, DIM), own_vector(rows, i, N_SURFACE, DIM)
+    x, o_a = own_exact_vector(rows, i, 0, X_REST, DIM), own_vector(rows, i, N_SURFACE, DIM)
     h, own_depth = rows[i, H], rows[i, DEPTH]
-    fills = broadcast(no_vector(DIM))
+    total = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = exact_difference(exact_vector(b, 0, X_REST, DIM), x, DIM)
         other = is_other_body(rows, i, b, dx)
-        towards = subtract(ends, vector(b, N_SURFACE, DIM))
-        towards = multiply(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
+        normal = subtract(o_a, vector(b, N_SURFACE, DIM))
+        normal = multiply(1.0 / (np.sqrt(dot(normal, normal)) + TINY), normal)
         ik, im = normal_inverse_length(own_depth, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
-        q, s, t = stretched_distance(dx, towards, ik, im)
+        q, s, t = stretched_distance(dx, normal, ik, im)
         factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
-        fills = add(fills, add(multiply(factor * s * ik, towards), multiply(factor * im * im / ik, t)))
-    put(out, i, N_RAW, lane_sums(fills))
+        total = add(total, add(multiply(factor * s * ik, normal), multiply(factor * im * im / ik, t)))
+    put(out, i, N_RAW, lane_sums(total))

@@ -110,9 +110,9 @@ def count_and_place(cells, starts, order):
         starts[np.uint64(cells[i])] += np.uint32(1)
     total = np.uint32(0)
     for c in range(np.uint64(starts.shape[0])):
-        here = starts[c]
+        count = starts[c]
         starts[c] = total
-        total += here
+        total += count
     for i in range(n):
         cell = np.uint64(cells[i])
         order[np.uint64(starts[cell])] = i
@@ -136,11 +136,11 @@ def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out,
         for j in range(k + one, stop):
             row = order[j]
             number = numbers[np.uint64(row)]
-            at = j
-            while at > k and numbers[np.uint64(order[at - one])] > number:
-                order[at] = order[at - one]
-                at -= one
-            order[at] = row
+            slot = j
+            while slot > k and numbers[np.uint64(order[slot - one])] > number:
+                order[slot] = order[slot - one]
+                slot -= one
+            order[slot] = row
         for j in range(k, stop):
             i = np.uint64(order[j])
             place[i] = j
@@ -149,23 +149,23 @@ def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out,
             if X_REST:
                 for f in range(np.uint64(DIM)):
                     out[j, np.uint64(X_REST) + f] = rows[i, f] * units[f] - np.float64(out[j, f])
-                    moving = np.uint64(U) + f
-                    out[j, np.uint64(U_REST) + f] = rows[i, moving] * units[moving] - np.float64(out[j, moving])
+                    slot_u = np.uint64(U) + f
+                    out[j, np.uint64(U_REST) + f] = rows[i, slot_u] * units[slot_u] - np.float64(out[j, slot_u])
             for f in range(np.uint64(DIM)):
                 columns[f, j] = rows[i, first + f]
             columns[DIM, j] = rows[i, first + h]
         k = stop
 
 
-def find_uniform(c, starts, order, known, rows, zero, equal, uniform):
+def find_uniform(c, starts, order, limit, rows, zero, equal, uniform):
     """Set `uniform[c]` to 1 if all rows of cell `c` are zero in the slots `zero` and agree in the slots `equal`.
 
-    Rows whose number before sorting is `known` or above count as different.
+    Rows whose number before sorting is `limit` or above count as different.
     """
     begin, end = np.uint64(starts[c]), np.uint64(starts[c + np.uint64(1)])
     uniform[c] = 1
     for j in range(begin, end):
-        if np.uint64(order[j]) >= known:
+        if np.uint64(order[j]) >= limit:
             uniform[c] = 0
             return
         for k in range(np.uint64(zero.shape[0])):
@@ -186,10 +186,10 @@ def find_surrounded(c, starts, rows, equal, nx, ny, nz, uniform, surrounded):
         return
     place = place_of(c, nx, nz)
     for shift in range(np.uint64(3**DIM)):
-        near = adjacent_cell(place, shift, nx, ny, nz)
-        first = np.uint64(starts[near])
-        if first < np.uint64(starts[near + np.uint64(1)]):
-            if uniform[near] == 0:
+        cell = adjacent_cell(place, shift, nx, ny, nz)
+        first = np.uint64(starts[cell])
+        if first < np.uint64(starts[cell + np.uint64(1)]):
+            if uniform[cell] == 0:
                 surrounded[c] = 0
                 return
             for k in range(np.uint64(equal.shape[0])):
@@ -199,7 +199,7 @@ def find_surrounded(c, starts, rows, equal, nx, ny, nz, uniform, surrounded):
 
 
 def find_undisturbed(
-    grid: Grid, order: np.ndarray, known: int, rows: np.ndarray, zero: np.ndarray, equal: np.ndarray, dim: int
+    grid: Grid, order: np.ndarray, limit: int, rows: np.ndarray, zero: np.ndarray, equal: np.ndarray, dim: int
 ) -> None:
     """Mark the cells whose particles have no rates, as no wave and no other body is near.
 
@@ -207,14 +207,14 @@ def find_undisturbed(
     law then sums zeros, in one cell around as well, so that leaving the cell out changes no result.
 
     `grid`: its `undisturbed` is written; `sort` has been called
-    `order`, `known`: numbers (n,) of the rows before sorting; from `known` on they belong to other processes, whose
+    `order`, `limit`: numbers (n,) of the rows before sorting; from `limit` on they belong to other processes, whose
       further neighbours are not here
     `rows`: sorted rows (n, width)
     `zero`, `equal`: slots (k,) uint64 of the rows
     """
     uniform, surrounded = _rest_loops(dim)
     count = len(grid.uniform)
-    uniform(count, grid.starts, order, np.uint64(known), rows, zero, equal, grid.uniform)
+    uniform(count, grid.starts, order, np.uint64(limit), rows, zero, equal, grid.uniform)
     surrounded(count, grid.starts, rows, equal, *grid.sizes, grid.uniform, grid.undisturbed)
     grid.uniform[:] = grid.undisturbed
     surrounded(count, grid.starts, rows, equal, *grid.sizes, grid.uniform, grid.undisturbed)
@@ -247,11 +247,11 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 
 @cache
 def _loops(dim: int, packed: int, u: int, x_rest: int, u_rest: int) -> tuple[CompiledFunction, ...]:
-    of_rows: Options = {"DIM": dim, "PACKED": packed}
+    options: Options = {"DIM": dim, "PACKED": packed}
     return (
-        particle_loop(specialise(find_cells, **of_rows), short=True),
+        particle_loop(specialise(find_cells, **options), short=True),
         specialise(count_and_place, parallel=False),
-        chunk_loop(specialise(_order_and_gather, **of_rows, U=u, X_REST=x_rest, U_REST=u_rest), CHUNK, short=True),
+        chunk_loop(specialise(_order_and_gather, **options, U=u, X_REST=x_rest, U_REST=u_rest), CHUNK, short=True),
     )
 
 

@@ -37,7 +37,7 @@ def label_components(
     `reach`: reach of the kernel in smoothing lengths
     `bodies`, `pieces`, `numbers`: body, present component and permanent number of each particle (n,)
     """
-    free, numbered, fresh = int(pieces.max(initial=0)) + 1, pieces, []
+    next_number, result, additions = int(pieces.max(initial=0)) + 1, pieces, []
     for body in np.unique(bodies):
         rows = np.flatnonzero(bodies == body)
         link = reach * float(lengths[rows].max())
@@ -45,19 +45,19 @@ def label_components(
         _, first, group = np.unique(roots, return_index=True, return_inverse=True)
         if len(first) == len(np.unique(pieces[rows])):
             continue
-        sizes, of = np.bincount(group), pieces[rows[first]]
-        least = np.full(len(sizes), np.iinfo(np.int64).max)
-        np.minimum.at(least, group, numbers[rows].astype(np.int64))
-        order = np.lexsort((least, -sizes, of))
-        keeps = np.zeros(len(sizes), bool)
-        keeps[order[np.unique(of[order], return_index=True)[1]]] = True
-        new = np.flatnonzero(~keeps & (sizes >= SMALLEST[position.shape[1]]))
-        fresh += [(int(body), int(least[component]), rows[group == component]) for component in new]
-    if fresh:
-        numbered = pieces.copy()
-        for number, (_, _, rows) in enumerate(sorted(fresh, key=lambda part: part[:2]), free):
-            numbered[rows] = number
-    return numbered
+        sizes, labels = np.bincount(group), pieces[rows[first]]
+        minima = np.full(len(sizes), np.iinfo(np.int64).max)
+        np.minimum.at(minima, group, numbers[rows].astype(np.int64))
+        order = np.lexsort((minima, -sizes, labels))
+        mask = np.zeros(len(sizes), bool)
+        mask[order[np.unique(labels[order], return_index=True)[1]]] = True
+        components = np.flatnonzero(~mask & (sizes >= SMALLEST[position.shape[1]]))
+        additions += [(int(body), int(minima[component]), rows[group == component]) for component in components]
+    if additions:
+        result = pieces.copy()
+        for number, (_, _, rows) in enumerate(sorted(additions, key=lambda part: part[:2]), next_number):
+            result[rows] = number
+    return result
 
 
 def connect_components(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:
@@ -74,12 +74,12 @@ def connect_components(position: np.ndarray, labels: np.ndarray, link: float) ->
     ascending = roots[np.argsort(np.bincount(parent, minlength=count)[roots], kind="stable")]
     largest = np.zeros(int(labels.max(initial=0)) + 1, np.int64)
     largest[labels[ascending]] = ascending  # of each label the last counts
-    left = (parent != largest[labels]).astype(np.uint8)
-    if left.any():
+    mask = (parent != largest[labels]).astype(np.uint8)
+    if mask.any():
         grid = Grid.from_positions(position, link)
         find(len(cells), position, 1.0 / grid.edge, *grid.sizes, cells)
         place(cells, grid.starts, order)
-        search(position, labels, cells, grid.starts, order, *grid.sizes, link * link, left, parent)
+        search(position, labels, cells, grid.starts, order, *grid.sizes, link * link, mask, parent)
         flatten(parent)
     return parent
 
@@ -111,28 +111,28 @@ def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if j != i and labels[j] == labels[i]:
-                    apart = subtract(x, own_vector(position, j, 0, DIM))
-                    if dot(apart, apart) < link2:
+                    dx = subtract(x, own_vector(position, j, 0, DIM))
+                    if dot(dx, dx) < link2:
                         merge_roots(parent, i, j)
                         break
 
 
-def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, parent):
-    """Connect the particles that are `left` with all neighbours."""
+def _search(position, labels, cells, starts, order, nx, ny, nz, link2, mask, parent):
+    """Connect the particles in `mask` with all neighbours."""
     for i in range(position.shape[0]):
-        if left[i] == 0:
+        if mask[i] == 0:
             continue
-        own = root_of(parent, i)
+        root = root_of(parent, i)
         x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, nz)
         for shift in range(np.uint64(3**DIM)):
             cell = adjacent_cell(place, shift, nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
-                if labels[j] != labels[i] or root_of(parent, j) == own:
+                if labels[j] != labels[i] or root_of(parent, j) == root:
                     continue
-                apart = subtract(x, own_vector(position, j, 0, DIM))
-                if dot(apart, apart) < link2:
-                    own = merge_roots(parent, i, j)
+                dx = subtract(x, own_vector(position, j, 0, DIM))
+                if dot(dx, dx) < link2:
+                    root = merge_roots(parent, i, j)
 
 
 def _flatten(parent):

@@ -49,75 +49,75 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
             extent[1, axis] = max(extent[1, axis], rows[i, axis])
 
 
-def _assign_marks(i, cells, lowest, highest, spatial, meets, near, of_meets, of_near):
+def _assign_marks(i, cells, lowest, highest, spatial, contacts, eulerian, own_contacts, own_eulerian):
     """Write the marks of each particle's cell to the particle, and clear the cell's marks."""
     cell = np.uint64(cells[i])
-    of_meets[i], of_near[i] = meets[cell], near[cell] != 0
+    own_contacts[i], own_eulerian[i] = contacts[cell], eulerian[cell] != 0
     lowest[cell], highest[cell], spatial[cell] = np.uint32(NO_BODY), np.uint32(0), np.uint8(0)
 
 
-def _choose_unwrapped(rows, eulerian, bodies, some, inverse_edge, rounds, meets, spatial):
-    """Write the results of `Selection.choose` for particles `some`, with cells that do not wrap round (template).
+def _choose_unwrapped(rows, eulerian, bodies, indices, inverse_edge, rounds, contacts, spatial):
+    """Write the results of `Selection.choose` for particles `indices`, with cells that do not wrap round (template).
 
     `rounds`: 2 where neighbours of those near an Eulerian particle are near, too, else 1
     """
-    count, cells = len(some), 0
+    count, cells = len(indices), 0
     codes, cell = np.zeros(count, np.int64), np.empty(count, np.int64)
-    known, marks, wider = np.empty(count, np.int64), np.empty((count, 3), np.int64), np.empty((count, 3), np.int64)
+    keys, marks, copies = np.empty(count, np.int64), np.empty((count, 3), np.int64), np.empty((count, 3), np.int64)
     for k in range(count):
         for f in range(DIM):
-            codes[k] |= np.int64(np.floor(rows[some[k], f] * inverse_edge)) % APART << BITS * f
+            codes[k] |= np.int64(np.floor(rows[indices[k], f] * inverse_edge)) % APART << BITS * f
     order = np.argsort(codes)
     for k in range(count):
-        i = some[order[k]]
-        if k == 0 or codes[order[k]] != known[cells - 1]:
-            known[cells] = codes[order[k]]
+        i = indices[order[k]]
+        if k == 0 or codes[order[k]] != keys[cells - 1]:
+            keys[cells] = codes[order[k]]
             marks[cells, 0], marks[cells, 1], marks[cells, 2] = NO_BODY, 0, 0
             cells += 1
-        own = marks[cells - 1]
-        own[0], own[1], own[2] = min(own[0], bodies[i]), max(own[1], bodies[i]), max(own[2], eulerian[i])
+        entry = marks[cells - 1]
+        entry[0], entry[1], entry[2] = min(entry[0], bodies[i]), max(entry[1], bodies[i]), max(entry[2], eulerian[i])
         cell[order[k]] = cells - 1
-    for turn in range(rounds):
+    for stage in range(rounds):
         for c in range(cells):
-            wider[c] = marks[c]
+            copies[c] = marks[c]
             for shift in range(3**DIM):
-                code, rest = np.int64(0), shift
+                code, digits = np.int64(0), shift
                 for f in range(DIM):
-                    code |= ((known[c] >> BITS * f) + rest % 3 - 1) % APART << BITS * f
-                    rest //= 3
-                at = np.searchsorted(known[:cells], code)
-                if at < cells and known[at] == code:
-                    if turn == 0:
-                        wider[c, 0] = min(wider[c, 0], marks[at, 0])
-                        wider[c, 1] = max(wider[c, 1], marks[at, 1])
-                    wider[c, 2] = max(wider[c, 2], marks[at, 2])
-        marks[:cells] = wider[:cells]
+                    code |= ((keys[c] >> BITS * f) + digits % 3 - 1) % APART << BITS * f
+                    digits //= 3
+                row = np.searchsorted(keys[:cells], code)
+                if row < cells and keys[row] == code:
+                    if stage == 0:
+                        copies[c, 0] = min(copies[c, 0], marks[row, 0])
+                        copies[c, 1] = max(copies[c, 1], marks[row, 1])
+                    copies[c, 2] = max(copies[c, 2], marks[row, 2])
+        marks[:cells] = copies[:cells]
     for k in range(count):
-        own = marks[cell[k]]
-        meets[some[k]], spatial[some[k]] = own[0] != own[1], own[2] != 0
+        entry = marks[cell[k]]
+        contacts[indices[k]], spatial[indices[k]] = entry[0] != entry[1], entry[2] != 0
 
 
-def _mark_near(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
+def _mark_near(cell, nx, ny, nz, lowest, highest, spatial, contacts, spatial_near):
     """Find the occupied cells that have another body, or an Eulerian particle, in or beside them."""
     if lowest[cell] == np.uint32(NO_BODY):
         spatial_near[cell] = np.uint8(0)
         return
-    low, high, euler, place = lowest[cell], highest[cell], spatial[cell], place_of(cell, nx, nz)
+    low, high, eulerian, place = lowest[cell], highest[cell], spatial[cell], place_of(cell, nx, nz)
     for shift in range(np.uint64(3**DIM)):
-        at = adjacent_cell(place, shift, nx, ny, nz)
-        low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
-    meets[cell] = low != high
-    spatial_near[cell] = euler
+        neighbour = adjacent_cell(place, shift, nx, ny, nz)
+        low, high, eulerian = min(low, lowest[neighbour]), max(high, highest[neighbour]), eulerian | spatial[neighbour]
+    contacts[cell] = low != high
+    spatial_near[cell] = eulerian
 
 
-def _widen(cell, nx, ny, nz, lowest, near, wider):
-    """Mark in `wider` the occupied cells that are marked in `near` or adjacent to a marked cell."""
+def _widen(cell, nx, ny, nz, lowest, marks, result):
+    """Mark in `result` the occupied cells that are marked in `marks` or adjacent to a marked cell."""
     if lowest[cell] == np.uint32(NO_BODY):
         return
-    marked, place = near[cell], place_of(cell, nx, nz)
+    mark, place = marks[cell], place_of(cell, nx, nz)
     for shift in range(np.uint64(3**DIM)):
-        marked |= near[adjacent_cell(place, shift, nx, ny, nz)]
-    wider[cell] = marked
+        mark |= marks[adjacent_cell(place, shift, nx, ny, nz)]
+    result[cell] = mark
 
 
 class Selection:
@@ -148,8 +148,8 @@ class Selection:
         size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
         self._lowest, self._highest = np.full(size, NO_BODY, np.uint32), np.zeros(size, np.uint32)
         self._spatial = np.zeros(size, np.uint8)
-        self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
-        self._wider = np.zeros(size, np.uint8)
+        self._contacts, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
+        self._wide_marks = np.zeros(size, np.uint8)
 
     def choose(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return which particles are near another body, and which near an Eulerian particle (n,), bool.
@@ -161,16 +161,16 @@ class Selection:
         `bodies`: body of each particle (n,) uint32
         """
         count, edge, sizes = len(bodies), self.grid.edge, self.grid.sizes
-        cells, near = self._find(rows, eulerian, bodies), self._spatial_near
+        cells, euler = self._find(rows, eulerian, bodies), self._spatial_near
         if self._with_neighbours:
-            self._widen(len(self._lowest), *sizes, self._lowest, near, self._wider)
-            near = self._wider
-        meets, spatial = np.empty((2, count), bool)
-        self._assign_marks(count, cells, *self._marks, self._meets, near, meets, spatial)
+            self._widen(len(self._lowest), *sizes, self._lowest, euler, self._wide_marks)
+            euler = self._wide_marks
+        contact, spatial = np.empty((2, count), bool)
+        self._assign_marks(count, cells, *self._marks, self._contacts, euler, contact, spatial)
         if self._wraps():
-            some = np.flatnonzero(meets | spatial)
-            self._choose_unwrapped(rows, eulerian, bodies, some, 1.0 / edge, 1 + self._with_neighbours, meets, spatial)
-        return meets, spatial
+            ids = np.flatnonzero(contact | spatial)
+            self._choose_unwrapped(rows, eulerian, bodies, ids, 1.0 / edge, 1 + self._with_neighbours, contact, spatial)
+        return contact, spatial
 
     def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray) -> np.ndarray:
         """Return the cell of each row (n,), and mark the cells with other bodies or Eulerian particles in or beside."""
@@ -182,13 +182,13 @@ class Selection:
         self._marks = self._lowest, self._highest, self._spatial
         self._locate(count, rows, 1.0 / self.grid.edge, *self.grid.sizes, eulerian, bodies, cells, self._extents,
                      *self._marks)  # fmt: skip
-        self._mark_near(len(self._lowest), *self.grid.sizes, *self._marks, self._meets, self._spatial_near)
+        self._mark_near(len(self._lowest), *self.grid.sizes, *self._marks, self._contacts, self._spatial_near)
         return cells
 
     def _wraps(self) -> bool:
         """Return whether particles have spread so far that one cell of the grid represents several places."""
-        least, most = self._extents[:, 0].min(axis=0), self._extents[:, 1].max(axis=0)
-        low, high = np.floor(np.array([least, most]) * (1.0 / self.grid.edge))
+        lower, upper = self._extents[:, 0].min(axis=0), self._extents[:, 1].max(axis=0)
+        low, high = np.floor(np.array([lower, upper]) * (1.0 / self.grid.edge))
         # two cells more: the outermost cells need empty neighbours
         return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
 
@@ -199,8 +199,8 @@ class Selection:
         if len(self._no_eulerian) < count:
             self._no_eulerian = np.zeros(count + count // 4, np.uint8)
         cells = self._find(rows, self._no_eulerian, bodies)
-        self._widen(len(self._lowest), *self.grid.sizes, self._lowest, self._meets.view(np.uint8), self._wider)
-        meets, beside = np.empty((2, count), bool)
-        self._assign_marks(count, cells, *self._marks, self._meets, self._wider, meets, beside)
-        beside &= ~meets
-        return np.flatnonzero(meets), np.flatnonzero(beside)
+        self._widen(len(self._lowest), *self.grid.sizes, self._lowest, self._contacts.view(np.uint8), self._wide_marks)
+        contacts, others = np.empty((2, count), bool)
+        self._assign_marks(count, cells, *self._marks, self._contacts, self._wide_marks, contacts, others)
+        others &= ~contacts
+        return np.flatnonzero(contacts), np.flatnonzero(others)

@@ -49,29 +49,29 @@ class Images:
 
 def mirror(rows: np.ndarray, plane: Plane, layout: RowLayout) -> np.ndarray:
     """Return the mirror images of packed `rows`, of any length up to the layout's width."""
-    made = rows * layout.mirror_signs(plane.axis)[: rows.shape[1]]
-    made[:, plane.axis] += 2.0 * plane.at
+    images = rows * layout.mirror_signs(plane.axis)[: rows.shape[1]]
+    images[:, plane.axis] += 2.0 * plane.at
     if plane.velocity:
         first = layout.slots().get("U")
         if first is not None and first < rows.shape[1]:  # else the rows have places alone
-            made[:, first + plane.axis] += 2.0 * plane.velocity
-    return made
+            images[:, first + plane.axis] += 2.0 * plane.velocity
+    return images
 
 
-def find_beside(rows, axis, at, side, reach, found):
-    """Write the numbers of the rows that have an image which can meet a particle into `found` (n,); return how many.
+def find_beside(rows, axis, coordinate, side, reach, indices):
+    """Write the numbers of the rows that have an image which can meet a particle into `indices` (n,); return how many.
 
     A particle that a step has moved beyond the plane interacts with images of more distant particles: their own
     images meet it, too, and every pair has its counterpart.
     """
-    deepest, count = 0.0, 0
+    depth_max, count = 0.0, 0
     for i in range(len(rows)):
-        depth = side * (at - rows[i, axis])
+        depth = side * (coordinate - rows[i, axis])
         if depth < reach:
-            deepest = max(deepest, depth)
+            depth_max = max(depth_max, depth)
     for i in range(len(rows)):
-        if abs(side * (at - rows[i, axis])) < reach + deepest:
-            found[count] = i
+        if abs(side * (coordinate - rows[i, axis])) < reach + depth_max:
+            indices[count] = i
             count += 1
     return count
 
@@ -91,15 +91,15 @@ def append_images(rows, numbers, count, source, signs, axis, offset, first, velo
         numbers[count + k] = numbers[source[k]] | bit
 
 
-def find_passed(state, axis, mass, at, side, ahead, found):
-    """Write the numbers of the particles with `mass` beyond a plane into `found` (n,); return how many.
+def find_passed(state, axis, mass, coordinate, side, ahead, indices):
+    """Write the numbers of the particles with `mass` beyond a plane into `indices` (n,); return how many.
 
     `axis`, `mass`: columns of the state
     """
     count = 0
     for i in range(len(state)):
-        if side * (at - state[i, axis]) - side * ahead > 0.0 and state[i, mass] > 0.0:
-            found[count] = i
+        if side * (coordinate - state[i, axis]) - side * ahead > 0.0 and state[i, mass] > 0.0:
+            indices[count] = i
             count += 1
     return count
 
@@ -113,7 +113,7 @@ def mirror_slots(rows, target, source, first, signs):
 
 @cache
 def _loops() -> tuple[Any, ...]:
-    return tuple(specialise(one, parallel=False) for one in (find_beside, append_images, find_passed, mirror_slots))
+    return tuple(specialise(loop, parallel=False) for loop in (find_beside, append_images, find_passed, mirror_slots))
 
 
 # The number of an image is that of its source with the bit of its plane: so it is unlike any other, and in a cell
@@ -129,25 +129,25 @@ def make_images(
     The last value is the source of the images of each plane. `reach`: that of the kernel [m]
     """
     find, append, count, width = *_loops()[:2], len(rows), rows.shape[1]
-    near = np.empty(count, np.int64)
-    by_plane = [near[: find(rows, plane.axis, plane.at, plane.side, reach, near)].copy() for plane in planes]
-    near = by_plane[0] if len(by_plane) == 1 else np.unique(np.concatenate([near[:0], *by_plane]))
-    own = end = len(near)
-    most = own << len(planes)  # each plane at most doubles the rows
-    extended, extended_numbers = np.empty((most, width), rows.dtype), np.empty(most, np.uint64)
-    places = np.empty(most, np.int64)
-    extended[:own], extended_numbers[:own], places[:own] = rows[near], numbers[near], near
-    places[own:] = np.arange(count, count + most - own)
+    indices = np.empty(count, np.int64)
+    lists = [indices[: find(rows, plane.axis, plane.at, plane.side, reach, indices)].copy() for plane in planes]
+    indices = lists[0] if len(lists) == 1 else np.unique(np.concatenate([indices[:0], *lists]))
+    n_near = end = len(indices)
+    capacity = n_near << len(planes)  # each plane at most doubles the rows
+    copies, copy_numbers = np.empty((capacity, width), rows.dtype), np.empty(capacity, np.uint64)
+    sources = np.empty(capacity, np.int64)
+    copies[:n_near], copy_numbers[:n_near], sources[:n_near] = rows[indices], numbers[indices], indices
+    sources[n_near:] = np.arange(count, count + capacity - n_near)
     images, first = [], layout.slots().get("U") or width
     for k, plane in enumerate(planes):
         source = np.empty(end, np.int64)
-        source = source[: find(extended[:end], plane.axis, plane.at, plane.side, reach, source)]
+        source = source[: find(copies[:end], plane.axis, plane.at, plane.side, reach, source)]
         velocity = 2.0 * plane.velocity if first < width else 0.0  # else the rows have places alone
-        append(extended, extended_numbers, end, source, layout.mirror_signs(plane.axis)[:width], plane.axis,
+        append(copies, copy_numbers, end, source, layout.mirror_signs(plane.axis)[:width], plane.axis,
                2.0 * plane.at, first + plane.axis, velocity, np.uint64(1 << (FIRST_PLANE_BIT + k)))  # fmt: skip
-        images.append(Images(plane, places[source], count + end - own))
+        images.append(Images(plane, sources[source], count + end - n_near))
         end += len(source)
-    return extended[own:end], np.concatenate([numbers, extended_numbers[own:end]]), images
+    return copies[n_near:end], np.concatenate([numbers, copy_numbers[n_near:end]]), images
 
 
 def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
@@ -180,29 +180,29 @@ def turn_back(
     `rates`, `place`: rows of rates, and the row of each particle
     `planes`: planes of symmetry
     """
-    dim, found, at = particles.dim, np.empty(particles.count, np.int64), particles.offsets
+    dim, buffer, offsets = particles.dim, np.empty(particles.count, np.int64), particles.offsets
     for plane in planes:
-        columns = at["position"] + plane.axis, at["mass"]
-        passed = found[: _loops()[2](particles.data, *columns, plane.at, plane.side, plane.ahead, found)]
-        if not len(passed):
+        columns = offsets["position"] + plane.axis, offsets["mass"]
+        indices = buffer[: _loops()[2](particles.data, *columns, plane.at, plane.side, plane.ahead, buffer)]
+        if not len(indices):
             continue
         for name in particles.names:
             values = particles[name]
             if values.ndim == 2:
                 signs = field_signs(CATALOGUE[name].rank, plane.axis, dim)
-                values[passed] *= signs[: values.shape[1]]
-        particles["position"][passed, plane.axis] += 2.0 * (plane.at - plane.ahead)
-        particles["velocity"][passed, plane.axis] += 2.0 * plane.velocity
-        rows[passed] = mirror(rows[passed], plane, layout)
+                values[indices] *= signs[: values.shape[1]]
+        particles["position"][indices, plane.axis] += 2.0 * (plane.at - plane.ahead)
+        particles["velocity"][indices, plane.axis] += 2.0 * plane.velocity
+        rows[indices] = mirror(rows[indices], plane, layout)
         ring = layout.slots().get("RING")
         if ring is not None:  # these are particles again, no images
-            rows[passed, ring] = np.abs(rows[passed, ring])
+            rows[indices, ring] = np.abs(rows[indices, ring])
         vector, gradient = (field_signs(rank, plane.axis, dim) for rank in ("vector", "gradient"))
-        of_rates = np.concatenate([vector, np.ones(2), gradient])
-        rates[place[passed], : len(of_rates)] *= of_rates
+        rate_signs = np.concatenate([vector, np.ones(2), gradient])
+        rates[place[indices], : len(rate_signs)] *= rate_signs
         if "GU_BEFORE" in layout.slots():
             first = slots(dim)["R_GRADIENT_BEFORE"]
-            rates[place[passed], first : first + dim * dim] *= gradient
+            rates[place[indices], first : first + dim * dim] *= gradient
 
 
 class Copies(Protocol):
@@ -227,8 +227,8 @@ class Halo(Copies, Protocol):
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the maximum of each float over all processes."""
 
-    def select_appended(self, chosen: np.ndarray) -> None:
-        """Declare the rows given to `append` as those `chosen` of more rows, for `exchange_again`."""
+    def select_appended(self, indices: np.ndarray) -> None:
+        """Declare the rows given to `append` as those with these `indices` of more rows, for `exchange_again`."""
 
     def exchange_again(self, values: np.ndarray) -> np.ndarray:
         """Return `values` (n, ...) of the rows received by the last `append`."""
@@ -239,7 +239,7 @@ class ImageCopies:
 
     def __init__(self, planes: tuple[Plane, ...], layout: RowLayout):
         self._planes, self._layout = planes, layout
-        self._made: list[Images] = []
+        self._image_list: list[Images] = []
         slots = layout.slots()
         first = slots["U"] + layout.dim if "U" in slots else layout.dim
         self._first = layout.packed_width if "U_REST" in slots else first
@@ -247,12 +247,12 @@ class ImageCopies:
 
     def find(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the images of rows (n, width) within `reach` [m], and the numbers (n,) of rows with theirs behind."""
-        images, numbers, self._made = make_images(rows, numbers, self._planes, self._layout, reach)
+        images, numbers, self._image_list = make_images(rows, numbers, self._planes, self._layout, reach)
         return images, numbers
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
         """Mirror what passes have written: any field but position and velocity; in single precision none packed."""
-        for images in self._made:
+        for images in self._image_list:
             target = place[images.first : images.first + len(images.source)]
             _loops()[3](sorted_rows, target, place[images.source], self._first, self._signs[images.plane.axis])
 
@@ -266,22 +266,22 @@ class FixedCopies:
         self.halo: Halo | None = None
 
     def find(
-        self, position: np.ndarray, numbers: np.ndarray, reach: float, alone: np.ndarray
+        self, position: np.ndarray, numbers: np.ndarray, reach: float, isolated: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return ghosts of reference positions, (m, dim) [m] and numbers (m,); `alone` (n,) are without neighbours."""
+        """Return ghosts of reference positions, (m, dim) [m] and numbers (m,); `isolated` (n,) have no neighbours."""
         dim, count = self.layout.dim, len(position)
         if self.halo is not None:
-            meeting = np.flatnonzero(~alone)
-            rows = np.zeros((len(meeting), self.layout.width))
-            rows[:, :dim] = position[meeting]
-            rows, with_others = self.halo.append(rows, numbers[meeting], reach)
-            self.halo.select_appended(meeting)
-            position = np.concatenate([position, rows[len(meeting) :, :dim]])
-            numbers = np.concatenate([numbers, with_others[len(meeting) :]])
-        self._others = slice(count, len(position))
-        head = np.column_stack([position, np.arange(len(position))])
-        images, numbers, self._images = make_images(head, numbers, self._planes, self.layout, reach)
-        self._places = [plane.at for plane in self._planes]  # of the reference: planes may move
+            indices = np.flatnonzero(~isolated)
+            rows = np.zeros((len(indices), self.layout.width))
+            rows[:, :dim] = position[indices]
+            rows, all_numbers = self.halo.append(rows, numbers[indices], reach)
+            self.halo.select_appended(indices)
+            position = np.concatenate([position, rows[len(indices) :, :dim]])
+            numbers = np.concatenate([numbers, all_numbers[len(indices) :]])
+        self._halo_rows = slice(count, len(position))
+        table = np.column_stack([position, np.arange(len(position))])
+        images, numbers, self._images = make_images(table, numbers, self._planes, self.layout, reach)
+        self._coordinates = [plane.at for plane in self._planes]  # of the reference: planes may move
         self._origin = images[:, dim].astype(np.int64)
         return np.concatenate([position, images[:, :dim]]), numbers
 
@@ -294,9 +294,9 @@ class FixedCopies:
     def refresh(self, rows: np.ndarray, layout: RowLayout, slots: slice) -> None:
         """Bring copies among `rows` up to date: of others the `slots`, images as a whole with the place X0."""
         if self.halo is not None:
-            rows[self._others, slots] = self.halo.exchange_again(rows[: self._others.start, slots])
-        at = layout.slots()["X0"]
-        for images, place in zip(self._images, self._places, strict=True):
-            made = mirror(rows[images.source], images.plane, layout)
-            made[:, at + images.plane.axis] += 2.0 * place
-            rows[images.first : images.first + len(images.source)] = made
+            rows[self._halo_rows, slots] = self.halo.exchange_again(rows[: self._halo_rows.start, slots])
+        first = layout.slots()["X0"]
+        for images, coordinate in zip(self._images, self._coordinates, strict=True):
+            copies = mirror(rows[images.source], images.plane, layout)
+            copies[:, first + images.plane.axis] += 2.0 * coordinate
+            rows[images.first : images.first + len(images.source)] = copies

@@ -24,24 +24,24 @@ SPARE = 1.3
 NO_COEFFICIENTS = np.zeros(1)
 
 
-def record(near, n, rows, i, constants, out):
+def record(indices, n, rows, i, constants, out):
     """Record the neighbours of sorted particle `i` by their numbers in the state (pair law)."""
-    listed, order, first, last, used, size = out
+    entries, order, first, last, sizes, size = out
     chunk = i // np.uint64(CHUNK)
     if i % np.uint64(CHUNK) == np.uint64(0):
-        used[chunk] = np.uint64(0)
+        sizes[chunk] = np.uint64(0)
     s = np.uint64(order[i])
     if s >= np.uint64(first.shape[0]):  # an image: nothing is summed for it
         return
-    begin = used[chunk]
-    used[chunk] = begin + n
+    begin = sizes[chunk]
+    sizes[chunk] = begin + n
     if begin + n > size:
         return
     begin += chunk * size
     first[s] = begin
     last[s] = begin + n
     for k in range(n):
-        listed[begin + k] = order[np.uint64(near[k])]
+        entries[begin + k] = order[np.uint64(indices[k])]
 
 
 class NeighbourList:
@@ -52,8 +52,8 @@ class NeighbourList:
     `positions`, `h`: positions at the start (n, dim) [m] and the largest smoothing length [m].
     `planes`: planes of symmetry.
     It holds:
-    `listed`: numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
-    `first`, `last`: places in `listed` (n,), uint64.
+    `entries`: numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
+    `first`, `last`: places in `entries` (n,), uint64.
     `halo`: exchange of rows with other processes; None for one process.
     `images`: images at the planes, numbered after the particles.
     `present`: number of particles and copies: the number of the far row.
@@ -65,7 +65,7 @@ class NeighbourList:
         self.layout = RowLayout(self.dim, (("x", "vector"), ("h", "scalar")))
         self.halo: Halo | None = None
         self.images: list[Images] = []
-        self.listed = np.zeros(0, np.uint32)
+        self.entries = np.zeros(0, np.uint32)
         self._grid = cells.Grid.from_positions(positions, self.reach * h)
         self._capacity = 64 * 4 ** (self.dim - 1)
         self._chunk_size = 0
@@ -99,19 +99,19 @@ class NeighbourList:
         self.order[count] = count
         self.present = count
 
-    def make(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
+    def make(self, positions: np.ndarray, lengths: np.ndarray, h_max: float, numbers: np.ndarray) -> None:
         """Make the lists.
 
-        `positions`, `lengths`, `longest`, `numbers`: positions (n, dim) and smoothing lengths (n,) [m], the longest of
+        `positions`, `lengths`, `h_max`, `numbers`: positions (n, dim) and smoothing lengths (n,) [m], the longest of
         all processes, and permanent numbers (n,).
         Raises `RunError` when a particle has too many neighbours to be anything but a collapse.
         """
         rows = np.zeros((self.count, self.layout.width))
         rows[:, : self.dim], rows[:, self.dim] = positions, lengths
-        reach, numbers = self.reach * longest, numbers.astype(np.uint64)
+        reach, numbers = self.reach * h_max, numbers.astype(np.uint64)
         if self.halo is not None:
             rows, numbers = self.halo.append(rows, numbers, reach)
-        self.before_images = len(rows)
+        self.image_start = len(rows)
         if self.planes:
             images, numbers, self.images = make_images(rows, numbers, self.planes, self.layout, reach)
             rows = np.concatenate([rows, images])
@@ -121,18 +121,18 @@ class NeighbourList:
         cells.sort(self._grid, rows, numbers, self.dim, self._cells[:n], self.order[:n], self._place[:n],
                    self._sorted[:n], self._columns, self.dim)  # fmt: skip
         chunks = -(-n // traversal.CHUNK)
-        used = np.zeros(chunks, np.uint64)
+        sizes = np.zeros(chunks, np.uint64)
 
         def outputs(capacity: int) -> tuple[object, ...]:
-            return self.listed, self.order, self.first, self.last, used, np.uint64(self._chunk_size)
+            return self.entries, self.order, self.first, self.last, sizes, np.uint64(self._chunk_size)
 
         while True:
-            if len(self.listed) < chunks * self._chunk_size:
-                self.listed = np.zeros(chunks * self._chunk_size, np.uint32)
+            if len(self.entries) < chunks * self._chunk_size:
+                self.entries = np.zeros(chunks * self._chunk_size, np.uint32)
             self._capacity = traversal.complete_sweep(self._sweep, self._sorted, self._columns, self.order, (n, n),
                                                       self._grid, self.reach, NO_COEFFICIENTS, self._capacity,
                                                       outputs)  # fmt: skip
-            needed = int(used.max())
-            if needed <= self._chunk_size:
+            demand = int(sizes.max())
+            if demand <= self._chunk_size:
                 return
-            self._chunk_size = int(SPARE * needed) // EIGHT * EIGHT
+            self._chunk_size = int(SPARE * demand) // EIGHT * EIGHT

@@ -94,12 +94,12 @@ class Pairs:
                  positions: np.ndarray, h: float, planes: tuple[Plane, ...] = (), single: bool = False):  # fmt: skip
         dim = layout.dim
         self.unit, self._units, self._constants = 1.0, cells.NO_UNITS, coefficients
-        self._further = max(pass_.count_further_rates(dim) for pass_ in passes)
+        self._extra_rates = max(pass_.count_further_rates(dim) for pass_ in passes)
         if single:
             self.unit = 2.0 ** np.floor(np.log2(h))
             self._units = layout.single_units(self.unit)
-            of_rates = particle_layout.single_units(layout, particle_layout.width(dim) + self._further, self.unit)
-            self._constants = np.append(coefficients, of_rates)
+            rate_units = particle_layout.single_units(layout, particle_layout.width(dim) + self._extra_rates, self.unit)
+            self._constants = np.append(coefficients, rate_units)
             layout = layout.single()
             passes = [replace(pass_, reads=pass_.reads.single()) for pass_ in passes]
         self.layout, self.kernel, self.planes, self.single = layout, kernel, planes, single
@@ -108,9 +108,9 @@ class Pairs:
         self.slots = layout.slots()
         computed = layout.used_width - layout.packed_width
         rigid = self.slots["BODY"] if any(pass_.options.get("RIGID") for pass_ in passes) else 0
-        read_later = {"N_PREVIOUS", "FALLBACKS"} & self.slots.keys() or rigid
-        shares = not single and 2 * computed >= layout.packed_width and not read_later
-        self._behind = max(layout.packed_width - computed, 0) if shares else 0
+        late_fields = {"N_PREVIOUS", "FALLBACKS"} & self.slots.keys() or rigid
+        shares = not single and 2 * computed >= layout.packed_width and not late_fields
+        self._spare = max(layout.packed_width - computed, 0) if shares else 0
         self._shared: np.ndarray | None = None
         self.rows = np.zeros((self.count, 0 if shares else layout.packed_width))  # close together
         self.numbers = np.arange(self.count, dtype=np.uint64)
@@ -119,10 +119,10 @@ class Pairs:
         self.grid = cells.Grid.from_positions(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
         self._allocated = self._pause = 0
-        bound: Options = {"PACKED": layout.packed_width, "SHOWN": 2 * dim}
-        self._show = particle_loop(specialise(show_stage, **bound), short=True)
+        options: Options = {"PACKED": layout.packed_width, "SHOWN": 2 * dim}
+        self._show = particle_loop(specialise(show_stage, **options), short=True)
         self._ensure_capacity(self.count, shares)
-        shared = {
+        bindings = {
             "DIM": dim,
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "slope": bind_constants(kernel.slope, **RANGE_OF_SINGLES) if single else kernel.slope,
@@ -133,21 +133,21 @@ class Pairs:
         self._skips = all(pass_.skips_undisturbed for pass_ in passes)
         self._zero, self._equal = layout.slots_of(ZERO_AT_REST), layout.slots_of(EQUAL_AT_REST)
         if single:
-            rests = np.arange(self.slots["U_REST"], self.slots["U_REST"] + dim, dtype=np.uint64)
-            self._equal = np.concatenate([self._equal, rests])
+            slots = np.arange(self.slots["U_REST"], self.slots["U_REST"] + dim, dtype=np.uint64)
+            self._equal = np.concatenate([self._equal, slots])
         if "RING" in self.slots:  # a radial velocity strains the hoop
             self._zero = np.append(self._zero, np.uint64(self.slots["U"] + 1))
         plain = [pass_ for pass_ in passes if not pass_.only]
         common = len(plain) > 1 and len({pass_.own_reach for pass_ in plain}) == 1
         for pass_ in passes:
             widths = {"WIDTH": pass_.reads.used_width, "WHOLE": layout.used_width}
-            offered = (
-                (_limit_range(pass_) if single else {}) | shared | self.slots | particle_layout.slots(dim) | widths
+            names = (
+                (_limit_range(pass_) if single else {}) | bindings | self.slots | particle_layout.slots(dim) | widths
             )
             law = bind(
                 pass_.law,
                 pass_.options,
-                offered | {"write_rates": particle_layout.writer(dim, pass_.has_friction)},
+                names | {"write_rates": particle_layout.writer(dim, pass_.has_friction)},
                 parts=pass_.parts,
             )
             only = self.slots[pass_.only] if pass_.only else 0
@@ -164,20 +164,20 @@ class Pairs:
         """Allocate arrays for `count` rows, each in whole cache lines, and the far row."""
         if count > self._allocated:
             self._allocated = count if count == self.count else count + count // 4
-            before = None
+            backup = None
             if shares and self._shared is not None:  # released before others are allocated
-                before, self.rows = self.rows.copy(), np.zeros((0, 0))
+                backup, self.rows = self.rows.copy(), np.zeros((0, 0))
                 self.workspace = self.sorted = self.columns = self.rates = self._lists = self.cells = self.rows
                 self._shared = None
             dim, width = self.layout.dim, -(-self.layout.width // 8) * 8 if self.single else self.layout.width
-            if self._behind:
-                width = -(-(self.layout.used_width + self._behind) // 4) * 4
+            if self._spare:
+                width = -(-(self.layout.used_width + self._spare) // 4) * 4
             rows, column_length = (self._allocated + 1) * width // (2 if self.single else 1), self._allocated + EIGHT
             self.workspace = aligned_zeros(1, rows + (dim + 1) * column_length)[0]
             precision = np.float32 if self.single else np.float64
             self.sorted = self.workspace[:rows].view(precision).reshape(-1, width)
             self.columns = self.workspace[rows:].reshape(-1, column_length)
-            self.rates = np.zeros((self._allocated, particle_layout.width(dim) + self._further))
+            self.rates = np.zeros((self._allocated, particle_layout.width(dim) + self._extra_rates))
             self._lists = self.rates.view(np.uint32)
             self.cells = np.zeros(self._allocated, np.uint32)
             self.order = np.zeros(self._allocated, np.uint32)
@@ -186,18 +186,18 @@ class Pairs:
                 packed = self.layout.packed_width
                 self.workspace = self.sorted[: self.count, :packed]
                 self.rows = self._shared = self.sorted[: self.count, packed : 2 * packed]
-                if before is not None:
-                    self.rows[:] = before
+                if backup is not None:
+                    self.rows[:] = backup
         self.present = count
 
     def _put_far(self) -> None:
         """Put the far row behind the sorted ones, whose storage may have been overwritten."""
-        far = self.sorted[self.present]
-        far[:] = 0.0
-        far[: self.layout.dim] = traversal.FAR_SINGLE if self.single else traversal.FAR
-        far[self.slots["H"]] = 1.0
+        row = self.sorted[self.present]
+        row[:] = 0.0
+        row[: self.layout.dim] = traversal.FAR_SINGLE if self.single else traversal.FAR
+        row[self.slots["H"]] = 1.0
         if "RHO" in self.slots:
-            far[self.slots["RHO"]] = 1.0
+            row[self.slots["RHO"]] = 1.0
 
     def evaluate(self, h: float, active: int | None = None) -> None:
         """Sort the packed `rows` and run all passes: `rates[place[i]]` are then those of particle i.
@@ -205,15 +205,15 @@ class Pairs:
         They depend neither on the order of the rows nor on the grid.
 
         `h`: largest smoothing length [m].
-        `meant`: how many of the rows, the first, the laws are summed for; others are neighbours alone. All unless
+        `active`: how many of the rows, the first, the laws are summed for; others are neighbours alone. All unless
         given.
         Raises `RunError` when a particle has too many neighbours to be anything but a collapse.
         """
         rows, numbers, edge = self.rows, self.numbers, self.kernel.reach * h
-        own = len(rows)
+        count = len(rows)
         if self.halo is not None:
             rows, numbers = self.halo.append(rows, numbers, edge)
-            self.rows = rows[:own]  # in front of the others': the next stage is packed there
+            self.rows = rows[:count]  # in front of the others': the next stage is packed there
         shared, packed, n = self.rows is self._shared, 0, len(rows)
         if self.images is not None:
             images, numbers = self.images.find(rows, numbers, edge)
@@ -226,20 +226,20 @@ class Pairs:
         if shared:
             packed = self.layout.packed_width
             if self.images is not None:
-                self.sorted[own:n, packed : 2 * packed] = images
+                self.sorted[count:n, packed : 2 * packed] = images
             rows = self.sorted[:n]
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
                    self.sorted[:n], self.columns, self.layout.dim, self._units, self._vectors, packed)  # fmt: skip
         self._pause = max(self._pause - 1, 0)
         if self._skips and not self._pause:
-            known = n if self.halo is None else own
-            cells.find_undisturbed(self.grid, self.order, known, self.sorted, self._zero, self._equal, self.layout.dim)
+            limit = n if self.halo is None else count
+            cells.find_undisturbed(self.grid, self.order, limit, self.sorted, self._zero, self._equal, self.layout.dim)
             self._pause = 0 if self.grid.undisturbed.any() else PAUSE
         failure = None
         for sweep, into_rows in self._sweeps:
             try:
                 if failure is None:
-                    self._run(sweep, self.sorted if into_rows else self.rates, own if active is None else active)
+                    self._run(sweep, self.sorted if into_rows else self.rates, count if active is None else active)
             except RunError as error:  # other processes wait for the rows of this one
                 failure = error
                 self.rates[:] = 0.0  # lists may be there
@@ -247,7 +247,7 @@ class Pairs:
                 if copies is not None:
                     copies.refresh(self.sorted, self.place)
         if shared:
-            self._show(own, self.sorted, self.place)
+            self._show(count, self.sorted, self.place)
         if failure is not None:
             raise failure
 
@@ -276,10 +276,10 @@ def show_stage(i, rows, place):
 
 def _limit_range(pass_: Pass) -> Options:
     """Return the compiled functions that the law of a pass and its parts call, with `RANGE_OF_SINGLES`."""
-    called = {}
+    functions = {}
     for template in (pass_.law, *pass_.parts):
         for name in template.__code__.co_names:
             function = template.__globals__.get(name)
             if isinstance(function, CompiledFunction):
-                called[name] = bind_constants(function, **RANGE_OF_SINGLES)
-    return called
+                functions[name] = bind_constants(function, **RANGE_OF_SINGLES)
+    return functions

@@ -52,9 +52,9 @@ _VOLUMES = ("v", "m", "inv_number_density")
 
 def aligned_zeros(count: int, width: int) -> np.ndarray:
     """Return zeros (count, width) aligned to cache lines."""
-    raw = np.zeros(count * width + 7)
-    start = -(raw.ctypes.data // 8) % 8
-    return raw[start : start + count * width].reshape(count, width)
+    buffer = np.zeros(count * width + 7)
+    start = -(buffer.ctypes.data // 8) % 8
+    return buffer[start : start + count * width].reshape(count, width)
 
 
 def select_fields(*fields: tuple[str, str] | bool) -> tuple[tuple[str, str], ...]:
@@ -82,10 +82,10 @@ class RowLayout:
 
     @cached_property
     def _slots(self) -> dict[str, int]:
-        slots, place = {}, 0
+        slots, offset = {}, 0
         for name, rank in (*self.fields, *self.computed):
-            slots[name.upper()] = place
-            place += len(_components(rank, self.dim))
+            slots[name.upper()] = offset
+            offset += len(_components(rank, self.dim))
         return slots
 
     def slots_of(self, names: tuple[str, ...]) -> np.ndarray:
@@ -110,8 +110,8 @@ class RowLayout:
 
     def single(self) -> RowLayout:
         """Return the layout of sorted rows in single precision, with the rounding errors of position and velocity."""
-        rests = ("x_rest", "vector"), ("u_rest", "vector")
-        return RowLayout(self.dim, self.fields, (*rests, *self.computed))
+        residuals = ("x_rest", "vector"), ("u_rest", "vector")
+        return RowLayout(self.dim, self.fields, (*residuals, *self.computed))
 
     def single_units(self, length: float) -> np.ndarray:
         """Return the factors (packed_width,) of the packed slots for a unit of `length` [m]."""
@@ -148,10 +148,10 @@ def slots(dim: int) -> dict[str, int]:
 
 def single_units(layout: RowLayout, count: int, length: float) -> np.ndarray:
     """Return the factors (count,) that convert rates of rows with a unit of `length` [m] to SI."""
-    at, units = slots(layout.dim), np.full(count, 1.0 / length)
-    units[at["R_APPROACH"]] = 1.0
+    index, units = slots(layout.dim), np.full(count, 1.0 / length)
+    units[index["R_APPROACH"]] = 1.0
     if "RING" not in layout.slots():
-        units[at["R_SPIN"] : at["R_GRADIENT_BEFORE"]] = 1.0
+        units[index["R_SPIN"] : index["R_GRADIENT_BEFORE"]] = 1.0
     return units
 
 

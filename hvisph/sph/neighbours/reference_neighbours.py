@@ -59,41 +59,41 @@ COMMON, PORTION, MOST_CODES, MOST_VOLUMES, MOST_STEPS = 8, 1024, 1024, 64, 4096
 OWN_ROW = 0xFFFFFFFF
 
 
-def _count(near, n, rows, i, constants, out):
+def _count(indices, n, rows, i, constants, out):
     """Count the neighbours of sorted particle `i` (pair law)."""
     lengths, order, members = out
-    s, found = members[order[i]], np.uint64(0)
+    s, count = members[order[i]], np.uint64(0)
     if s < np.uint32(lengths.shape[0]):
         for k in range(n):
-            found += np.uint64(near[k] != np.uint32(order.shape[0]))
-        lengths[s] = found
+            count += np.uint64(indices[k] != np.uint32(order.shape[0]))
+        lengths[s] = count
 
 
-def _enter(near, n, rows, i, constants, out):
+def _enter(indices, n, rows, i, constants, out):
     """List the neighbours of sorted particle `i` in order of their numbers (pair law)."""
-    listed, starts, order, members = out
+    entries, starts, order, members = out
     s, one = np.uint64(members[order[i]]), np.uint64(1)
     if s + one < np.uint64(starts.shape[0]):
         begin = end = np.uint64(starts[s])
         for k in range(n):
-            if near[k] != np.uint32(order.shape[0]):
-                number, at = order[near[k]], end
-                while at > begin and listed[at - one] > number:
-                    listed[at] = listed[at - one]
-                    at -= one
-                listed[at] = number
+            if indices[k] != np.uint32(order.shape[0]):
+                number, slot = order[indices[k]], end
+                while slot > begin and entries[slot - one] > number:
+                    entries[slot] = entries[slot - one]
+                    slot -= one
+                entries[slot] = number
                 end += one
         for k in range(begin, end):
-            listed[k] = members[listed[k]]
+            entries[k] = members[entries[k]]
 
 
 def _measure(k, first, position, lists, ih, separations):
     """Find the separations of the entries of particle `first` + k over h, in units of `FINEST`; 0 of the far row."""
-    starts, near = lists
+    starts, indices = lists
     i, far = np.uint64(first + k), np.uint32(position.shape[0])
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
-        if near[entry] != far:
-            d = subtract(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[entry]), 0, DIM))
+        if indices[entry] != far:
+            d = subtract(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(indices[entry]), 0, DIM))
             put(separations, np.uint64(entry - starts[np.uint64(first)]), 0, multiply(ih / FINEST, d))
 
 
@@ -106,43 +106,43 @@ def _fill(k, separations, volume, ih, kernels):
         kernels[k, DIM] = volume[k] * scale(ih) * shape(r) / ih
 
 
-def _correct(c, chosen, position, volume, lists, ih, corrections, sums, hourglass_sums):
-    """Compute A, B, F0 and the sums of the particles `chosen`."""
-    starts, near, codes, kernels = lists
+def _correct(c, particles, position, volume, lists, ih, corrections, sums, hourglass_sums):
+    """Compute A, B, F0 and the sums of the `particles`."""
+    starts, indices, codes, kernels = lists
     all_a, all_b, all_f0 = corrections
     first_sums, zeroth_sums = sums
     far = np.uint32(position.shape[0])
-    i = np.uint64(chosen[c])
+    i = np.uint64(particles[c])
     x = own_vector(position, i, 0, DIM)
     begin, end = np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])
-    of_shape, of_gradient, held = 0.0, no_vector(DIM), 0.0
+    shape_sum, slope_sum, stiffness = 0.0, no_vector(DIM), 0.0
     for k in range(begin, end):
-        if near[k] != far:
-            d = subtract(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-            of_shape += kernels[codes[k], DIM]
-            held += kernels[codes[k], DIM] / dot(d, d)
-            of_gradient = add(of_gradient, own_vector(kernels, codes[k], 0, DIM))
-    zeroth_sums[i], hourglass_sums[i] = of_shape, held
-    put(first_sums, i, 0, of_gradient)
+        if indices[k] != far:
+            d = subtract(x, own_vector(position, np.uint64(indices[k]), 0, DIM))
+            shape_sum += kernels[codes[k], DIM]
+            stiffness += kernels[codes[k], DIM] / dot(d, d)
+            slope_sum = add(slope_sum, own_vector(kernels, codes[k], 0, DIM))
+    zeroth_sums[i], hourglass_sums[i] = shape_sum, stiffness
+    put(first_sums, i, 0, slope_sum)
     inverse_s, shift = 1.0, no_vector(DIM)
     if MIXED:
-        inverse_s = 1.0 / (of_shape + volume[i] * scale(ih) * shape(0.0) / ih)
-        shift = multiply(-inverse_s * inverse_s, of_gradient)
+        inverse_s = 1.0 / (shape_sum + volume[i] * scale(ih) * shape(0.0) / ih)
+        shift = multiply(-inverse_s * inverse_s, slope_sum)
     moment = no_gradient(DIM)
     for k in range(begin, end):
-        if near[k] != far:
-            d = subtract(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+        if indices[k] != far:
+            d = subtract(x, own_vector(position, np.uint64(indices[k]), 0, DIM))
             g = add(multiply(inverse_s, own_vector(kernels, codes[k], 0, DIM)), multiply(kernels[codes[k], DIM], shift))
             moment = subtract(moment, outer(g, d))
-    a, sound = sound_inverse(moment)
-    if CORRECTED and sound:
+    a, regular = sound_inverse(moment)
+    if CORRECTED and regular:
         a, b = multiply(inverse_s, a), dot_rows(a, shift)
     else:
         a, b = identity(a), no_vector(DIM)
     f0 = identity(a)
     for k in range(begin, end):
-        if near[k] != far:
-            d = subtract(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+        if indices[k] != far:
+            d = subtract(x, own_vector(position, np.uint64(indices[k]), 0, DIM))
             g = dot_rows(a, own_vector(kernels, codes[k], 0, DIM))
             f0 = add(f0, outer(d, add(multiply(kernels[codes[k], DIM], b), g)))
     put(all_a, i, 0, a)
@@ -150,11 +150,11 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums, hourglas
     put(all_f0, i, 0, f0)
 
 
-def _mark_neighbours(i, starts, near, chosen, marked):
+def _mark_neighbours(i, starts, indices, mask, result):
     """Find which particles have a chosen one in their list."""
     for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
-        if chosen[near[k]]:
-            marked[i] = True
+        if mask[indices[k]]:
+            result[i] = True
             break
 
 
@@ -169,7 +169,7 @@ class Reference:
     `shepard`, `gradient`: whether the kernel is divided by its own sum, and whether its gradient is exact for linear
     fields.
     It holds:
-    `starts`, `near`, `codes`: the lists: entries of row i are those from starts[i] to starts[i + 1]; the far row has
+    `starts`, `indices`, `codes`: the lists: entries of row i are those from starts[i] to starts[i + 1]; the far row has
     number n and code 0.
     `kernels`: slope and, behind it, shape of each code (codes + 1, dim + 1).
     `matrix`, `vector`, `start_gradient`: A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
@@ -182,7 +182,7 @@ class Reference:
         self.position, self.volume = np.ascontiguousarray(position), np.ascontiguousarray(volume)
         self.count, self.dim, self.h = count, position.shape[1], h
         dim = self.dim
-        self.starts, self.near = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
+        self.starts, self.indices = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
         self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
         self.start_gradient = np.zeros((count, dim, dim))
         self.first_sums, self.zeroth_sums, self.hourglass_sums = (
@@ -192,7 +192,7 @@ class Reference:
         )
         self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
         self.sums = self.first_sums, self.zeroth_sums
-        offered = {
+        bindings = {
             "DIM": dim,
             "shape": kernel.shape,
             "slope": kernel.slope,
@@ -200,100 +200,100 @@ class Reference:
             "CORRECTED": int(gradient),
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }
-        self._tabulate(particle_loop(bind(_measure, {}, offered)), particle_loop(bind(_fill, {}, offered)))
-        self.lists = self.starts, self.near, self.codes, self.kernels  # arguments of compiled loops, by row
-        self._correct = particle_loop(bind(_correct, {}, offered))
+        self._tabulate(particle_loop(bind(_measure, {}, bindings)), particle_loop(bind(_fill, {}, bindings)))
+        self.lists = self.starts, self.indices, self.codes, self.kernels  # arguments of compiled loops, by row
+        self._correct = particle_loop(bind(_correct, {}, bindings))
         self._update_corrections(np.arange(count))
 
     def _tabulate(self, measure: CompiledFunction, fill: CompiledFunction) -> None:
         """Find the code of each entry and its kernel; code 0 is no neighbour."""
         dim, volume = self.dim, np.append(self.volume, 0.0)  # the far row has none
         volumes, steps, kinds = _CommonValues(MOST_VOLUMES), _CommonValues(MOST_STEPS), _CommonValues(MOST_CODES)
-        self.codes = np.empty(len(self.near), np.uint32)
+        self.codes = np.empty(len(self.indices), np.uint32)
 
         def portions() -> Iterator[tuple[slice, np.ndarray]]:
             for first in range(0, self.count, PORTION):
                 count = min(PORTION, self.count - first)
                 part = slice(int(self.starts[first]), int(self.starts[first + count]))
                 separations = np.zeros((part.stop - part.start, dim))
-                measure(count, first, self.position, (self.starts, self.near), 1.0 / self.h, separations)
+                measure(count, first, self.position, (self.starts, self.indices), 1.0 / self.h, separations)
                 yield part, np.rint(separations)
 
         for part, separations in portions():
-            keys = volumes.number(volume[self.near[part]])
+            keys = volumes.number(volume[self.indices[part]])
             for axis in range(dim):
                 number = steps.number(np.where(keys < 0, 0.0, separations[:, axis]))
                 keys = np.where((keys < 0) | (number < 0), -1, keys * MOST_STEPS + number)
             codes = kinds.number(np.where(keys < 0, 0, keys))
             self.codes[part] = np.where((keys < 0) | (codes < 0), OWN_ROW, codes)
-        tabled, alone = len(kinds.known), self.codes == OWN_ROW
-        self.codes[alone] = tabled + np.arange(alone.sum())
+        n_codes, unique = len(kinds.values), self.codes == OWN_ROW
+        self.codes[unique] = n_codes + np.arange(unique.sum())
         # a row more, for rows are read in pairs of numbers
-        self.kernels = np.zeros((tabled + int(alone.sum()) + 1, dim + 1))
-        keys, separations = kinds.known.astype(np.int64), np.empty((tabled, dim))
+        self.kernels = np.zeros((n_codes + int(unique.sum()) + 1, dim + 1))
+        keys, separations = kinds.values.astype(np.int64), np.empty((n_codes, dim))
         for axis in reversed(range(dim)):
             keys, number = np.divmod(keys, MOST_STEPS)
-            separations[:, axis] = steps.known[number]
-        fill(tabled, separations * FINEST, volumes.known[keys], 1.0 / self.h, self.kernels)
-        for part, separations in portions() if alone.any() else ():
-            selected = alone[part]
-            if selected.any():
-                rows = self.kernels[self.codes[part][selected][0] :]
+            separations[:, axis] = steps.values[number]
+        fill(n_codes, separations * FINEST, volumes.values[keys], 1.0 / self.h, self.kernels)
+        for part, separations in portions() if unique.any() else ():
+            mask = unique[part]
+            if mask.any():
+                rows = self.kernels[self.codes[part][mask][0] :]
                 fill(
-                    int(selected.sum()),
-                    separations[selected] * FINEST,
-                    volume[self.near[part][selected]],
+                    int(mask.sum()),
+                    separations[mask] * FINEST,
+                    volume[self.indices[part][mask]],
                     1.0 / self.h,
                     rows,
                 )
 
-    def _update_corrections(self, chosen: np.ndarray) -> None:
-        self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
+    def _update_corrections(self, indices: np.ndarray) -> None:
+        self._correct(len(indices), indices.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
                       self.corrections, self.sums, self.hourglass_sums)  # fmt: skip
 
-    def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
-        """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""
-        marked = np.zeros(self.count, bool)
+    def neighbours_of(self, mask: np.ndarray) -> np.ndarray:
+        """Return which particles have one of `mask` (n,) among their reference neighbours (count,), bool."""
+        result = np.zeros(self.count, bool)
         particle_loop(specialise(_mark_neighbours))(
-            self.count, self.starts, self.near, np.append(chosen, False), marked
+            self.count, self.starts, self.indices, np.append(mask, False), result
         )
-        return marked
+        return result
 
-    def remove(self, chosen: np.ndarray) -> None:
-        """Remove the particles `chosen` (n,), bool, from all lists, and update the corrections."""
-        affected = np.flatnonzero(self.neighbours_of(chosen) | chosen[: self.count])
-        removed = np.append(chosen, False)
-        for i in affected:
+    def remove(self, mask: np.ndarray) -> None:
+        """Remove the particles in `mask` (n,), bool, from all lists, and update the corrections."""
+        indices = np.flatnonzero(self.neighbours_of(mask) | mask[: self.count])
+        extended = np.append(mask, False)
+        for i in indices:
             row = slice(int(self.starts[i]), int(self.starts[i + 1]))
-            drop = removed[self.near[row]] | removed[i]
-            self.near[row][drop] = len(self.position)
+            drop = extended[self.indices[row]] | extended[i]
+            self.indices[row][drop] = len(self.position)
             self.codes[row][drop] = 0
-        self._update_corrections(affected)
+        self._update_corrections(indices)
 
 
 class _CommonValues:
-    """Up to `most` common values, numbered in order of appearance; 0 is the first."""
+    """Up to `capacity` common values, numbered in order of appearance; 0 is the first."""
 
-    def __init__(self, most: int) -> None:
-        self._most, self.known = most, np.zeros(1)
-        self._sorted, self._numbers = self.known, np.zeros(1, np.int64)
+    def __init__(self, capacity: int) -> None:
+        self._capacity, self.values = capacity, np.zeros(1)
+        self._sorted, self._numbers = self.values, np.zeros(1, np.int64)
 
     def number(self, values: np.ndarray) -> np.ndarray:
         """Return the numbers of `values` (n,), -1 for values without one."""
         numbers = self._look_up(values)
-        unknown = np.flatnonzero(numbers < 0)
-        new, counts = np.unique(values[unknown], return_counts=True)
-        new = new[counts >= COMMON][: self._most - len(self.known)]
-        if len(new):
-            self.known = np.append(self.known, new)
-            self._numbers = np.argsort(self.known)
-            self._sorted = self.known[self._numbers]
-            numbers[unknown] = self._look_up(values[unknown])
+        indices = np.flatnonzero(numbers < 0)
+        additions, counts = np.unique(values[indices], return_counts=True)
+        additions = additions[counts >= COMMON][: self._capacity - len(self.values)]
+        if len(additions):
+            self.values = np.append(self.values, additions)
+            self._numbers = np.argsort(self.values)
+            self._sorted = self.values[self._numbers]
+            numbers[indices] = self._look_up(values[indices])
         return numbers
 
     def _look_up(self, values: np.ndarray) -> np.ndarray:
-        at = np.minimum(np.searchsorted(self._sorted, values), len(self.known) - 1)
-        return np.where(self._sorted[at] == values, self._numbers[at], -1)
+        places = np.minimum(np.searchsorted(self._sorted, values), len(self.values) - 1)
+        return np.where(self._sorted[places] == values, self._numbers[places], -1)
 
 
 def _lists(
@@ -306,15 +306,15 @@ def _lists(
     """
     starts, lengths = np.zeros(count + 1, np.uint64), np.zeros(count, np.uint64)
     rows = [np.flatnonzero(body == number) for number in np.unique(body)]
-    members = [own[np.argsort(numbers[own])].astype(np.uint32) for own in rows]
-    sorted_bodies = [_SortedBody(position, own, reach) for own in members]
+    members = [indices[np.argsort(numbers[indices])].astype(np.uint32) for indices in rows]
+    sorted_bodies = [_SortedBody(position, indices, reach) for indices in members]
     for sorted_body in sorted_bodies:
         sorted_body.run(_count, (lengths, sorted_body.order, sorted_body.members))
     np.cumsum((lengths + np.uint64(7)) // np.uint64(8) * np.uint64(8), out=starts[1:])
-    near = np.full(int(starts[-1]), len(position), np.uint32)
+    entries = np.full(int(starts[-1]), len(position), np.uint32)
     for sorted_body in sorted_bodies:
-        sorted_body.run(_enter, (near, starts, sorted_body.order, sorted_body.members))
-    return starts, near
+        sorted_body.run(_enter, (entries, starts, sorted_body.order, sorted_body.members))
+    return starts, entries
 
 
 class _SortedBody:

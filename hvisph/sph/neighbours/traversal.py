@@ -5,8 +5,8 @@ copied once. Each particle filters the copy into a list of neighbours, which is 
 distant, massless row. The pair law sums over the list in one loop without branches. Each particle writes its own row
 only, and a list follows the cells along x, y and z in rising order: the bits do not depend on the number of threads.
 
-A pair law is a module of `hvisph.schemes` or `hvisph.sph`; `law(near, n, rows, i, constants, out)` is its loop, bound
-into the template below by `loop`. It reads its neighbours, a vector at a time, with
+A pair law is a module of `hvisph.schemes` or `hvisph.sph`; `law(indices, n, rows, i, constants, out)` is its loop,
+bound into the template below by `loop`. It reads its neighbours, a vector at a time, with
 `hvisph.compiler.vector.intrinsics.neighbours`.
 """
 
@@ -81,11 +81,11 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
 
     With OWN_REACH also all particles within the longest kernel of the cell, `h`.
     """
-    rough, exact, numbers = copies
+    singles, doubles, numbers = copies
     cx, cy, cz = place
     starts, _, nx, ny, nz, _ = grid
     zero, one, two, three, eight = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(8)
-    m = needed = zero
+    m = demand = zero
     for run in range(np.uint64(3 ** (DIM - 1))):
         ry = (cy + run % three + ny - one) & (ny - one) if DIM > 1 else zero
         rz = (cz + run // three + nz - one) & (nz - one) if DIM > 2 else zero
@@ -98,7 +98,7 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
                 high = base + two if cx == zero else base + one if cx == nx - one else base
             begin, end = np.uint64(starts[low]), np.uint64(starts[high])
             if m + end - begin > capacity:
-                needed = max(needed, m + end - begin)
+                demand = max(demand, m + end - begin)
                 continue
             for j in range(begin, end, eight):
                 m = append_near_box(columns, DIM, j, end, box, 2.0 * h if OWN_REACH else h, half_reach, numbers, m)
@@ -106,10 +106,10 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
         origin = box[f, 0] if f < np.uint64(DIM) else 0.0
         for k in range(m):
             value = columns[f, np.uint64(numbers[k])]
-            exact[f, k], rough[f, k] = value, np.float32(value - origin)
+            doubles[f, k], singles[f, k] = value, np.float32(value - origin)
         for k in range(m, m + np.uint64(SIXTEEN)):
-            exact[f, k], rough[f, k] = (FAR, np.float32(FAR)) if f < np.uint64(DIM) else (0.0, np.float32(0.0))
-    return m, needed
+            doubles[f, k], singles[f, k] = (FAR, np.float32(FAR)) if f < np.uint64(DIM) else (0.0, np.float32(0.0))
+    return m, demand
 
 
 def all_rigid(rows, numbers, n):
@@ -152,105 +152,105 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
     starts, inverse_edge, nx, ny, nz, undisturbed = grid
     size = capacity + sixteen
-    near, numbers, box = np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((3, 3))
-    rough, exact = np.empty((DIM + 1, size), np.float32), np.empty((DIM + 1, size))
+    indices, numbers, box = np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((3, 3))
+    singles, doubles = np.empty((DIM + 1, size), np.float32), np.empty((DIM + 1, size))
     slack = SLACK / (inverse_edge * inverse_edge)
     first = chunk * np.uint64(CHUNK)
     last = min(first + np.uint64(CHUNK), n_rows)
-    needed, m, group, wanted, longest, resting = zero, zero, first, False, 0.0, zero
+    demand, m, group, search, h_max, rest_end = zero, zero, first, False, 0.0, zero
     space = (last - first) * np.uint64(lists.shape[1]) if LISTS else zero
-    base, at, head = first * np.uint64(lists.shape[1]), one, zero
-    words, taken = lists.reshape(-1) if LISTS else numbers, zero
-    keeping = LISTS == KEEPS
-    kept = np.empty(space + sixteen, np.uint32) if LISTS == TAKES else numbers
+    base, slot, head = first * np.uint64(lists.shape[1]), one, zero
+    storage, extent = lists.reshape(-1) if LISTS else numbers, zero
+    recording = LISTS == KEEPS
+    record = np.empty(space + sixteen, np.uint32) if LISTS == TAKES else numbers
     if LISTS == TAKES:
-        taken = np.uint64(words[base])
-        for k in range(taken):
-            kept[k] = words[base + k]
+        extent = np.uint64(storage[base])
+        for k in range(extent):
+            record[k] = storage[base + k]
     for i in range(first, last):
         if ONLY and not dot(own_vector(rows, i, ONLY, DIM), own_vector(rows, i, ONLY, DIM)) > 0.0:
             group = max(group, i + one)
             continue
         x, h = column_vector(columns, i, DIM), columns[DIM, i]
-        if i == group and taken > zero:
-            group, m = first + np.uint64(kept[at]), np.uint64(kept[at + one])
-            at += one + one
+        if i == group and extent > zero:
+            group, m = first + np.uint64(record[slot]), np.uint64(record[slot + one])
+            slot += one + one
             for k in range(m):
-                numbers[k] = kept[at + k]
-            at += m
-            resting = group if m == zero else zero
+                numbers[k] = record[slot + k]
+            slot += m
+            rest_end = group if m == zero else zero
         elif i == group:  # the first of a cell, or of a group in it
             place = cell_at(x, inverse_edge, nx, ny, nz)
             cell = number_of(place, nx, nz)
             end = min(np.uint64(starts[cell + one]), last)
-            wanted = not (SKIPS and undisturbed[cell])
-            if wanted:
-                group, longest = enclose(columns, i, end, inverse_edge, box)
+            search = not (SKIPS and undisturbed[cell])
+            if search:
+                group, h_max = enclose(columns, i, end, inverse_edge, box)
             else:
-                group = resting = end
-            if keeping:
-                keeping = at + one < space
-                if keeping:
-                    head = base + at
-                    words[head], words[head + one] = np.uint32(group - first), np.uint32(0)
-                    at += one + one
+                group = rest_end = end
+            if recording:
+                recording = slot + one < space
+                if recording:
+                    head = base + slot
+                    storage[head], storage[head + one] = np.uint32(group - first), np.uint32(0)
+                    slot += one + one
         if np.uint64(order[i]) >= owned:
             continue
-        if wanted:
-            wanted = False
-            m, lacking = gather(
-                columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity, (rough, exact, numbers)
+        if search:
+            search = False
+            m, shortage = gather(
+                columns, place, grid, box, h_max, half_reach * ROUND_OFF, capacity, (singles, doubles, numbers)
             )
-            needed = max(needed, lacking)
+            demand = max(demand, shortage)
             if RIGID and all_rigid(rows, numbers, m):
-                resting = group
-            elif keeping:
-                keeping = at + m <= space
-                if keeping:
-                    words[head + one] = np.uint32(m)
+                rest_end = group
+            elif recording:
+                recording = slot + m <= space
+                if recording:
+                    storage[head + one] = np.uint32(m)
                     for k in range(m):
-                        words[base + at + k] = numbers[k]
-                    at += m
-        if SKIPS and i < resting:
+                        storage[base + slot + k] = numbers[k]
+                    slot += m
+        if SKIPS and i < rest_end:
             for f in range(np.uint64(FIRST), np.uint64(out.shape[1])):
                 out[i, f] = 0.0
             continue
-        n, mark, own = zero, zero, (*extend_vector(x), h)
+        n, mark, centre = zero, zero, (*extend_vector(x), h)
         marks = (m + np.uint64(2 * SIXTEEN - 1)) // np.uint64(2 * SIXTEEN)
-        keeping = keeping and at + marks <= space
-        if OWN_REACH and taken == zero:  # shorter lengths are replaced by h, so that the mean is at least h
+        recording = recording and slot + marks <= space
+        if OWN_REACH and extent == zero:  # shorter lengths are replaced by h, so that the mean is at least h
             for k in range(m):
                 length = max(columns[DIM, np.uint64(numbers[k])], h)
-                exact[DIM, k], rough[DIM, k] = length, np.float32(length)
+                doubles[DIM, k], singles[DIM, k] = length, np.float32(length)
         for k in range(zero, m, sixteen):
             shift = k & sixteen
-            if taken > zero:
-                bits = np.uint64(kept[at + k // np.uint64(2 * SIXTEEN)]) >> shift  # the lower sixteen count
+            if extent > zero:
+                bits = np.uint64(record[slot + k // np.uint64(2 * SIXTEEN)]) >> shift  # the lower sixteen count
             else:
-                bits = mark_near(rough, exact, numbers, DIM, k, i, own, box, half_reach, slack)
-            if keeping:
+                bits = mark_near(singles, doubles, numbers, DIM, k, i, centre, box, half_reach, slack)
+            if recording:
                 mark = bits if shift == zero else mark | bits << shift
-                words[base + at + k // np.uint64(2 * SIXTEEN)] = np.uint32(mark)
-            n = append_marked(numbers, bits, k, near, n)
-        if keeping or taken > zero:
-            at += marks
+                storage[base + slot + k // np.uint64(2 * SIXTEEN)] = np.uint32(mark)
+            n = append_marked(numbers, bits, k, indices, n)
+        if recording or extent > zero:
+            slot += marks
         if not NUMBERED:
             for k in range(n):
-                near[k] = numbers[np.uint64(near[k])]
-        if RIGID and rows[i, RIGID] < 0.0 and all_rigid(rows, near, n):
+                indices[k] = numbers[np.uint64(indices[k])]
+        if RIGID and rows[i, RIGID] < 0.0 and all_rigid(rows, indices, n):
             for f in range(np.uint64(FIRST), np.uint64(out.shape[1])):
                 out[i, f] = 0.0
             continue
         for k in range(np.uint64(LANES)):
-            near[n + k] = n_rows
-        padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
-        law(near, padded, rows, i, constants, out)
+            indices[n + k] = n_rows
+        width = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
+        law(indices, width, rows, i, constants, out)
         if UNITS:
             for f in range(np.uint64(out.shape[1])):
                 out[i, f] *= constants[np.uint64(UNITS) + f]
     if LISTS == KEEPS:
-        words[base] = np.uint32(at) if keeping else np.uint32(0)
-    overflow[chunk] = needed
+        storage[base] = np.uint32(slot) if recording else np.uint32(0)
+    overflow[chunk] = demand
     restore_mode(mode)
 
 
@@ -272,11 +272,11 @@ def loop(
     before. `single`: whether rows are of float32. `units`: index of the units of its results in the constants.
     `rigid`: slot of RIGID.
     """
-    skipping: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
-    bound: Options = {"DIM": dim, "OWN_REACH": int(own_reach), "RIGID": rigid if skipping["SKIPS"] else 0}
-    parts: Options = {part.__name__: specialise(part, **bound) for part in (enclose, gather, all_rigid)}
-    bound |= skipping | {"LISTS": lists, "ONLY": only, "LANES": SINGLES if single else LANES, "UNITS": units}
-    return chunk_loop(specialise(sweep, **bound, law=law, **parts), CHUNK)
+    skips: Options = {"SKIPS": int(first_result is not None), "FIRST": first_result or 0}
+    options: Options = {"DIM": dim, "OWN_REACH": int(own_reach), "RIGID": rigid if skips["SKIPS"] else 0}
+    parts: Options = {part.__name__: specialise(part, **options) for part in (enclose, gather, all_rigid)}
+    options |= skips | {"LISTS": lists, "ONLY": only, "LANES": SINGLES if single else LANES, "UNITS": units}
+    return chunk_loop(specialise(sweep, **options, law=law, **parts), CHUNK)
 
 
 def complete_sweep(
@@ -310,7 +310,7 @@ def complete_sweep(
               lists, outputs(capacity), overflow)  # fmt: skip
         if np.count_nonzero(overflow) == 0:
             return capacity
-        needed = int(overflow.max())
-        if needed > MOST_NEIGHBOURS:
+        demand = int(overflow.max())
+        if demand > MOST_NEIGHBOURS:
             raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed")
-        capacity = 2 * needed
+        capacity = 2 * demand

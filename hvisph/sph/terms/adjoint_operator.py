@@ -49,16 +49,16 @@ from .limiters import TINY
 
 
 @inline
-def closed_moment(moment, contact_moment, fills, missing):
+def closed_moment(moment, contact_moment, f, o):
     """Return B with the part of bodies in contact along their normal.
 
     `moment`, `contact_moment`: B of the own body and of the others, symmetric
-    `fills`, `missing`: sums of V |dW/dr| e over the other bodies, and the same of the own body with the opposite sign
+    `f`, `o`: sums of V |dW/dr| e over the other bodies, and the same of the own body with the opposite sign
       [1/m]
     """
-    size = np.sqrt(dot(fills, fills)) + TINY
-    n = multiply(1.0 / size, fills)
-    normal = contact_gap_factor(size, dot(missing, n)) * dot(n, symmetric_dot(contact_moment, n))
+    size = np.sqrt(dot(f, f)) + TINY
+    n = multiply(1.0 / size, f)
+    normal = contact_gap_factor(size, dot(o, n)) * dot(n, symmetric_dot(contact_moment, n))
     return add(moment, symmetric_outer(n, multiply(normal, n)))
 
 
@@ -73,11 +73,11 @@ def corrected_operator(moment, order):
 
 
 @inline
-def adjoint_tractions(s, its_stress, operator, its_operator, e):
+def adjoint_tractions(s, stress_b, operator, operator_b, e):
     """Return the difference t_a - t_b of the tractions of both sides, their mean, and the mean of both K e."""
-    ea, eb = symmetric_dot(operator, e), symmetric_dot(its_operator, e)
-    own, its = symmetric_dot(s, ea), symmetric_dot(its_stress, eb)
-    return subtract(own, its), multiply(0.5, add(own, its)), multiply(0.5, add(ea, eb))
+    ea, eb = symmetric_dot(operator, e), symmetric_dot(operator_b, e)
+    t_a, t_b = symmetric_dot(s, ea), symmetric_dot(stress_b, eb)
+    return subtract(t_a, t_b), multiply(0.5, add(t_a, t_b)), multiply(0.5, add(ea, eb))
 
 
 @inline
@@ -93,5 +93,5 @@ def extrapolated_stress(stress, change, time, zn, zt, volume, mass):
     longitudinal, shear = zn * zn * compliance, zt * zt * compliance
     if time < 0.0:
         longitudinal, shear = longitudinal - (4.0 / 3.0) * shear, 0.0
-    both = symmetric_components(add(change, transpose(change)))
-    return add(stress, add_identity(multiply(shear, both), (longitudinal - 2.0 * shear) * divergence(change)))
+    strain = symmetric_components(add(change, transpose(change)))
+    return add(stress, add_identity(multiply(shear, strain), (longitudinal - 2.0 * shear) * divergence(change)))

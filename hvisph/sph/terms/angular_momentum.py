@@ -59,11 +59,11 @@ def torque_residual(pair_torque, moment, contact_moment, spin, order):
     `spin`: w
     `order`: lattice order, above zero in solids that have not flowed
     """
-    own, b = subtract(moment, contact_moment), matrix(moment)
-    mean = mean_diagonal(matrix(own))
-    deviator = add_identity(own, -mean)
+    inner, b = subtract(moment, contact_moment), matrix(moment)
+    mean = mean_diagonal(matrix(inner))
+    deviator = add_identity(inner, -mean)
     gain = mean + sqrt(double_dot(deviator, deviator) * (1.0 / 6.0))
     share = 1.0 / gain if gain > TORQUE_GAIN_MAX else 1.0
-    left = multiply(share, subtract(pair_torque, dot_rows(inertia(own), spin)))
-    kept = correctable(b) or (order > 0.0 and mean_diagonal(b) > SINGULAR)
-    return left if kept else multiply(-2.0, spin)
+    residual = multiply(share, subtract(pair_torque, dot_rows(inertia(inner), spin)))
+    is_returned = correctable(b) or (order > 0.0 and mean_diagonal(b) > SINGULAR)
+    return residual if is_returned else multiply(-2.0, spin)

@@ -55,27 +55,27 @@ def mirror_weight(ring, inverse_ring):
 
 
 @inline
-def axisymmetric_jump(du, own, its, real):
+def axisymmetric_jump(du, u_a, u_b, real):
     """Return the velocity difference `du`; for an image over the axis, with the radial velocity of its particle.
 
-    `own` and `its` are both radial velocities, that of the image its own.
+    `u_a` and `u_b` are both radial velocities, that of the image its own.
     """
-    return add_radial(scale_radial(du, real, 0.0), own - (2.0 * real - 1.0) * its)
+    return add_radial(scale_radial(du, real, 0.0), u_a - (2.0 * real - 1.0) * u_b)
 
 
 @inline
-def axisymmetric_pair(force, dissipating, du, own, its, weight, real):
+def axisymmetric_pair(force, dissipating, du, u_a, u_b, weight, real):
     """Return force and difference of velocities of a pair, and over the axis what its dissipation closes by, doubled.
 
     `force`, `dissipating`, `du`: force of the plane, the part of it that dissipates, and difference of velocities
-    `own`, `its`: radial velocities
+    `u_a`, `u_b`: radial velocities
     `weight`, `real`: see `mirror_weight`
     """
-    jump = multiply(weight, axisymmetric_jump(du, own, its, real))
-    mirrored = (1.0 - real) * (1.0 - weight)
+    jump = multiply(weight, axisymmetric_jump(du, u_a, u_b, real))
+    share = (1.0 - real) * (1.0 - weight)
     force = scale_radial(force, weight * real, weight)
-    force = add_radial(force, (mirrored - (1.0 - real) * weight) * radial_part(dissipating))
-    return force, jump, mirrored * radial_part(du) - (1.0 - real) * radial_part(jump)
+    force = add_radial(force, (share - (1.0 - real) * weight) * radial_part(dissipating))
+    return force, jump, share * radial_part(du) - (1.0 - real) * radial_part(jump)
 
 
 @inline
@@ -85,17 +85,17 @@ def axis_dashpot(e, jump, zt_a, zt_b, weight, real):
 
 
 @inline
-def axisymmetric_traction(t, area, e, u, jump, left, zt_a, zt_b, other, weight, real):
+def axisymmetric_traction(t, area, e, u, jump, rest, zt_a, zt_b, other, weight, real):
     """Return the traction of a pair in the half-plane, the power of an image over the axis, and that of its dashpot.
 
     `t`, `area`: traction of the plane [Pa]; interaction area of the pair over the own volume
-    `e`, `u`, `jump`, `left`: line of centres; own velocity, its jump, and the normal jump that reconstruction leaves
+    `e`, `u`, `jump`, `rest`: line of centres; own velocity, its jump, and the normal jump that reconstruction leaves
       [m/s]
     `zt_a`, `zt_b`, `other`: shear impedances; 1 for a pair of different bodies, else 0
     `weight`, `real`: see `mirror_weight`
     """
     image_power = area * weight * (1.0 - real) * (0.5 * radial_part(t)) * (2.0 * radial_part(u) + radial_part(jump))
-    dashpot = (1.0 - other) * axis_dashpot(e, left, zt_a, zt_b, weight, real)
+    dashpot = (1.0 - other) * axis_dashpot(e, rest, zt_a, zt_b, weight, real)
     traction = add_radial(scale_radial(t, weight * real, weight), dashpot)
     return traction, image_power, (0.5 * area) * dashpot * radial_part(jump)
 

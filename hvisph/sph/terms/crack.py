@@ -40,6 +40,6 @@ def softened_bound(t, soft):
 
 
 @inline
-def unbroken_share(own, other, e):
+def unbroken_share(c_a, c_b, e):
     """Return the factor of tension and shear of a pair along `e`, from c of both sides."""
-    return 1.0 - max(min(dot(own, e), -dot(other, e)), 0.0)
+    return 1.0 - max(min(dot(c_a, e), -dot(c_b, e)), 0.0)

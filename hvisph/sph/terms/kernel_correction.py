@@ -55,14 +55,14 @@ def pair_layout(standard: RowLayout) -> RowLayout:
     return RowLayout(standard.dim, (*standard.fields, ("a", "gradient"), ("b", "vector")))
 
 
-def corrections(near, n, rows, i, constants, out):
+def corrections(indices, n, rows, i, constants, out):
     """Write A and B into row `i`, and the number of its neighbours where it falls back as a whole, else 0."""
     x, h = own_vector(rows, i, 0, DIM), rows[i, H]
     count = s = broadcast_lanes(0.0)
-    of_kernel = first = broadcast(no_vector(DIM))
+    slope_sum = first_sum = broadcast(no_vector(DIM))
     moment = broadcast(no_symmetric(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
+        b = neighbours(rows, indices, k, WIDTH)
         dx = subtract(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
         hm = 0.5 * (h + b[H])
@@ -70,34 +70,34 @@ def corrections(near, n, rows, i, constants, out):
         inverse = 1.0 / (hm * density_length)  # one division for 1/h and 1/(r rho_b)
         ih = inverse * density_length
         norm = scale(ih) * b[M] * (inverse * hm)
-        present = min(b[M] * HUGE, 1.0)
+        mask = min(b[M] * HUGE, 1.0)
         if COUPLED:
-            _, same, _ = shares(rows, i, b, multiply(-1.0, dx), constants[constants.size - 1])
-            norm = norm * same
-            present = present * same
+            _, share, _ = shares(rows, i, b, multiply(-1.0, dx), constants[constants.size - 1])
+            norm = norm * share
+            mask = mask * share
         g = multiply(-norm * slope(r * ih), dx)  # V_b times the gradient of W
-        count += present
+        count += mask
         if SHEPARD:
             w = norm * r * hm * shape(r * ih)
             s += w
-            of_kernel = add(of_kernel, g)
-            first = add(first, multiply(w, dx))
+            slope_sum = add(slope_sum, g)
+            first_sum = add(first_sum, multiply(w, dx))
         if GRADIENT:
             moment = add(moment, symmetric_outer(dx, g))
     inverse_s, shift = 1.0, no_vector(DIM)
     if SHEPARD:
         inverse_s = 1.0 / (lane_sum(s) + rows[i, M] / rows[i, RHO] * scale(1.0 / h) * h * shape(0.0))
-        shift = multiply(-inverse_s * inverse_s, lane_sums(of_kernel))
-    good = lane_sum(count) > 1.5
+        shift = multiply(-inverse_s * inverse_s, lane_sums(slope_sum))
+    regular = lane_sum(count) > 1.5
     a = identity(no_gradient(DIM))
     if GRADIENT:
-        shape_matrix = add(multiply(inverse_s, matrix(lane_sums(moment))), outer(shift, lane_sums(first)))
-        a, sound = sound_inverse(shape_matrix)
+        shape_matrix = add(multiply(inverse_s, matrix(lane_sums(moment))), outer(shift, lane_sums(first_sum)))
+        a, is_regular = sound_inverse(shape_matrix)
         shift = dot_rows(a, shift)
-        good = good and sound
+        regular = regular and is_regular
     a = multiply(inverse_s, a)
-    if not good:
+    if not regular:
         a, shift = identity(a), no_vector(DIM)
     put(out, i, A, a)
     put(out, i, B, shift)
-    out[i, FALLBACKS] = 0.0 if good else lane_sum(count)
+    out[i, FALLBACKS] = 0.0 if regular else lane_sum(count)

@@ -39,31 +39,31 @@ def limiter_floor(approach, dt_n, za, zb, densities, order):
 
 
 @inline
-def limited_shares(u, of_u, t, of_t, limiter, floor):
+def limited_shares(u, slopes_u, t, slopes_t, limiter, floor):
     """Return the shares of half their difference by which both states move, of velocities and of tractions.
 
     `u`, `t`: square of the difference d
-    `of_u`, `of_t`: products of d with the slopes of both sides
+    `slopes_u`, `slopes_t`: products of d with the slopes of both sides
     `limiter`: A function of `sph.terms.limiters`
     `floor`: least share, see `limiter_floor`
     """
-    n1, d1 = limiter(u, 2.0 * of_u[0] - u)
-    n2, d2 = limiter(u, 2.0 * of_u[1] - u)
-    n3, d3 = limiter(t, 2.0 * of_t[0] - t)
-    n4, d4 = limiter(t, 2.0 * of_t[1] - t)
-    by_u, by_t = reciprocals(d1 * d2, d3 * d4)
-    shares_u = max(n1 * d2 * by_u, floor), max(n2 * d1 * by_u, floor)
-    return shares_u, (max(n3 * d4 * by_t, floor), max(n4 * d3 * by_t, floor))
+    n1, d1 = limiter(u, 2.0 * slopes_u[0] - u)
+    n2, d2 = limiter(u, 2.0 * slopes_u[1] - u)
+    n3, d3 = limiter(t, 2.0 * slopes_t[0] - t)
+    n4, d4 = limiter(t, 2.0 * slopes_t[1] - t)
+    inverse_u, inverse_t = reciprocals(d1 * d2, d3 * d4)
+    shares_u = max(n1 * d2 * inverse_u, floor), max(n2 * d1 * inverse_u, floor)
+    return shares_u, (max(n3 * d4 * inverse_t, floor), max(n4 * d3 * inverse_t, floor))
 
 
 @inline
-def limited_shares_of_ratios(u, of_u, t, of_t, limiter, floor):
+def limited_shares_of_ratios(u, slopes_u, t, slopes_t, limiter, floor):
     """Return `limited_shares` from slopes over the difference: squares of squares leave the range of float32."""
-    by_u, by_t = 2.0 / (u + SQUARE_MIN), 2.0 / (t + SQUARE_MIN)
-    n1, d1 = limiter(1.0, min(of_u[0] * by_u - 1.0, RATIO_MAX))
-    n2, d2 = limiter(1.0, min(of_u[1] * by_u - 1.0, RATIO_MAX))
-    n3, d3 = limiter(1.0, min(of_t[0] * by_t - 1.0, RATIO_MAX))
-    n4, d4 = limiter(1.0, min(of_t[1] * by_t - 1.0, RATIO_MAX))
-    by_u, by_t = reciprocals(d1 * d2, d3 * d4)
-    shares_u = max(n1 * d2 * by_u, floor), max(n2 * d1 * by_u, floor)
-    return shares_u, (max(n3 * d4 * by_t, floor), max(n4 * d3 * by_t, floor))
+    inverse_u, inverse_t = 2.0 / (u + SQUARE_MIN), 2.0 / (t + SQUARE_MIN)
+    n1, d1 = limiter(1.0, min(slopes_u[0] * inverse_u - 1.0, RATIO_MAX))
+    n2, d2 = limiter(1.0, min(slopes_u[1] * inverse_u - 1.0, RATIO_MAX))
+    n3, d3 = limiter(1.0, min(slopes_t[0] * inverse_t - 1.0, RATIO_MAX))
+    n4, d4 = limiter(1.0, min(slopes_t[1] * inverse_t - 1.0, RATIO_MAX))
+    inverse_u, inverse_t = reciprocals(d1 * d2, d3 * d4)
+    shares_u = max(n1 * d2 * inverse_u, floor), max(n2 * d1 * inverse_u, floor)
+    return shares_u, (max(n3 * d4 * inverse_t, floor), max(n4 * d3 * inverse_t, floor))

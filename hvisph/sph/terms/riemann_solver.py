@@ -41,8 +41,8 @@ SHEAR_IMPEDANCE_MIN = 1e-8
 @inline
 def reciprocals(a, b):
     """Return 1/a and 1/b with a single division."""
-    both = 1.0 / (a * b)
-    return b * both, a * both
+    inverse = 1.0 / (a * b)
+    return b * inverse, a * inverse
 
 
 @inline
@@ -61,8 +61,8 @@ def riemann_normal(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
       (`sph.terms.reconstruction`); 1/2, or 0 of pairs without reconstruction
     """
     half_u, half_t = half * du, half * dt
-    left_u, left_t = du - (shares_u[0] + shares_u[1]) * half_u, dt - (shares_t[0] + shares_t[1]) * half_t
-    change = inverse * (zb * left_u + left_t)
+    rest_u, rest_t = du - (shares_u[0] + shares_u[1]) * half_u, dt - (shares_t[0] + shares_t[1]) * half_t
+    change = inverse * (zb * rest_u + rest_t)
     return shares_u[0] * half_u + change, t_a + shares_t[0] * half_t + za * change
 
 
@@ -70,9 +70,9 @@ def riemann_normal(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
 def riemann_tangential(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     """Return the same of the tangential Riemann problem, as vectors."""
     half_u, half_t = multiply(half, du), multiply(half, dt)
-    left_u = subtract(du, multiply(shares_u[0] + shares_u[1], half_u))
-    left_t = subtract(dt, multiply(shares_t[0] + shares_t[1], half_t))
-    change = multiply(inverse, add(multiply(zb, left_u), left_t))
+    rest_u = subtract(du, multiply(shares_u[0] + shares_u[1], half_u))
+    rest_t = subtract(dt, multiply(shares_t[0] + shares_t[1], half_t))
+    change = multiply(inverse, add(multiply(zb, rest_u), rest_t))
     traction = add(t_a, add(multiply(shares_t[0], half_t), multiply(za, change)))
     return add(multiply(shares_u[0], half_u), change), traction
 

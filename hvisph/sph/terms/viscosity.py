@@ -59,8 +59,8 @@ def shear_share(l):
 def balsara_share(l, c, h):
     """Return BAL's share from the full velocity gradient [1/s], sound speed [m/s] and smoothing length [m]."""
     compression = abs(divergence(l))
-    turning = curl(l)
-    return compression / (compression + sqrt(dot(turning, turning)) + 1e-4 * c / h)
+    rotation = curl(l)
+    return compression / (compression + sqrt(dot(rotation, rotation)) + 1e-4 * c / h)
 
 
 @inline
