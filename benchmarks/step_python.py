@@ -59,7 +59,7 @@ LOOPS = [0.0]
 def timed_call(loop: CompiledFunction, *arguments: object) -> object:
     """Call a compiled loop and add its time."""
     began = perf_counter()
-    result = loop.made(*arguments)
+    result = loop.function(*arguments)
     LOOPS[0] += perf_counter() - began
     return result
 

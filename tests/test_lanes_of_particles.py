@@ -10,7 +10,7 @@ import pytest
 from hvisph.compiler.exact_sum import add_lanes, encode_terms, rounding_constant, sum_lanes
 from hvisph.compiler.if_conversion import convert_tree
 from hvisph.compiler.jit import inline, prange, python_twin, specialise
-from hvisph.compiler.tensors import own_gradient, own_symmetric, own_vector, put
+from hvisph.compiler.tensors import put, row_gradient, row_symmetric, row_vector
 from hvisph.compiler.vector.lane_masks import first_lanes
 from hvisph.compiler.vector.lanes import LANES
 from hvisph.compiler.vector.memory_access import gather
@@ -26,7 +26,7 @@ COUNT = 40  # a multiple of all numbers of lanes
 
 
 def _one(data, i, out):
-    put(out, i, 0, function(own_vector(data, i, 0, 3)))
+    put(out, i, 0, function(row_vector(data, i, 0, 3)))
 
 
 def _singly(data, near, out):
@@ -169,9 +169,9 @@ MATERIALS = {
 
 def _respond(data, i, out, table, models, m):
     s, plastic_strain, damage, p, c, memory = update_stress(
-        table, models, m, data[i, 0], data[i, 1], data[i, 2], own_symmetric(data, i, 3, 3), data[i, 9], data[i, 10],
+        table, models, m, data[i, 0], data[i, 1], data[i, 2], row_symmetric(data, i, 3, 3), data[i, 9], data[i, 10],
         (data[i, 11], data[i, 12], data[i, 13], data[i, 14], data[i, 15], data[i, 16], data[i, 17], data[i, 18],
-         data[i, 19]), own_gradient(data, i, 20, 3))  # fmt: skip
+         data[i, 19]), row_gradient(data, i, 20, 3))  # fmt: skip
     put(out, i, 0, s)
     put(out, i, 6, (plastic_strain, damage, p, c))
     put(out, i, 10, memory)

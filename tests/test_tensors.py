@@ -75,7 +75,7 @@ def test_full_tensors_hold_those_in_the_plane(dim):
     assert tensors3d.plane_components(symmetric_of(full), dim) == symmetric_of(s)
     assert tensors3d.replace_zz(gradient_of(full), 5.0)[8] == 5.0
     stored = np.arange(8.0)[None]
-    six = tensors3d.own_full_symmetric(stored, 0, 1, dim)
+    six = tensors3d.row_full_symmetric(stored, 0, 1, dim)
     assert six == tuple(range(1, 1 + SYMMETRIC_LENGTH[dim])) + (0.0,) * (6 - SYMMETRIC_LENGTH[dim])
     back = np.zeros((1, 8))
     tensors3d.put_full_symmetric(back, 0, 1, six, dim)
@@ -134,7 +134,7 @@ def test_ranks_are_as_long_as_rows_say(dim):
 
 def _several(rows, i):
     """One of everything: what the compiler makes of it must be what Python makes of the same lines."""
-    x, s, g = t.own_vector(rows, i, 0, DIM), t.own_symmetric(rows, i, 3, DIM), t.own_gradient(rows, i, 9, DIM)  # noqa: F821
+    x, s, g = t.row_vector(rows, i, 0, DIM), t.row_symmetric(rows, i, 3, DIM), t.row_gradient(rows, i, 9, DIM)  # noqa: F821
     m = t.add(t.matrix(s), t.multiply(0.1, t.product(g, t.transpose(g))))
     inverse = t.multiply(1.0 / t.determinant(m), t.adjugate(m))
     v = t.subtract(t.symmetric_dot(t.add_identity(s, -0.5), x), t.dot_rows(inverse, x))

@@ -128,12 +128,12 @@ def _lock(path: Path) -> Iterator[None]:
 @contextmanager
 def _rare_garbage_collection() -> Iterator[None]:
     """Let Python search for cyclic garbage rarely: with the compiler's many objects it takes a seventh of the time."""
-    thresholds, frozen = gc.get_threshold(), gc.get_freeze_count()
+    thresholds, count = gc.get_threshold(), gc.get_freeze_count()
     gc.freeze()
     gc.set_threshold(20_000, 20, 100)
     try:
         yield
     finally:
         gc.set_threshold(*thresholds)
-        if not frozen:
+        if not count:
             gc.unfreeze()

@@ -22,11 +22,11 @@ def cache_folder() -> Path | None:
     """Return the folder of the compiled loops, or None where no folder can be written or read."""
     from platformdirs import user_cache_path
 
-    chosen = os.environ.get("HVISPH_CACHE_DIR")
-    folder = Path(chosen or user_cache_path("hvisph", appauthor=False)) / "loops"
+    setting = os.environ.get("HVISPH_CACHE_DIR")
+    folder = Path(setting or user_cache_path("hvisph", appauthor=False)) / "loops"
     # the home may belong to somebody else, as under sudo: its loops are not executed
-    trusted = chosen or not folder.is_dir() or _belongs_to_user(folder, 0o022)
-    if trusted and (_is_writable(folder) or any(folder.glob(f"*{SUFFIX}"))):
+    is_trusted = setting or not folder.is_dir() or _belongs_to_user(folder, 0o022)
+    if is_trusted and (_is_writable(folder) or any(folder.glob(f"*{SUFFIX}"))):
         return folder
     return _private_folder()
 
@@ -54,8 +54,8 @@ def _private_folder() -> Path | None:
 def _belongs_to_user(folder: Path, forbidden: int) -> bool:
     """Whether a folder is the user's, no link, and has none of the `forbidden` permissions; Windows has its own."""
     status = folder.lstat()
-    owned = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & forbidden)
-    return stat.S_ISDIR(status.st_mode) and owned
+    is_owner = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & forbidden)
+    return stat.S_ISDIR(status.st_mode) and is_owner
 
 
 def file_stem(function: PythonFunction) -> str:

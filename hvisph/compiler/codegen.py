@@ -125,8 +125,8 @@ class Library(JITCodeLibrary):
         """Return the address of a function, or 0 if the library does not define it."""
         self._ensure_finalized()
         if not self._has_machine_code:
-            defined = (function.name for function in self._final_module.functions if not function.is_declaration)
-            if self.name.startswith(_PARALLEL_BODY) or name not in defined:
+            names = (function.name for function in self._final_module.functions if not function.is_declaration)
+            if self.name.startswith(_PARALLEL_BODY) or name not in names:
                 return 0  # called by compiled code only
             self._link()
             self._assemble()

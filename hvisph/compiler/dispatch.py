@@ -42,13 +42,13 @@ for_each_operation(register_operation)
 
 
 @typeof_impl.register(CompiledFunction)
-def _type_of_compiled(one: CompiledFunction, context: BaseContext) -> types.Type:
-    return types.Dispatcher(one.made)
+def _type_of_compiled(function: CompiledFunction, context: BaseContext) -> types.Type:
+    return types.Dispatcher(function.function)
 
 
 @typeof_impl.register(LazyFunction)
-def _type_of_later(one: LazyFunction, context: BaseContext) -> types.Type:
-    return LoopDispatcher.targetdescr.typing_context.resolve_value_type(one.made)
+def _type_of_later(function: LazyFunction, context: BaseContext) -> types.Type:
+    return LoopDispatcher.targetdescr.typing_context.resolve_value_type(function.function)
 
 
 class _Loop(LoopDispatcher):
@@ -65,11 +65,11 @@ class _Loop(LoopDispatcher):
             self._cache.end_compilation()
 
 
-def make_loop(one: CompiledFunction, parallel: bool, report: Callable[[str], None]) -> LoopDispatcher:
+def make_loop(source: CompiledFunction, parallel: bool, report: Callable[[str], None]) -> LoopDispatcher:
     """Return the numba function of a loop; `report` is called with its name before it is compiled."""
-    function = one.py_func
-    own = function.__globals__  # `specialise` copied them
-    own.update({name: numba.prange for name, value in own.items() if value is prange})
+    function = source.py_func
+    namespace = function.__globals__  # `specialise` copied them
+    namespace.update({name: numba.prange for name, value in namespace.items() if value is prange})
     loop = _Loop(function, targetoptions=OPTIONS | {"parallel": parallel, "nogil": True, "no_cfunc_wrapper": True})
     loop._cache = LoopCache(function, lambda: report(function.__name__))
     return loop
@@ -87,15 +87,15 @@ class Scalar(LoopDispatcher):
 
     def get_call_template(self, args: Types, kws: dict[str, types.Type]) -> object:
         """Return the call template for arguments of these types."""
-        wide = _wide(args)
-        if wide:
-            return _in_lanes(self, wide).get_call_template(args, kws)
+        lane_arguments = _wide(args)
+        if lane_arguments:
+            return _in_lanes(self, lane_arguments).get_call_template(args, kws)
         return super().get_call_template(args, kws)
 
     def get_overload(self, sig: Signature) -> object:
         """Return the compiled form for a signature."""
-        wide = _wide(normalize_signature(sig)[0])
-        return _in_lanes(self, wide).get_overload(sig) if wide else super().get_overload(sig)
+        lane_arguments = _wide(normalize_signature(sig)[0])
+        return _in_lanes(self, lane_arguments).get_overload(sig) if lane_arguments else super().get_overload(sig)
 
 
 def _wide(kinds: Types) -> tuple[int, ...]:
@@ -109,19 +109,19 @@ def _holds_lanes(kind: types.Type) -> bool:
     return kind in (strict, mask) or isinstance(kind, Many)
 
 
-def make_scalar(one: CompiledFunction) -> Scalar:
+def make_scalar(function: CompiledFunction) -> Scalar:
     """Return the numba function of a scalar function."""
-    making = any(kind == ATTRIBUTE and name in _ALLOCATING for kind, name in read_names(one.py_func.__code__))
-    options = {"forceinline": True} if one.inlined else {}
-    return Scalar(one.py_func, targetoptions=LEAN | options | {"_nrt": making})
+    allocates = any(kind == ATTRIBUTE and name in _ALLOCATING for kind, name in read_names(function.py_func.__code__))
+    options = {"forceinline": True} if function.inlined else {}
+    return Scalar(function.py_func, targetoptions=LEAN | options | {"_nrt": allocates})
 
 
 @cache
-def _in_lanes(function: Scalar, wide: tuple[int, ...]) -> LoopDispatcher:
-    """Return the function that applies `function` to each lane of the arguments `wide`."""
+def _in_lanes(function: Scalar, lane_arguments: tuple[int, ...]) -> LoopDispatcher:
+    """Return the function that applies `function` to each lane of the arguments `lane_arguments`."""
     if function.targetoptions.get("forceinline"):
         try:
-            text = if_conversion.convert(function.py_func, wide)
+            text = if_conversion.convert(function.py_func, lane_arguments)
             return LoopDispatcher(text, targetoptions=LEAN | {"forceinline": True})
         except if_conversion.UnsuitableError:
             function = make_scalar(CompiledFunction(function.py_func, False, make_scalar))

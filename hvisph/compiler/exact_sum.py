@@ -24,9 +24,9 @@ _FINE = 2.0**-FINER
 LARGEST = 2.0**51  # terms must be smaller than this number of units; sums of their magnitudes are correct up to it
 
 
-def sum_unit(whole: float) -> float:
-    """Return a power of two, the unit for terms that add up to `whole`, or to 2^11 times that; 2^-40 for zero."""
-    return float(2.0 ** (ceil(log2(whole)) - BELOW)) if 0.0 < whole < np.inf else 2.0**-BELOW
+def sum_unit(total: float) -> float:
+    """Return a power of two, the unit for terms that add up to `total`, or to 2^11 times that; 2^-40 for zero."""
+    return float(2.0 ** (ceil(log2(total)) - BELOW)) if 0.0 < total < np.inf else 2.0**-BELOW
 
 
 def rounding_constant(unit: np.ndarray | float) -> np.ndarray | float:
@@ -37,12 +37,12 @@ def rounding_constant(unit: np.ndarray | float) -> np.ndarray | float:
 @inline
 def add_term(sums, i, k, term, rounder):
     """Add `term` to the whole number sums[i, 0, k] and the finer one sums[i, 1, k]; rounder: `rounding_constant`."""
-    zero, one, at = np.uint64(0), np.uint64(1), np.uint64(k)
+    zero, one, column = np.uint64(0), np.uint64(1), np.uint64(k)
     fine = rounder * 5.820766091346741e-11  # 2^-34
-    whole = term + rounder
-    rest = (term - (whole - rounder)) + fine
-    sums[i, zero, at] += np.float64(whole).view(np.int64) - np.float64(rounder).view(np.int64)
-    sums[i, one, at] += np.float64(rest).view(np.int64) - np.float64(fine).view(np.int64)
+    coarse = term + rounder
+    residual = (term - (coarse - rounder)) + fine
+    sums[i, zero, column] += np.float64(coarse).view(np.int64) - np.float64(rounder).view(np.int64)
+    sums[i, one, column] += np.float64(residual).view(np.int64) - np.float64(fine).view(np.int64)
 
 
 @inline
@@ -55,41 +55,41 @@ def add_vector(sums, i, k, terms, rounder):
 
 
 @inline
-def add_lanes(counted, k, here, terms, rounder):
-    """Add `terms`, where the mask `here` holds, to the whole numbers counted[0, k] and the finer ones counted[1, k].
+def add_lanes(sums, k, mask, terms, rounder):
+    """Add `terms`, where the mask `mask` holds, to the whole numbers sums[0, k] and the finer ones sums[1, k].
 
-    `counted` is an array of int64 (2, columns, LANES); for `rounder` see `rounding_constant`.
+    `sums` is an array of int64 (2, columns, LANES); for `rounder` see `rounding_constant`.
     """
-    add_rounded(counted, np.uint64(k), select(here, terms, 0.0), rounder, FINER)
+    add_rounded(sums, np.uint64(k), select(mask, terms, 0.0), rounder, FINER)
 
 
 @inline
-def add_lane_vectors(counted, k, here, terms, rounder):
+def add_lane_vectors(sums, k, mask, terms, rounder):
     """Add the components of the vector `terms` to the columns from the k-th on, see `add_lanes`."""
     column = np.uint64(k)
     for term in terms:
-        add_lanes(counted, column, here, term, rounder)
+        add_lanes(sums, column, mask, term, rounder)
         column += np.uint64(1)
 
 
 @inline
-def sum_lanes(wholes, i, counted):
-    """Write into wholes[i] the sums over the lanes of `counted`."""
-    for part in range(np.uint64(counted.shape[0])):
-        for k in range(np.uint64(counted.shape[1])):
-            whole = np.int64(0)
+def sum_lanes(totals, i, sums):
+    """Write into totals[i] the sums over the lanes of `sums`."""
+    for part in range(np.uint64(sums.shape[0])):
+        for k in range(np.uint64(sums.shape[1])):
+            total = np.int64(0)
             for lane in range(np.uint64(LANES)):
-                whole += counted[part, k, lane]
-            wholes[i, part, k] = whole
+                total += sums[part, k, lane]
+            totals[i, part, k] = total
 
 
 def encode_terms(terms: np.ndarray, unit: float) -> np.ndarray:
     """Return the sum over the first axis of `terms` (n, ...) as whole numbers and finer ones (2, ...)."""
     terms = np.asarray(terms, float)
-    whole = np.rint(terms * (1.0 / unit))
-    rest = np.rint((terms - whole * unit) * (1.0 / (unit * _FINE)))
+    coarse = np.rint(terms * (1.0 / unit))
+    residual = np.rint((terms - coarse * unit) * (1.0 / (unit * _FINE)))
     with np.errstate(invalid="ignore"):
-        parts: np.ndarray = np.stack([whole, rest]).astype(np.int64).sum(axis=1)
+        parts: np.ndarray = np.stack([coarse, residual]).astype(np.int64).sum(axis=1)
     return parts
 
 
@@ -111,8 +111,8 @@ def exact_sum(terms: np.ndarray) -> float:
 
 def exact_parts(terms: np.ndarray) -> list[float]:
     """Return few numbers whose exact sum is that of `terms` (n,), so that parts can be combined by `fsum`."""
-    rest, parts = terms.tolist(), [fsum(terms.tolist())]
+    numbers, parts = terms.tolist(), [fsum(terms.tolist())]
     while parts[-1] and abs(parts[-1]) < np.inf:
-        rest.append(-parts[-1])
-        parts.append(fsum(rest))
+        numbers.append(-parts[-1])
+        parts.append(fsum(numbers))
     return parts

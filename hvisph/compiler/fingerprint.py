@@ -60,28 +60,28 @@ def fingerprint(function: object) -> str:
     return digest.hexdigest()[:32]
 
 
-def _parts(value: object, seen: set[int]) -> Iterator[str]:
+def _parts(value: object, visited: set[int]) -> Iterator[str]:
     """Yield texts that determine the code compiled from `value`."""
     value = _python_function(value)
     if isinstance(value, types.FunctionType):
         # Compiled code contains the names of its functions, so equal texts in two modules differ.
         yield f"{value.__module__}.{value.__qualname__}"
-        if id(value) in seen or value.__module__.split(".")[0] in _FOREIGN:
+        if id(value) in visited or value.__module__.split(".")[0] in _FOREIGN:
             return
-        seen.add(id(value))
+        visited.add(id(value))
         for cell in value.__closure__ or ():
-            yield from _parts(cell.cell_contents, seen)
+            yield from _parts(cell.cell_contents, visited)
         if value.__module__ in _WHOLE:
             return
         yield from _code(value.__code__)
         yield repr(value.__defaults__)
-        for name, used in _read_by(value):
+        for name, member in _read_by(value):
             yield name
-            yield from _parts(used, seen)
+            yield from _parts(member, visited)
     elif isinstance(value, (tuple, list)):
         yield type(value).__name__
         for part in value:
-            yield from _parts(part, seen)
+            yield from _parts(part, visited)
     elif isinstance(value, (np.ndarray, np.generic)):
         yield f"{value.dtype}{value.shape}{value.tobytes().hex()}"
     else:
@@ -102,8 +102,8 @@ def _code(code: types.CodeType) -> Iterator[str]:
     yield code.co_code.hex()
     yield repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars, code.co_flags))
     first = code.co_consts[:1]  # of a function that is no lambda, the docstring or None
-    skipped = int(code.co_name != "<lambda>" and (first == (None,) or isinstance(first[0], str))) if first else 0
-    for constant in code.co_consts[skipped:]:
+    start = int(code.co_name != "<lambda>" and (first == (None,) or isinstance(first[0], str))) if first else 0
+    for constant in code.co_consts[start:]:
         if isinstance(constant, types.CodeType):
             yield from _code(constant)
         else:
@@ -113,18 +113,18 @@ def _code(code: types.CodeType) -> Iterator[str]:
 def _read_by(function: types.FunctionType) -> Iterator[tuple[str, object]]:
     """Yield the globals that a function or a nested function reads; of a module, the members that it reads."""
     for code in _all_code(function.__code__):
-        held: object = None
+        value: object = None
         for kind, name in read_names(code):
             if kind == GLOBAL:
-                held = function.__globals__.get(name)
+                value = function.__globals__.get(name)
                 if name in function.__globals__:
-                    yield name, held
-            elif kind == ATTRIBUTE and isinstance(held, types.ModuleType):
-                held = getattr(held, name, None)
-                if not isinstance(held, types.ModuleType):
-                    yield name, held
+                    yield name, value
+            elif kind == ATTRIBUTE and isinstance(value, types.ModuleType):
+                value = getattr(value, name, None)
+                if not isinstance(value, types.ModuleType):
+                    yield name, value
             else:
-                held = None
+                value = None
 
 
 def read_names(code: types.CodeType) -> Iterator[tuple[int, str]]:
@@ -132,17 +132,17 @@ def read_names(code: types.CodeType) -> Iterator[tuple[int, str]]:
 
     The module `dis` takes five times as long.
     """
-    names, extended, text = code.co_names, 0, code.co_code
+    names, high_bits, text = code.co_names, 0, code.co_code
     for operation, argument in zip(text[::2], text[1::2], strict=True):
         if operation == dis.EXTENDED_ARG:
-            extended = (extended | argument) << 8
+            high_bits = (high_bits | argument) << 8
             continue
         if operation in _READS:
             kind, shift = _READS[operation]
-            yield kind, names[(extended | argument) >> shift]
+            yield kind, names[(high_bits | argument) >> shift]
         elif operation:  # 0 is an inline cache of the interpreter
             yield OTHER, ""
-        extended = 0
+        high_bits = 0
 
 
 def _all_code(code: types.CodeType) -> Iterator[types.CodeType]:

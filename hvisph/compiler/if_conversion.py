@@ -38,24 +38,24 @@ class UnsuitableError(Exception):
 
 def convert(function: PythonFunction, wide: Iterable[int]) -> PythonFunction:
     """Return `function` for lanes in the arguments with indices `wide`, or raise `UnsuitableError`."""
-    made = convert_tree(function, wide)
+    tree = convert_tree(function, wide)
     namespace = dict(function.__globals__) | _HELPERS
-    exec(compile(ast.Module([made], []), inspect.getfile(function), "exec"), namespace)  # noqa: S102 text of ours
-    result: PythonFunction = namespace[made.name]
+    exec(compile(ast.Module([tree], []), inspect.getfile(function), "exec"), namespace)  # noqa: S102 text of ours
+    result: PythonFunction = namespace[tree.name]
     result.__module__ = function.__module__
     return result
 
 
 def convert_tree(function: PythonFunction, wide: Iterable[int]) -> ast.FunctionDef:
     """Return the syntax tree that `convert` compiles; `ast.unparse` shows it."""
-    made = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
-    if not isinstance(made, ast.FunctionDef):
+    tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+    if not isinstance(tree, ast.FunctionDef):
         raise UnsuitableError
-    names = [argument.arg for argument in made.args.args]
-    body = made.body[1:] if ast.get_docstring(made) is not None else made.body
-    made.body = _Converter({names[k] for k in wide}, set(names)).block(body)
-    made.name, made.decorator_list = f"{function.__name__}_in_lanes", []
-    return ast.fix_missing_locations(made)
+    names = [argument.arg for argument in tree.args.args]
+    body = tree.body[1:] if ast.get_docstring(tree) is not None else tree.body
+    tree.body = _Converter({names[k] for k in wide}, set(names)).block(body)
+    tree.name, tree.decorator_list = f"{function.__name__}_in_lanes", []
+    return ast.fix_missing_locations(tree)
 
 
 _EACH = """
@@ -83,12 +83,12 @@ def _names(target: ast.AST) -> list[str]:
 
 def _bound(statements: Iterable[ast.stmt]) -> list[str]:
     """Return the names that are bound in statements, in order, each once."""
-    return list(dict.fromkeys(name for one in statements for name in _names(one)))
+    return list(dict.fromkeys(name for statement in statements for name in _names(statement)))
 
 
 def _returns(statements: list[ast.stmt]) -> bool:
     """Whether a path through the statements returns."""
-    return any(isinstance(node, ast.Return) for one in statements for node in ast.walk(one))
+    return any(isinstance(node, ast.Return) for statement in statements for node in ast.walk(statement))
 
 
 def _ends(statements: list[ast.stmt]) -> bool:
@@ -128,10 +128,10 @@ class _Expression(ast.NodeTransformer):
         return super().visit(node) if self.is_wide(node) else node
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
-        made, *others = [self.visit(value) for value in node.values]
-        for other in others:
-            made = _call("_mask_and" if isinstance(node.op, ast.And) else "_mask_or", made, other)
-        return made
+        result, *terms = [self.visit(value) for value in node.values]
+        for term in terms:
+            result = _call("_mask_and" if isinstance(node.op, ast.And) else "_mask_or", result, term)
+        return result
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         node = ast.UnaryOp(node.op, self.visit(node.operand))
@@ -140,11 +140,11 @@ class _Expression(ast.NodeTransformer):
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
         values = [self.visit(value) for value in (node.left, *node.comparators)]
         pairs = zip(node.ops, values, values[1:], strict=False)
-        made: ast.expr
-        made, *others = [ast.Compare(a, [sign], [copy.deepcopy(b)]) for sign, a, b in pairs]
-        for other in others:
-            made = _call("_mask_and", made, other)
-        return made
+        result: ast.expr
+        result, *terms = [ast.Compare(a, [sign], [copy.deepcopy(b)]) for sign, a, b in pairs]
+        for term in terms:
+            result = _call("_mask_and", result, term)
+        return result
 
     def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
         test, body, orelse = (self.visit(part) for part in (node.test, node.body, node.orelse))
@@ -168,8 +168,8 @@ class _Converter:
         return f"{word}_{self.count}_"
 
     def expression(self, node: ast.expr) -> ast.expr:
-        made: ast.expr = _Expression(self.wide).visit(copy.deepcopy(node))
-        return made
+        result: ast.expr = _Expression(self.wide).visit(copy.deepcopy(node))
+        return result
 
     def is_wide(self, node: ast.AST) -> bool:
         return _Expression(self.wide).is_wide(node)
@@ -180,149 +180,149 @@ class _Converter:
         `result` is the name of the variable for the returned value, empty if they may return it themselves. `where`
         is the name of the mask of the lanes that they apply to, empty for all lanes.
         """
-        made: list[ast.stmt] = []
-        for place, one in enumerate(statements):
-            if isinstance(one, ast.If) and _returns([one]):
-                return made + self.return_branch(one, statements[place + 1 :], result, where)
-            if isinstance(one, ast.Return):
-                value = self.expression(one.value)  # type: ignore[arg-type]
-                return [*made, _assign(result, value) if result else ast.Return(value)]
-            made += self.statement(one, where)
-        return made
+        body: list[ast.stmt] = []
+        for index, statement in enumerate(statements):
+            if isinstance(statement, ast.If) and _returns([statement]):
+                return body + self.return_branch(statement, statements[index + 1 :], result, where)
+            if isinstance(statement, ast.Return):
+                value = self.expression(statement.value)  # type: ignore[arg-type]
+                return [*body, _assign(result, value) if result else ast.Return(value)]
+            body += self.statement(statement, where)
+        return body
 
-    def statement(self, one: ast.stmt, where: str) -> list[ast.stmt]:
-        match one:
+    def statement(self, node: ast.stmt, where: str) -> list[ast.stmt]:
+        match node:
             case ast.Assign(targets=targets, value=value):
-                made = ast.Assign(copy.deepcopy(targets), self.expression(value))
-                return [self.assignment(made, self.is_wide(value), where)]
+                assignment = ast.Assign(copy.deepcopy(targets), self.expression(value))
+                return [self.assignment(assignment, self.is_wide(value), where)]
             case ast.AugAssign(target=target, op=op, value=value):
                 wide = self.is_wide(value) or self.is_wide(target)
-                read = copy.deepcopy(target)
-                read.ctx = ast.Load()
-                new = ast.Assign([copy.deepcopy(target)], ast.BinOp(read, op, self.expression(value)))
-                return [self.assignment(new, wide, where)]
+                operand = copy.deepcopy(target)
+                operand.ctx = ast.Load()
+                update = ast.Assign([copy.deepcopy(target)], ast.BinOp(operand, op, self.expression(value)))
+                return [self.assignment(update, wide, where)]
             case ast.If():
-                return self.branch(one, where)
+                return self.branch(node, where)
             case ast.For(iter=several, target=target, body=body, orelse=[]):
                 names = set(_names(target))
                 self.known |= names
                 self.wide = self.wide | names if self.is_wide(several) else self.wide - names
                 for _ in range(2):  # a name that one iteration makes wide is wide in the next
-                    turn = self.block(body, where=where)
-                return [ast.For(target, self.expression(several), turn, [])]
+                    loop_body = self.block(body, where=where)
+                return [ast.For(target, self.expression(several), loop_body, [])]
             case ast.Expr(value=value) if not where:
                 return [ast.Expr(self.expression(value))]
         raise UnsuitableError
 
-    def assignment(self, one: ast.Assign, wide: bool, where: str) -> ast.stmt:
+    def assignment(self, statement: ast.Assign, wide: bool, where: str) -> ast.stmt:
         """Record the names that an assignment binds; one to an item of rows applies to the lanes `where` only."""
-        for target in one.targets:
+        for target in statement.targets:
             if isinstance(target, ast.Subscript) and where:
-                before = copy.deepcopy(target)
-                before.ctx = ast.Load()
-                one = ast.Assign([target], _call("_select", _load(where), one.value, before))
+                value = copy.deepcopy(target)
+                value.ctx = ast.Load()
+                statement = ast.Assign([target], _call("_select", _load(where), statement.value, value))
             names = set(_names(target))
             self.known |= names
             self.wide = self.wide | names if wide else self.wide - names
-        return one
+        return statement
 
-    def branch(self, one: ast.If, where: str) -> list[ast.stmt]:
+    def branch(self, statement: ast.If, where: str) -> list[ast.stmt]:
         """Return a branch that does not return."""
-        test, wide = self.expression(one.test), set(self.wide)
-        if not self.is_wide(one.test):
-            body = self.block(one.body, where=where)
-            of_body, self.wide = self.wide, set(wide)
-            orelse = self.block(one.orelse, where=where)
-            self.wide |= of_body
+        test, wide = self.expression(statement.test), set(self.wide)
+        if not self.is_wide(statement.test):
+            body = self.block(statement.body, where=where)
+            body_names, self.wide = self.wide, set(wide)
+            orelse = self.block(statement.orelse, where=where)
+            self.wide |= body_names
             return [ast.If(test, body, orelse)]
-        alike, unlike = self.parts(one.test)
-        if alike and not one.orelse:  # the condition that is common to all lanes comes first
-            return self.branch(ast.If(alike, [ast.If(unlike, one.body, [])], []), where)
-        return self.wide_branch(one, test, where)
+        scalar_part, lane_part = self.parts(statement.test)
+        if scalar_part and not statement.orelse:  # the condition that is common to all lanes comes first
+            return self.branch(ast.If(scalar_part, [ast.If(lane_part, statement.body, [])], []), where)
+        return self.wide_branch(statement, test, where)
 
-    def wide_branch(self, one: ast.If, test: ast.expr, where: str) -> list[ast.stmt]:
+    def wide_branch(self, statement: ast.If, test: ast.expr, where: str) -> list[ast.stmt]:
         """Return a branch that does not return and whose condition is a mask."""
-        wide, known, held = set(self.wide), set(self.known), self.new("where")
-        made: list[ast.stmt] = [_assign(held, test)]
-        inner = self.nested_mask(held, where, made)
-        of_else = _bound(one.orelse)
-        changed = [name for name in _bound([*one.body, *one.orelse]) if name in known]
-        fresh = [name for name in _bound(one.body) if name in of_else and name not in known]
-        before = {name: self.new(name) for name in changed}
-        first = [_assign(new, _load(name)) for name, new in before.items()]
-        body = first + self.block(one.body, where=inner)
-        if not one.orelse:
-            body += [self.merge(held, name, _load(name), _load(before[name])) for name in changed]
-            costly = any(self.is_costly(part) for part in one.body)
-            made += [ast.If(_call("_any_true", _load(held)), body, [])] if costly else body
+        wide, known, mask = set(self.wide), set(self.known), self.new("where")
+        statements: list[ast.stmt] = [_assign(mask, test)]
+        nested = self.nested_mask(mask, where, statements)
+        else_names = _bound(statement.orelse)
+        changed = [name for name in _bound([*statement.body, *statement.orelse]) if name in known]
+        new_names = [name for name in _bound(statement.body) if name in else_names and name not in known]
+        copies = {name: self.new(name) for name in changed}
+        saved = [_assign(new, _load(name)) for name, new in copies.items()]
+        body = saved + self.block(statement.body, where=nested)
+        if not statement.orelse:
+            body += [self.merge(mask, name, _load(name), _load(copies[name])) for name in changed]
+            costly = any(self.is_costly(part) for part in statement.body)
+            statements += [ast.If(_call("_any_true", _load(mask)), body, [])] if costly else body
         else:
-            of_body = {name: self.new(name) for name in changed + fresh}
-            made += body + [_assign(new, _load(name)) for name, new in of_body.items()]
-            made += [_assign(name, _load(new)) for name, new in before.items()]
+            results = {name: self.new(name) for name in changed + new_names}
+            statements += body + [_assign(new, _load(name)) for name, new in results.items()]
+            statements += [_assign(name, _load(new)) for name, new in copies.items()]
             self.wide, self.known = set(wide), set(known)
-            outside = self.new("where")
-            made.append(_assign(outside, _call("_mask_not", _load(held))))
-            inner = self.nested_mask(outside, where, made)
-            made += self.block(one.orelse, where=inner)
-            made += [self.merge(held, name, _load(new), _load(name)) for name, new in of_body.items()]
-        self.wide, self.known = wide | set(changed + fresh), known | set(changed + fresh)
-        return made
+            inverse = self.new("where")
+            statements.append(_assign(inverse, _call("_mask_not", _load(mask))))
+            nested = self.nested_mask(inverse, where, statements)
+            statements += self.block(statement.orelse, where=nested)
+            statements += [self.merge(mask, name, _load(new), _load(name)) for name, new in results.items()]
+        self.wide, self.known = wide | set(changed + new_names), known | set(changed + new_names)
+        return statements
 
     def parts(self, test: ast.expr) -> tuple[ast.expr | None, ast.expr]:
         """Split a conjunction into its part that does not depend on lanes, if any, and the rest."""
         if not isinstance(test, ast.BoolOp) or isinstance(test.op, ast.Or):
             return None, test
-        alike = [value for value in test.values if not self.is_wide(value)]
-        unlike = [value for value in test.values if self.is_wide(value)]
-        return (_all(alike) if alike else None), _all(unlike)
+        scalars = [value for value in test.values if not self.is_wide(value)]
+        lanes = [value for value in test.values if self.is_wide(value)]
+        return (_all(scalars) if scalars else None), _all(lanes)
 
-    def nested_mask(self, held: str, where: str, made: list[ast.stmt]) -> str:
-        """Return the name of the mask `where` and `held`."""
+    def nested_mask(self, mask: str, where: str, statements: list[ast.stmt]) -> str:
+        """Return the name of the mask `where` and `mask`."""
         if not where:
-            return held
-        inner = self.new("where")
-        made.append(_assign(inner, _call("_mask_and", _load(where), _load(held))))
-        return inner
+            return mask
+        name = self.new("where")
+        statements.append(_assign(name, _call("_mask_and", _load(where), _load(mask))))
+        return name
 
     @staticmethod
-    def merge(held: str, name: str, a: ast.expr, b: ast.expr) -> ast.stmt:
-        return _assign(name, _call("_select", _load(held), a, b))
+    def merge(mask: str, name: str, a: ast.expr, b: ast.expr) -> ast.stmt:
+        return _assign(name, _call("_select", _load(mask), a, b))
 
     @staticmethod
-    def is_costly(one: ast.stmt) -> bool:
+    def is_costly(statement: ast.stmt) -> bool:
         """Whether a statement should be skipped if no lane needs it."""
-        for node in ast.walk(one):
+        for node in ast.walk(statement):
             if isinstance(node, ast.Call) and not (isinstance(node.func, ast.Name) and node.func.id in _CHEAP):
                 return True
         return False
 
-    def return_branch(self, one: ast.If, rest: list[ast.stmt], result: str, where: str) -> list[ast.stmt]:
+    def return_branch(self, statement: ast.If, rest: list[ast.stmt], result: str, where: str) -> list[ast.stmt]:
         """Return a branch that returns on some path, and the statements that follow it."""
-        sides = [one.body, one.orelse]
+        sides = [statement.body, statement.orelse]
         if sum(not _ends(side) for side in sides) > 1 and len(rest) > _SHORT:
             raise UnsuitableError
         body, orelse = (side if _ends(side) else [*side, *rest] for side in sides)
-        test, wide, known = self.expression(one.test), set(self.wide), set(self.known)
-        if not self.is_wide(one.test):
-            here = self.block(body, result, where)
+        test, wide, known = self.expression(statement.test), set(self.wide), set(self.known)
+        if not self.is_wide(statement.test):
+            if_body = self.block(body, result, where)
             self.wide, self.known = set(wide), set(known)
-            return [ast.If(test, here, self.block(orelse, result, where))]
-        held, outside = self.new("where"), self.new("where")
-        made: list[ast.stmt] = [_assign(held, test), _assign(outside, _call("_mask_not", _load(held)))]
-        taken, other = (body, self.new("result"), held), (orelse, self.new("result"), outside)
+            return [ast.If(test, if_body, self.block(orelse, result, where))]
+        mask, inverse = self.new("where"), self.new("where")
+        statements: list[ast.stmt] = [_assign(mask, test), _assign(inverse, _call("_mask_not", _load(mask)))]
+        if_side, else_side = (body, self.new("result"), mask), (orelse, self.new("result"), inverse)
         # The side that is always computed comes first; the other one is skipped if it concerns no lane.
-        late = any(map(self.is_costly, body)) and not any(map(self.is_costly, orelse))
-        (first, name, these), (second, last, those) = (other, taken) if late else (taken, other)
-        kept = {bound: self.new(bound) for bound in _bound(first) if bound in known}
-        made += [_assign(new, _load(bound)) for bound, new in kept.items()]
-        inner = self.nested_mask(these, where, made)
-        made += self.block(first, name, inner)
-        made += [_assign(bound, _load(new)) for bound, new in kept.items()]
+        is_late = any(map(self.is_costly, body)) and not any(map(self.is_costly, orelse))
+        (first, name, mask_1), (second, name_2, mask_2) = (else_side, if_side) if is_late else (if_side, else_side)
+        copies = {variable: self.new(variable) for variable in _bound(first) if variable in known}
+        statements += [_assign(new, _load(variable)) for variable, new in copies.items()]
+        nested = self.nested_mask(mask_1, where, statements)
+        statements += self.block(first, name, nested)
+        statements += [_assign(variable, _load(new)) for variable, new in copies.items()]
         self.wide, self.known = set(wide), set(known)
-        if not (result or late):
-            made.append(ast.If(_call("_all_true", _load(held)), [ast.Return(_load(name))], []))
-        inner = self.nested_mask(those, where, made)
-        after = self.block(second, last, inner)
-        after.append(_assign(name, _call("_select", _load(those), _load(last), _load(name))))
-        made += [ast.If(_call("_any_true", _load(those)), after, [])] if late else after
-        return [*made, _assign(result, _load(name)) if result else ast.Return(_load(name))]
+        if not (result or is_late):
+            statements.append(ast.If(_call("_all_true", _load(mask)), [ast.Return(_load(name))], []))
+        nested = self.nested_mask(mask_2, where, statements)
+        second_body = self.block(second, name_2, nested)
+        second_body.append(_assign(name, _call("_select", _load(mask_2), _load(name_2), _load(name))))
+        statements += [ast.If(_call("_any_true", _load(mask_2)), second_body, [])] if is_late else second_body
+        return [*statements, _assign(result, _load(name)) if result else ast.Return(_load(name))]

@@ -32,10 +32,10 @@ if "OMP_WAIT_POLICY" not in os.environ:
     os.environ.setdefault("KMP_BLOCKTIME", "0")
 
 
-def _scalar(one: CompiledFunction) -> object:
+def _scalar(function: CompiledFunction) -> object:
     from . import dispatch
 
-    return dispatch.make_scalar(one)
+    return dispatch.make_scalar(function)
 
 
 def inline(function: PythonFunction) -> CompiledFunction:
@@ -57,17 +57,17 @@ def python_twin(function: CompiledFunction) -> PythonFunction:
     source = function.py_func
     twin = types.FunctionType(source.__code__, {}, source.__name__, source.__defaults__)
     twin.__globals__["__builtins__"] = source.__globals__["__builtins__"]
-    held, name = None, ""
+    value, name = None, ""
     for kind, read in read_names(source.__code__):
         if kind == GLOBAL and read in source.__globals__:
-            name, held = read, source.__globals__[read]
-            if not isinstance(held, types.ModuleType):
-                twin.__globals__[name] = python_twin(held) if isinstance(held, CompiledFunction) else held
-        elif kind == ATTRIBUTE and isinstance(held, types.ModuleType):
-            member = getattr(held, read)
+            name, value = read, source.__globals__[read]
+            if not isinstance(value, types.ModuleType):
+                twin.__globals__[name] = python_twin(value) if isinstance(value, CompiledFunction) else value
+        elif kind == ATTRIBUTE and isinstance(value, types.ModuleType):
+            member = getattr(value, read)
             module = twin.__globals__.setdefault(name, types.SimpleNamespace())
             setattr(module, read, python_twin(member) if isinstance(member, CompiledFunction) else member)
-            held = None
+            value = None
     return twin
 
 
@@ -89,15 +89,15 @@ def _bind(template: PythonFunction, name: str, bindings: Mapping[str, object]) -
 
 @cache
 def _narrowed(function: CompiledFunction, constants: tuple[tuple[str, object], ...]) -> CompiledFunction:
-    source, held = function.py_func, dict(constants)
+    source, table = function.py_func, dict(constants)
     bindings = {}
-    if not any(n in held or isinstance(source.__globals__.get(n), CompiledFunction) for n in source.__code__.co_names):
+    if not any(n in table or isinstance(source.__globals__.get(n), CompiledFunction) for n in source.__code__.co_names):
         return function
     for name in {name for kind, name in read_names(source.__code__) if kind == GLOBAL}:
         value = source.__globals__.get(name)
-        bound = _narrowed(value, constants) if isinstance(value, CompiledFunction) else held.get(name, value)
-        if bound is not value:
-            bindings[name] = bound
+        replacement = _narrowed(value, constants) if isinstance(value, CompiledFunction) else table.get(name, value)
+        if replacement is not value:
+            bindings[name] = replacement
     if not bindings:
         return function
     tag = hashlib.sha256(repr(constants).encode()).hexdigest()[:8]
@@ -113,7 +113,7 @@ def bind_constants(function: CompiledFunction, **constants: object) -> CompiledF
     return _narrowed(function, tuple(sorted(constants.items())))
 
 
-_made: dict[str, CompiledFunction] = {}
+_functions: dict[str, CompiledFunction] = {}
 _listeners: list[Callable[[str], None]] = []
 
 
@@ -132,10 +132,10 @@ def _report(name: str) -> None:
         listener(name)
 
 
-def _make_loop(parallel: bool, one: CompiledFunction) -> object:
+def _make_loop(parallel: bool, function: CompiledFunction) -> object:
     from . import dispatch
 
-    return dispatch.make_loop(one, parallel, _report)
+    return dispatch.make_loop(function, parallel, _report)
 
 
 def specialise(template: PythonFunction, *, parallel: bool | None = None, **bindings: Any) -> CompiledFunction:
@@ -155,15 +155,15 @@ def specialise(template: PythonFunction, *, parallel: bool | None = None, **bind
     -------
     A compiled function; the same object for the same arguments.
     """
-    spelled = ",".join(f"{k}={_key(v)}" for k, v in sorted(bindings.items()))
-    tag = hashlib.sha256(spelled.encode()).hexdigest()[:16]
+    key = ",".join(f"{k}={_key(v)}" for k, v in sorted(bindings.items()))
+    tag = hashlib.sha256(key.encode()).hexdigest()[:16]
     name = f"{template.__name__}_{tag}"
-    full = f"{template.__module__}.{name}.{parallel}"
-    if full in _made:
-        return _made[full]
+    path = f"{template.__module__}.{name}.{parallel}"
+    if path in _functions:
+        return _functions[path]
     function = _bind(template, name, bindings)
-    made = inline(function) if parallel is None else CompiledFunction(function, None, partial(_make_loop, parallel))
-    return _made.setdefault(full, made)
+    result = inline(function) if parallel is None else CompiledFunction(function, None, partial(_make_loop, parallel))
+    return _functions.setdefault(path, result)
 
 
 def missing_loops() -> list[str]:
@@ -172,17 +172,17 @@ def missing_loops() -> list[str]:
 
     folder = cache_folder()
     stored = set() if folder is None else {file.name.rsplit("-", 1)[0] for file in folder.glob(f"*{SUFFIX}")}
-    loops = [one.py_func for one in _made.values() if one.inlined is None]
+    loops = [function.py_func for function in _functions.values() if function.inlined is None]
     return [loop.__name__.rsplit("_", 1)[0] for loop in loops if file_stem(loop) not in stored]
 
 
 def bind(
     template: PythonFunction,
     options: Mapping[str, object],
-    offered: Mapping[str, object] | None = None,
+    bindings: Mapping[str, object] | None = None,
     parts: Iterable[PythonFunction] = (),
 ) -> CompiledFunction:
-    """Return `template` compiled with `options` and with those names of `offered` that it uses.
+    """Return `template` compiled with `options` and with those names of `bindings` that it uses.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def bind(
         Templates that it, or a later one of them, calls by name; they are bound to the same values.
     options
         Constants and functions of this template; it or one of its parts must use each of them.
-    offered
+    bindings
         Constants and functions that several templates share, such as the slots of a row.
 
     Raises
@@ -200,17 +200,17 @@ def bind(
     TypeError
         For an option that the template does not use, for example a misspelt one.
     """
-    every = {name for one in (template, *parts) for name in one.__code__.co_names}
+    names = {name for one in (template, *parts) for name in one.__code__.co_names}
     for option in options:
-        if option not in every:
-            near = get_close_matches(option, every, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
+        if option not in names:
+            match = get_close_matches(option, names, 1)
+            hint = f"; did you mean {match[0]!r}?" if match else ""
             raise TypeError(f"{template.__module__}.{template.__name__} has no option {option!r}{hint}")
-    given = dict(offered or {}) | dict(options)
+    values = dict(bindings or {}) | dict(options)
     for one in parts:
-        given[one.__name__] = specialise(one, **_named_by(one, given))
-    return specialise(template, **_named_by(template, given))
+        values[one.__name__] = specialise(one, **_select_names(one, values))
+    return specialise(template, **_select_names(template, values))
 
 
-def _named_by(template: PythonFunction, given: Mapping[str, object]) -> Options:
-    return {name: given[name] for name in template.__code__.co_names if name in given}
+def _select_names(template: PythonFunction, values: Mapping[str, object]) -> Options:
+    return {name: values[name] for name in template.__code__.co_names if name in values}

@@ -27,7 +27,7 @@ class LazyFunction:
         return ".".join(self._place)
 
     @cached_property
-    def made(self) -> Any:
+    def function(self) -> Any:
         """The function itself."""
         module, name = self._place
         return getattr(import_module(module), name)
@@ -44,14 +44,14 @@ class CompiledFunction:
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the compiled function."""
-        return self.made(*arguments)
+        return self.function(*arguments)
 
     def __reduce__(self) -> str:
         """Return its name, by which another process finds its own copy."""
         return self.py_func.__qualname__
 
     @cached_property
-    def made(self) -> Any:
+    def function(self) -> Any:
         """The numba function."""
         return self._make(self)
 

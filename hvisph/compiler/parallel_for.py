@@ -63,13 +63,13 @@ def _visit(chunk, count, *given):
 
 @cache
 def _loop(name: str, given: tuple[str, ...], short: bool) -> PythonFunction:
-    made: dict[str, object] = {
+    namespace: dict[str, object] = {
         **{"np": np, "prange": prange, "next_chunk": next_chunk},
         **{"thread_count": thread_count, "make_counters": make_counters, "__name__": __name__},
     }
-    alone = _ALONE if short else ""
-    exec(_TEXT.format(name=name, alone=alone, given="{given}").format(given=", ".join(given)), made)  # noqa: S102
-    return made[name]
+    branch = _ALONE if short else ""
+    exec(_TEXT.format(name=name, alone=branch, given="{given}").format(given=", ".join(given)), namespace)  # noqa: S102
+    return namespace[name]
 
 
 def chunk_loop(visit: CompiledFunction, chunk: int = CHUNK, short: bool = False) -> CompiledFunction:

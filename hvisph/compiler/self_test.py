@@ -21,23 +21,23 @@ def self_test() -> dict[str, bool | str | float | int]:
     """
     import numba
 
-    heard: list[str] = []
+    names: list[str] = []
     x = np.linspace(0.5, 2.0, COUNT)
-    computed = np.zeros(COUNT)
+    result = np.zeros(COUNT)
     start = time.perf_counter()
     reason = ""
-    with report_compilation(heard.append):
+    with report_compilation(names.append):
         try:
-            specialise(_powers, parallel=True)(x, computed)
+            specialise(_powers, parallel=True)(x, result)
         except Exception as error:  # whatever the compiler says is the answer
             reason = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - start
-    if not reason and not np.allclose(computed, x**1.5, rtol=1e-13, atol=0.0):
+    if not reason and not np.allclose(result, x**1.5, rtol=1e-13, atol=0.0):
         reason = "a compiled loop gives wrong numbers"
     return {
         "passed": not reason,
         "reason": reason,
-        "cached": not heard and not reason,
+        "cached": not names and not reason,
         "seconds": seconds,
         "threads": numba.get_num_threads(),
     }

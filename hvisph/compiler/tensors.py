@@ -37,8 +37,8 @@ _DIMENSIONS = {1: 1, 2: 2, 3: 3, 4: 2, 9: 3}
 
 def sum_terms(terms):
     """Return the sum of terms, from the left."""
-    first, *others = terms
-    for term in others:
+    first, *rest = terms
+    for term in rest:
         first = first + term
     return first
 
@@ -55,7 +55,7 @@ def _reader(rank: str) -> PythonFunction:
     return operation(read)
 
 
-def _own_reader(rank: str) -> PythonFunction:
+def _row_reader(rank: str) -> PythonFunction:
     """Return the operation that reads a tensor of this rank at `slot` of row `i`."""
 
     def read(rows, i, slot, dim):
@@ -74,7 +74,7 @@ def _nothing(rank: str) -> PythonFunction:
 
 
 vector, axial, symmetric, gradient, symmetric_gradient = (_reader(rank) for rank in SIZE)
-own_vector, own_axial, own_symmetric, own_gradient, own_symmetric_gradient = (_own_reader(rank) for rank in SIZE)
+row_vector, row_axial, row_symmetric, row_gradient, row_symmetric_gradient = (_row_reader(rank) for rank in SIZE)
 no_vector, no_axial, no_symmetric, no_gradient, no_symmetric_gradient = (_nothing(rank) for rank in SIZE)
 
 
@@ -85,7 +85,7 @@ def exact_vector(b, slot, rest, dim):
 
 
 @operation
-def own_exact_vector(rows, i, slot, rest, dim):
+def row_exact_vector(rows, i, slot, rest, dim):
     """Return the same of row `i`."""
     return tuple(rows[i, slot + k] for k in range(dim)) + tuple(rows[i, rest + k] for k in range(dim if rest else 0))
 
@@ -112,7 +112,7 @@ def put(rows, i, slot, value):
 
 
 @operation
-def own_columns(rows, i, slot, stride, dim):
+def row_columns(rows, i, slot, stride, dim):
     """Return the gradient whose columns are stored in row `i` from `slot` on, at intervals of `stride`."""
     return tuple(rows[i, slot + stride * k + j] for j in range(dim) for k in range(dim))
 
@@ -180,8 +180,8 @@ def outer(a, b):
 def symmetric_outer(a, b):
     """Return the components of a (x) b that a symmetric tensor stores: all of them if b is parallel to a."""
     places = PLACES[len(a) * (len(a) + 1) // 2]
-    parts = {places[i][j]: a[i] * b[j] for i in range(len(a)) for j in range(i, len(a))}
-    return tuple(parts[k] for k in range(len(parts)))
+    components = {places[i][j]: a[i] * b[j] for i in range(len(a)) for j in range(i, len(a))}
+    return tuple(components[k] for k in range(len(components)))
 
 
 @operation

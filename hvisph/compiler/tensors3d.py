@@ -16,7 +16,7 @@ _STORED = {1: 3, 2: 4, 3: 6}
 
 
 @operation
-def own_full_symmetric(rows, i, slot, dim):
+def row_full_symmetric(rows, i, slot, dim):
     """Return the six components of the tensor at `slot` of row `i`, stored as `hvisph.core.fields` says."""
     return tuple(rows[i, slot + k] if k < _STORED[dim] else 0.0 for k in range(6))
 
@@ -98,8 +98,8 @@ def rotation(a):
 def rotate(s, r):
     """Return r . s . r^T of a full symmetric tensor and a rotation."""
     t = product(r, matrix(s))
-    kept = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return tuple(sum_terms(t[3 * i + k] * r[3 * j + k] for k in range(3)) for i, j in kept)
+    indices = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return tuple(sum_terms(t[3 * i + k] * r[3 * j + k] for k in range(3)) for i, j in indices)
 
 
 @operation

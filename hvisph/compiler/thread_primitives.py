@@ -37,13 +37,13 @@ def make_counters(typing_context):
 
 
 @intrinsic
-def increment_counter(typing_context, counters, which):
+def increment_counter(typing_context, counters, number):
     """Return the value of a counter and increment it atomically; both arguments are uint64."""
 
     def generate(context, builder, signature, arguments):
-        counters, which = arguments
+        counters, number = arguments
         first = builder.inttoptr(counters, _i64.as_pointer())
-        place = builder.gep(first, [builder.mul(which, ir.Constant(_i64, LINE))])
+        place = builder.gep(first, [builder.mul(number, ir.Constant(_i64, LINE))])
         return builder.atomic_rmw("add", place, ir.Constant(_i64, 1), "monotonic")
 
     return types.uint64(types.uint64, types.uint64), generate

@@ -219,12 +219,12 @@ def register_operation(write: PythonFunction) -> None:
                 result = write(*map(_stand_in, arguments))
             except (TypeError, IndexError, KeyError, ValueError, AttributeError):
                 return None  # no such operation on these
-            passed = map(_passed, arguments)
+            kinds = map(_passed, arguments)
             if result is None:
-                return signature(types.none, *passed)
+                return signature(types.none, *kinds)
             if isinstance(result, tuple):
-                return signature(types.UniTuple(_common(result), len(result)), *passed)
-            return signature(_common((result,)), *passed)
+                return signature(types.UniTuple(_common(result), len(result)), *kinds)
+            return signature(_common((result,)), *kinds)
 
     def generate(context, builder, sig, values):
         result = write(*(_argument(context, builder, k, v) for k, v in zip(sig.args, values, strict=True)))
@@ -232,9 +232,9 @@ def register_operation(write: PythonFunction) -> None:
             return context.get_dummy_value()
         kind = sig.return_type
         parts = [_emitted(builder, part) for part in (result if isinstance(result, tuple) else (result,))]
-        of_parts = getattr(kind, "dtype", kind)
-        if isinstance(of_parts, Lanes):
-            parts = [widen(builder, part, of_parts.vector) for part in parts]
+        element = getattr(kind, "dtype", kind)
+        if isinstance(element, Lanes):
+            parts = [widen(builder, part, element.vector) for part in parts]
         return context.make_tuple(builder, kind, parts) if isinstance(result, tuple) else parts[0]
 
     infer_global(write, types.Function(Operation))

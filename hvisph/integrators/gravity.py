@@ -14,7 +14,7 @@ from math import sqrt
 
 import numpy as np
 
-from hvisph.compiler.tensors import dot, multiply, own_vector, subtract
+from hvisph.compiler.tensors import dot, multiply, row_vector, subtract
 
 # Constant of gravitation [m^3/(kg s^2)], CODATA 2018.
 GRAVITATIONAL_CONSTANT = 6.67430e-11
@@ -58,7 +58,7 @@ class Gravity:
 def gravity_at(x, gravity):
     """Return the acceleration (DIM) [m/s^2] at `x` in the field with the `numbers` (1, DIM + 2) (template)."""
     zero = np.uint64(0)
-    vector = own_vector(gravity, zero, 0, DIM)
+    vector = row_vector(gravity, zero, 0, DIM)
     if GRAVITY == UNIFORM:
         return vector
     s = subtract(x, vector)

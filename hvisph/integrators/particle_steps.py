@@ -13,18 +13,18 @@ from hvisph.compiler.tensors import (
     dot,
     double_dot,
     multiply,
-    own_gradient,
-    own_vector,
     put,
     radial_part,
+    row_gradient,
+    row_vector,
     subtract,
 )
 from hvisph.compiler.tensors3d import (
     full_gradient,
     growth_factor,
-    own_full_symmetric,
     put_full_symmetric,
     replace_zz,
+    row_full_symmetric,
     symmetric_part,
 )
 from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
@@ -61,9 +61,9 @@ WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 def load_state(state, i):
     """Return particle `i` of the state."""
     zero = min(max(state[i, S_DAMAGE], 0.0), 0.0)  # 0 of the same type as the others
-    return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
+    return State(row_vector(state, i, S_POSITION, DIM), row_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
                  state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
-                 own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
+                 row_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
                  (state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
                   state[i, S_STRAIN_RATE]) + ((state[i, S_ONSET_DAMAGE], state[i, S_ONSET_FLOW_STRESS],
                   state[i, S_ONSET_TENSION], state[i, S_BAND_WIDTH]) if FRACTURES else (zero, zero, zero, zero))
@@ -96,7 +96,7 @@ def store(state, i, y):
 
 def load_rates(rates, k):
     """Return row `k` of the rates."""
-    return Rates(own_vector(rates, k, R_ACCELERATION, DIM), rates[k, R_POWER], own_gradient(rates, k, R_GRADIENT, DIM),
+    return Rates(row_vector(rates, k, R_ACCELERATION, DIM), rates[k, R_POWER], row_gradient(rates, k, R_GRADIENT, DIM),
                  rates[k, R_DENSITY] if DENSITY_RATE else 0.0, rates[k, R_HOOP] if AXISYMMETRIC else 0.0)  # fmt: skip
 
 
@@ -121,10 +121,10 @@ def move(state, i, y, rate, free, pull, u, dt):
     """
     a, power, l, density, hoop = rate.a, rate.power, rate.l, rate.density, rate.hoop
     if PREVIOUS:
-        previous = own_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
+        previous = row_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
         a = multiply(0.5, add(a, previous))
         power = 0.5 * (power + state[i, S_PREVIOUS_POWER])
-        l = multiply(0.5, add(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
+        l = multiply(0.5, add(l, row_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
         if DENSITY_RATE:
             density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
         if AXISYMMETRIC:
@@ -134,7 +134,7 @@ def move(state, i, y, rate, free, pull, u, dt):
     mean = add(y.u, multiply(0.5 * dt, a))
     error = dot(rate.a, subtract(mean, u))
     if PREVIOUS:
-        error = 0.5 * (error + dot(previous, subtract(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
+        error = 0.5 * (error + dot(previous, subtract(mean, row_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
     y_end = State(add(y.x, multiply(dt, mean)), add(y.u, multiply(dt, a)), y.rho,
                   y.e + dt * (power - error), y.h, y.s, y.plastic_strain, y.damage,
                   y.history, y.axes)  # fmt: skip

@@ -23,10 +23,10 @@ from hvisph.compiler.tensors import (
     no_axial,
     no_symmetric,
     no_vector,
-    own_axial,
-    own_gradient,
-    own_vector,
     put,
+    row_axial,
+    row_gradient,
+    row_vector,
 )
 from hvisph.compiler.tensors3d import extend_vector
 from hvisph.compiler.vector.api import LANES, broadcast_strict, extract_lane, first_lanes, gather
@@ -65,18 +65,18 @@ def advance_lanes(particles, mask, group, materials, coefficients, gravity, time
     if clamp:
         a_clamp = rate.a
         if PREVIOUS:
-            a_clamp = multiply(0.5, add(a_clamp, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
+            a_clamp = multiply(0.5, add(a_clamp, row_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
         add_lane_vectors(totals, SUPPORT, mask, extend_vector(multiply(mass, a_clamp)), of_force)
     a = no_vector(DIM) if clamp else rate.a
     pull = no_vector(DIM)
     if GRAVITY:  # at the positions of the evaluation; retired particles have no mass
-        pull = multiply(free if mass > 0.0 else 0.0, gravity_at(own_vector(rows, s, 0, DIM), gravity))
+        pull = multiply(free if mass > 0.0 else 0.0, gravity_at(row_vector(rows, s, 0, DIM), gravity))
         a = add(a, pull)
     thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
     ring = ring_radius(y.x, y.h) if AXISYMMETRIC else 0.0
     rho_min = isolated_density(mass, ring, y.h, thickness) if ISOLATED_DENSITY else 0.0
     if complete:
-        u, y_start = own_vector(rows, s, U, DIM), y
+        u, y_start = row_vector(rows, s, U, DIM), y
         y, l, swelling, hoop = move(state, s, y, acting, free, pull, u, dt)
         y, p, c, l, growth = strain(y, dt, l, swelling, hoop, rho_min, table, models, m, h_low, h_high)
         store(state, s, y)
@@ -93,8 +93,8 @@ def advance_lanes(particles, mask, group, materials, coefficients, gravity, time
             correction = state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION]
             state[s, S_DENSITY_CORRECTION] = min(max(correction, -bound), bound)
         if ANGULAR_MOMENTUM:
-            residual = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
-            put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), residual))
+            residual = multiply(dt, row_axial(rates, s, R_SPIN, DIM))
+            put(state, s, S_TORQUE_RESIDUAL, add(row_axial(state, s, S_TORQUE_RESIDUAL, DIM), residual))
     speed2 = dot(y.u, y.u)
     kinetic, internal = 0.5 * mass * speed2, mass * y.e
     add_lanes(totals, KINETIC, mask, kinetic, of_energy)
@@ -124,12 +124,12 @@ def advance_lanes(particles, mask, group, materials, coefficients, gravity, time
     ring = ring_radius(y_stage.x, y_stage.h) if AXISYMMETRIC else 0.0
     m_plane = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
-    spin = multiply(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
+    spin = multiply(per_step, row_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
     density_correction = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Packed(
         y_stage.x, y_stage.u, m_plane, y_stage.rho * thickness, y_stage.e, y_stage.h, p * thickness, c, c_l, c_t,
         multiply(thickness, y_stage.s), tags[s, 1], ring, spin, density_correction, waves,
-        own_gradient(rates, s, R_GRADIENT_BEFORE, DIM) if ADJOINT else no_vector(DIM),
+        row_gradient(rates, s, R_GRADIENT_BEFORE, DIM) if ADJOINT else no_vector(DIM),
         -2.0 * stage if y_stage.plastic_strain > y.plastic_strain else 2.0 * stage))  # fmt: skip
     if REDUCES_SHEAR_VISCOSITY:  # alpha goes with this speed of sound
         factor = shear_share(l)

@@ -24,13 +24,13 @@ _FLUSHES = 0x8040
 HAS_REGISTER = platform.machine().lower() in ("x86_64", "amd64")
 
 
-def _kept_lanes() -> ir.Constant:
+def _lane_table() -> ir.Constant:
     """Return, for each mask of eight bits, the numbers of its set bits, then zeros."""
     row = ir.ArrayType(_i8, EIGHT)
     rows = []
     for mask in range(256):
-        kept = [bit for bit in range(EIGHT) if mask >> bit & 1]
-        rows.append(ir.Constant(row, kept + [0] * (EIGHT - len(kept))))
+        bits = [bit for bit in range(EIGHT) if mask >> bit & 1]
+        rows.append(ir.Constant(row, bits + [0] * (EIGHT - len(bits))))
     return ir.Constant(ir.ArrayType(row, 256), rows)
 
 
@@ -53,18 +53,18 @@ def _address(
 
 
 @intrinsic
-def neighbours(typing_context, rows, near, k, width):
-    """Return the first slots of the rows near[k], near[k+1] ... as vectors, one a slot, a lane a row.
+def neighbours(typing_context, rows, indices, k, width):
+    """Return the first slots of the rows indices[k], indices[k+1] ... as vectors, one a slot, a lane a row.
 
     Parameters
     ----------
     rows
         Array (count, `width` or more, rounded up to an even number) of float64; of float32, whose vectors have SINGLES
         lanes in an order of their own, rounded up to a multiple of eight.
-    near
+    indices
         Array of uint32 with the rows' numbers.
     k
-        First place in `near`; LANES rows are read, SINGLES of float32.
+        First place in `indices`; LANES rows are read, SINGLES of float32.
     width
         Number of slots, a literal.
 
@@ -76,41 +76,41 @@ def neighbours(typing_context, rows, near, k, width):
         return None
     slots, single = width.literal_value, rows.dtype == types.float32
     kind, count, size, element = (singles, SINGLES, 4, _f32) if single else (lanes, LANES, 8, _f64)
-    signature = types.UniTuple(kind, slots)(rows, near, types.uint64, width)
+    signature = types.UniTuple(kind, slots)(rows, indices, types.uint64, width)
 
     def generate(context, builder, signature, arguments):
-        rows, near, k, _ = arguments
+        rows, indices, k, _ = arguments
 
         def join_vectors(a, b, order):
             return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, len(order)), order))
 
-        address = _address(context, builder, signature.args[1], near, [k], ir.VectorType(_i32, count))
+        address = _address(context, builder, signature.args[1], indices, [k], ir.VectorType(_i32, count))
         numbers = builder.load(address, align=4)
         first, places = ir.Constant(_i64, 0), []
         for lane in range(count):
             index = builder.zext(builder.extract_element(numbers, ir.Constant(_i32, lane)), _i64)
             places.append(_address(context, builder, signature.args[0], rows, [index, first], element))
 
-        def side_by_side(chosen, slot, length):
+        def side_by_side(selection, slot, length):
             """Return `length` slots from `slot` on of the chosen rows, one row after the other."""
-            wide, number = ir.VectorType(element, length).as_pointer(), ir.Constant(_i64, slot)
-            addresses = [builder.bitcast(builder.gep(places[row], [number]), wide) for row in chosen]
+            pointer, number = ir.VectorType(element, length).as_pointer(), ir.Constant(_i64, slot)
+            addresses = [builder.bitcast(builder.gep(places[row], [number]), pointer) for row in selection]
             parts = [builder.load(address, align=size) for address in addresses]
             while len(parts) > 1:
                 order = list(range(2 * parts[0].type.count))
                 parts = [join_vectors(a, b, order) for a, b in zip(parts[::2], parts[1::2], strict=True)]
             return parts[0]
 
-        def transpose_fours(rows_of):
+        def transpose_fours(blocks):
             """Return the columns within each four lanes of four vectors."""
-            made, fours = [], range(0, SINGLES, 4)
+            vectors, fours = [], range(0, SINGLES, 4)
             for pair in (0, 2):
                 order = [f + pair + part + side for f in fours for part in (0, 1) for side in (0, SINGLES)]
-                ab, cd = (join_vectors(rows_of[j], rows_of[j + 1], order) for j in (0, 2))
+                ab, cd = (join_vectors(blocks[j], blocks[j + 1], order) for j in (0, 2))
                 for part in (0, 2):
                     of_two = [f + part + j + side for f in fours for side in (0, SINGLES) for j in (0, 1)]
-                    made.append(join_vectors(ab, cd, of_two))
-            return made
+                    vectors.append(join_vectors(ab, cd, of_two))
+            return vectors
 
         columns = []
         if single and count == 8:
@@ -118,8 +118,8 @@ def neighbours(typing_context, rows, near, k, width):
                 columns += transpose_fours([side_by_side(range(j, count, 4), slot, 4) for j in range(4)])
             return context.make_tuple(builder, signature.return_type, columns[:slots])
         for slot in range(0, slots if single else 0, 8):  # eight slots of rows j and j + 8: few addresses at once
-            rows_of = [side_by_side((j, j + 8), slot, 8) for j in range(8)]
-            firsts, seconds = transpose_fours(rows_of[:4]), transpose_fours(rows_of[4:])
+            blocks = [side_by_side((j, j + 8), slot, 8) for j in range(8)]
+            firsts, seconds = transpose_fours(blocks[:4]), transpose_fours(blocks[4:])
             for half in (0, 4):
                 order = [f + half + j + side for side in (0, SINGLES) for f in (0, 8) for j in range(4)]
                 columns += [join_vectors(q, p, order) for q, p in zip(firsts, seconds, strict=True)]
@@ -128,8 +128,8 @@ def neighbours(typing_context, rows, near, k, width):
         # Four slots at once, of every second of LANES/2 rows: exchanges within pairs of lanes, then of pairs.
         step, lanes_of_pairs = LANES // 4, range(0, LANES, 2)
         for slot in range(0, slots - 3, 4):
-            begins = (row for row in range(LANES) if row % (2 * step) < 2)
-            a, b, c, d = (side_by_side(range(row, row + 2 * step, 2), slot, 4) for row in begins)
+            starts = (row for row in range(LANES) if row % (2 * step) < 2)
+            a, b, c, d = (side_by_side(range(row, row + 2 * step, 2), slot, 4) for row in starts)
             for pair in (0, 2):
                 for part in (0, 1):
                     order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
@@ -148,12 +148,12 @@ def neighbours(typing_context, rows, near, k, width):
 
 
 @intrinsic
-def add_rounded(typing_context, counted, k, terms, rounder, finer):
-    """Round lanes to whole numbers and finer ones, and add them to counted[0, k] and counted[1, k].
+def add_rounded(typing_context, sums, k, terms, rounder, finer):
+    """Round lanes to whole numbers and finer ones, and add them to sums[0, k] and sums[1, k].
 
     Parameters
     ----------
-    counted
+    sums
         Contiguous array of int64 (2, columns, LANES): whole numbers and finer ones.
     k
         Column of it.
@@ -165,17 +165,17 @@ def add_rounded(typing_context, counted, k, terms, rounder, finer):
     if not isinstance(finer, types.Literal):
         return None
     share = 2.0**-finer.literal_value
-    signature = types.void(counted, types.uint64, strict, types.float64, finer)
+    signature = types.void(sums, types.uint64, strict, types.float64, finer)
 
     def generate(context, builder, signature, arguments):
         array, column, term, rounder, _ = arguments
         integers = ir.VectorType(_i64, LANES)
         fine = splat(builder, builder.fmul(rounder, ir.Constant(_f64, share)))
         rounder = splat(builder, rounder)
-        whole = builder.fadd(term, rounder)
-        rest = builder.fadd(builder.fsub(term, builder.fsub(whole, rounder)), fine)
-        for part, (rounded, base) in enumerate(((whole, rounder), (rest, fine))):
-            count = builder.sub(builder.bitcast(rounded, integers), builder.bitcast(base, integers))
+        coarse = builder.fadd(term, rounder)
+        residual = builder.fadd(builder.fsub(term, builder.fsub(coarse, rounder)), fine)
+        for part, (number, base) in enumerate(((coarse, rounder), (residual, fine))):
+            count = builder.sub(builder.bitcast(number, integers), builder.bitcast(base, integers))
             place = [ir.Constant(_i64, part), column, ir.Constant(_i64, 0)]
             address = _address(context, builder, signature.args[0], array, place, integers)
             builder.store(builder.add(builder.load(address, align=8), count), address, align=8)

@@ -93,12 +93,12 @@ def _lane_by_lane(function: Callable[..., object], count: int) -> None:
     def lower(context, builder, sig, arguments):
         single = signature(types.float64, *(types.float64,) * count)
         call = context.get_function(function, single)
-        made = ir.Constant(VECTOR, ir.Undefined)
+        result = ir.Constant(VECTOR, ir.Undefined)
         for k in range(LANES):
-            at = ir.Constant(_i32, k)
-            values = (builder.extract_element(v, at) if v.type == VECTOR else v for v in arguments)
-            made = builder.insert_element(made, call(builder, list(values)), at)
-        return made
+            index = ir.Constant(_i32, k)
+            values = (builder.extract_element(v, index) if v.type == VECTOR else v for v in arguments)
+            result = builder.insert_element(result, call(builder, list(values)), index)
+        return result
 
     for case in cases:
         lower_builtin(function, *case)(lower)
@@ -114,14 +114,14 @@ def _is_truth(kind: types.Type) -> bool:
     return isinstance(kind, (types.Boolean, Mask))
 
 
-def _joined(a: types.Type, b: types.Type, by_lanes: bool) -> types.Type | None:
+def _common_type(a: types.Type, b: types.Type, by_lanes: bool) -> types.Type | None:
     """Return the type of a selection between values of types `a` and `b`, or None."""
     if isinstance(a, types.BaseTuple) and isinstance(b, types.BaseTuple) and len(a) == len(b):
-        parts = [_joined(p, q, by_lanes) for p, q in zip(a, b, strict=True)]
+        parts = [_common_type(p, q, by_lanes) for p, q in zip(a, b, strict=True)]
         if None in parts:
             return None
-        named = a if isinstance(a, types.BaseNamedTuple) else None
-        return types.BaseTuple.from_types(parts, named.instance_class if named else None)
+        base = a if isinstance(a, types.BaseNamedTuple) else None
+        return types.BaseTuple.from_types(parts, base.instance_class if base else None)
     if isinstance(a, Mask) or isinstance(b, Mask) or (by_lanes and _is_truth(a)):
         return mask if _is_truth(a) and _is_truth(b) else None
     if _is_truth(a) or _is_truth(b):
@@ -132,15 +132,13 @@ def _joined(a: types.Type, b: types.Type, by_lanes: bool) -> types.Type | None:
     return strict if by_lanes or strict in (a, b) else types.float64
 
 
-def _chosen(
-    context: BaseContext, builder: ir.IRBuilder, condition: ir.Value, kind: types.Type, parts: Pairs
-) -> ir.Value:
+def _pick(context: BaseContext, builder: ir.IRBuilder, condition: ir.Value, kind: types.Type, parts: Pairs) -> ir.Value:
     """Return the selection, of type `kind`, between two pairs of type and value."""
     (a_kind, a), (b_kind, b) = parts
     if isinstance(kind, types.BaseTuple):
-        split = [zip(k, cgutils.unpack_tuple(builder, v, len(k)), strict=True) for k, v in parts]
-        made = (_chosen(context, builder, condition, k, p) for k, p in zip(kind, zip(*split, strict=True), strict=True))
-        return context.make_tuple(builder, kind, list(made))
+        pairs = [zip(k, cgutils.unpack_tuple(builder, v, len(k)), strict=True) for k, v in parts]
+        items = (_pick(context, builder, condition, k, p) for k, p in zip(kind, zip(*pairs, strict=True), strict=True))
+        return context.make_tuple(builder, kind, list(items))
     a, b = _as(context, builder, a_kind, a, kind), _as(context, builder, b_kind, b, kind)
     return builder.select(condition, a, b)
 
@@ -157,18 +155,18 @@ def _as(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, value: ir
 @intrinsic
 def select(typing_context, condition, a, b):
     """Return `a` where the condition holds and `b` elsewhere: numbers, truth values or tuples of them."""
-    result = _joined(a, b, isinstance(condition, Mask)) if _is_truth(condition) else None
+    result = _common_type(a, b, isinstance(condition, Mask)) if _is_truth(condition) else None
     if result is None:
         return None
 
     def generate(context, builder, sig, arguments):
-        held, *values = arguments
-        return _chosen(context, builder, held, result, tuple(zip(sig.args[1:], values, strict=True)))
+        flag, *values = arguments
+        return _pick(context, builder, flag, result, tuple(zip(sig.args[1:], values, strict=True)))
 
     return result(condition, a, b), generate
 
 
-def _combined(name: str) -> Callable[..., ir.Value]:
+def _combination(name: str) -> Callable[..., ir.Value]:
     @intrinsic
     def combine(typing_context, a, b):
         if not _is_truth(a) or not _is_truth(b):
@@ -176,15 +174,15 @@ def _combined(name: str) -> Callable[..., ir.Value]:
         result = mask if Mask in (type(a), type(b)) else types.boolean
 
         def generate(context, builder, sig, arguments):
-            wide = (_as(context, builder, k, v, result) for k, v in zip(sig.args, arguments, strict=True))
-            return getattr(builder, name)(*wide)
+            values = (_as(context, builder, k, v, result) for k, v in zip(sig.args, arguments, strict=True))
+            return getattr(builder, name)(*values)
 
         return result(a, b), generate
 
     return combine
 
 
-mask_and, mask_or = _combined("and_"), _combined("or_")
+mask_and, mask_or = _combination("and_"), _combination("or_")
 
 
 @intrinsic
@@ -193,7 +191,7 @@ def mask_not(typing_context, a):
     return (a(a), lambda context, builder, sig, arguments: builder.not_(arguments[0])) if _is_truth(a) else None
 
 
-def _asked(whole: bool) -> Callable[..., ir.Value]:
+def _truth_reduction(all_lanes: bool) -> Callable[..., ir.Value]:
     @intrinsic
     def ask(typing_context, a):
         if not _is_truth(a):
@@ -203,14 +201,14 @@ def _asked(whole: bool) -> Callable[..., ir.Value]:
             if a == types.boolean:
                 return arguments[0]
             bits = builder.bitcast(arguments[0], _BITS)
-            return builder.icmp_unsigned("==" if whole else "!=", bits, ir.Constant(_BITS, -1 if whole else 0))
+            return builder.icmp_unsigned("==" if all_lanes else "!=", bits, ir.Constant(_BITS, -1 if all_lanes else 0))
 
         return types.boolean(a), generate
 
     return ask
 
 
-any_true, all_true = _asked(False), _asked(True)
+any_true, all_true = _truth_reduction(False), _truth_reduction(True)
 
 
 @intrinsic
@@ -230,15 +228,15 @@ def first_lanes(typing_context, count):
 
 def _of_lane(kind: types.Type) -> types.Type:
     if isinstance(kind, types.BaseTuple):
-        named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
-        return types.BaseTuple.from_types([_of_lane(k) for k in kind], named)
+        base = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
+        return types.BaseTuple.from_types([_of_lane(k) for k in kind], base)
     return {strict: types.float64, mask: types.boolean}.get(kind, kind)
 
 
 def _of_lanes(kind: types.Type) -> types.Type:
     if isinstance(kind, types.BaseTuple):
-        named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
-        return types.BaseTuple.from_types([_of_lanes(k) for k in kind], named)
+        base = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
+        return types.BaseTuple.from_types([_of_lanes(k) for k in kind], base)
     if isinstance(kind, types.Boolean):
         return mask
     return strict if isinstance(kind, (types.Float, types.Integer)) else kind
@@ -257,8 +255,8 @@ def _with_lane(
     """Return a value of type kinds[0] with lane `k` of that of kinds[1]."""
     kind, single = kinds
     if isinstance(kind, types.BaseTuple):
-        split = [cgutils.unpack_tuple(builder, value, len(kind)) for value in values]
-        parts = zip(zip(kind, single, strict=True), zip(*split, strict=True), strict=True)
+        columns = [cgutils.unpack_tuple(builder, value, len(kind)) for value in values]
+        parts = zip(zip(kind, single, strict=True), zip(*columns, strict=True), strict=True)
         return context.make_tuple(builder, kind, [_with_lane(context, builder, *part, k) for part in parts])
     number = _as(context, builder, single, values[1], types.boolean if kind == mask else types.float64)
     return builder.insert_element(values[0], number, k)
@@ -282,14 +280,14 @@ def insert_lane(typing_context, wide, k, value):
     """Return `wide`, a value of `empty_lanes`, with lane `k` set to `value`."""
 
     def generate(context, builder, sig, arguments):
-        whole, at, single = arguments
-        return _with_lane(context, builder, (sig.args[0], sig.args[2]), (whole, single), at)
+        vector, index, single = arguments
+        return _with_lane(context, builder, (sig.args[0], sig.args[2]), (vector, single), index)
 
     return wide(wide, types.uint64, value), generate
 
 
 @intrinsic
-def empty_lanes(typing_context, like):
-    """Return lanes of zeros for values such as `like`."""
-    result = _of_lanes(like)
-    return result(like), lambda context, builder, sig, arguments: context.get_constant_null(result)
+def empty_lanes(typing_context, sample):
+    """Return lanes of zeros for values such as `sample`."""
+    result = _of_lanes(sample)
+    return result(sample), lambda context, builder, sig, arguments: context.get_constant_null(result)

@@ -120,8 +120,8 @@ def _define(functions: tuple[Callable[..., object], ...], count: int, generate: 
         cases += [signature(kind, *case) for case in ([(kind,)] if count == 1 else mixed)]
 
     def lower(context, builder, sig, arguments):
-        wide = (widen(builder, a, sig.return_type.vector) for a in arguments)
-        return generate(builder, sig.return_type.flags, *wide)
+        vectors = (widen(builder, a, sig.return_type.vector) for a in arguments)
+        return generate(builder, sig.return_type.flags, *vectors)
 
     for function in functions:
         infer_global(function)(type("_Template", (ConcreteTemplate,), {"key": function, "cases": cases}))
@@ -169,7 +169,7 @@ def elementwise_max(typing_context, a, b):
         return _call("maximum")(builder, FAST, *(widen(builder, a, kind.vector) for a in arguments))
 
     kind = singles if singles in (a, b) else lanes
-    return kind(*(kind if one == kind else types.float64 for one in (a, b))), generate
+    return kind(*(kind if operand == kind else types.float64 for operand in (a, b))), generate
 
 
 @intrinsic
@@ -178,8 +178,8 @@ def any_positive(typing_context, value):
 
     def generate(context, builder, sig, arguments):
         vector = arguments[0].type
-        above = builder.fcmp_ordered(">", arguments[0], ir.Constant(vector, [0.0] * vector.count))
-        bits = builder.bitcast(above, ir.IntType(vector.count))
+        positive = builder.fcmp_ordered(">", arguments[0], ir.Constant(vector, [0.0] * vector.count))
+        bits = builder.bitcast(positive, ir.IntType(vector.count))
         return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
 
     return types.boolean(value), generate
@@ -190,10 +190,10 @@ def reduce_lanes(builder: ir.IRBuilder, name: str, value: ir.Value, start: float
     if value.type == SINGLE:
         value = builder.fpext(value, ir.VectorType(_f64, SINGLES))
     kinds = [value.type] if start is None else [_f64, value.type]
-    kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.{_suffix(value.type)}"
-    function = cgutils.get_or_insert_function(builder.module, kind, full)
-    first = [] if start is None else [ir.Constant(_f64, start)]
-    return builder.call(function, [*first, value], fastmath=FAST)
+    kind, symbol = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.{_suffix(value.type)}"
+    function = cgutils.get_or_insert_function(builder.module, kind, symbol)
+    starts = [] if start is None else [ir.Constant(_f64, start)]
+    return builder.call(function, [*starts, value], fastmath=FAST)
 
 
 def _reduction(name: str, start: float | None) -> Callable[[ir.Value], ir.Value]:

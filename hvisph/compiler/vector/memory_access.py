@@ -1,8 +1,8 @@
 """Access to memory: rows gathered as strict lanes, contiguous loads and stores, tables by address, prefetch.
 
-`gather(array, near, k)` stands for the rows near[k], near[k+1] ... of an array. It is read and written by row and slot
-as the array is, `rows[i, SLOT]`, with one lane per row; the row index has no meaning. A function that loads, computes
-and stores one particle thus does so for LANES of them.
+`gather(array, indices, k)` stands for the rows indices[k], indices[k+1] ... of an array. It is read and written by row
+and slot as the array is, `rows[i, SLOT]`, with one lane per row; the row index has no meaning. A function that loads,
+computes and stores one particle thus does so for LANES of them.
 """
 
 from __future__ import annotations
@@ -41,26 +41,26 @@ class _ManyModel(models.StructModel):
 
 
 @intrinsic
-def gather(typing_context, array, near, k):
-    """Return the rows near[k], near[k+1] ... of `array`, one- or two-dimensional; `near` is of uint32, `k` uint64."""
+def gather(typing_context, array, indices, k):
+    """Return rows indices[k], indices[k+1] ... of `array`, one- or two-dimensional; `indices`: uint32, `k`: uint64."""
     if not isinstance(array, types.Array) or array.ndim > 2:
         return None
 
     def generate(context, builder, sig, arguments):
-        rows, near, k = arguments
+        rows, indices, k = arguments
         view = context.make_array(sig.args[0])(context, builder, rows)
-        numbers = context.make_array(sig.args[1])(context, builder, near)
+        numbers = context.make_array(sig.args[1])(context, builder, indices)
         first = builder.bitcast(cgutils.gep(builder, numbers.data, k), ir.VectorType(_i32, LANES).as_pointer())
-        listed = builder.load(first, align=4)
+        vector = builder.load(first, align=4)
         stride = cgutils.unpack_tuple(builder, view.strides, sig.args[0].ndim)[0]
-        made = cgutils.create_struct_proxy(sig.return_type)(context, builder)
-        made.data = view.data
+        result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+        result.data = view.data
         for lane in range(LANES):
-            number = builder.zext(builder.extract_element(listed, ir.Constant(_i32, lane)), _i64)
-            setattr(made, f"row{lane}", builder.mul(number, stride))
-        return made._getvalue()
+            number = builder.zext(builder.extract_element(vector, ir.Constant(_i32, lane)), _i64)
+            setattr(result, f"row{lane}", builder.mul(number, stride))
+        return result._getvalue()
 
-    return Many(array)(array, near, types.uint64), generate
+    return Many(array)(array, indices, types.uint64), generate
 
 
 def _places(context: BaseContext, builder: ir.IRBuilder, kind: Many, value: ir.Value, slot: ir.Value) -> list[ir.Value]:
@@ -75,13 +75,13 @@ def _places(context: BaseContext, builder: ir.IRBuilder, kind: Many, value: ir.V
 
 def load(context: BaseContext, builder: ir.IRBuilder, kind: Many, value: ir.Value, slot: ir.Value) -> ir.Value:
     """Return `slot` of each row as a vector."""
-    made = ir.Constant(VECTOR, ir.Undefined)
+    result = ir.Constant(VECTOR, ir.Undefined)
     for lane, place in enumerate(_places(context, builder, kind, value, slot)):
         number = builder.load(place)
         if isinstance(kind.array.dtype, types.Integer):
             number = builder.uitofp(number, ir.DoubleType())
-        made = builder.insert_element(made, number, ir.Constant(_i32, lane))
-    return made
+        result = builder.insert_element(result, number, ir.Constant(_i32, lane))
+    return result
 
 
 def store(
@@ -125,8 +125,8 @@ def _lower_get(context, builder, sig, arguments):
 @lower_builtin(operator.setitem, Many, types.Any, types.Any)
 def _lower_set(context, builder, sig, arguments):
     rows, index, value = arguments
-    wide = value if isinstance(sig.args[2], Lanes) else splat(builder, value)
-    store(context, builder, sig.args[0], rows, _slot(builder, sig.args[1], index), wide)
+    vector = value if isinstance(sig.args[2], Lanes) else splat(builder, value)
+    store(context, builder, sig.args[0], rows, _slot(builder, sig.args[1], index), vector)
     return context.get_dummy_value()
 
 
@@ -162,15 +162,15 @@ def load_row_lanes(typing_context, rows, i, count):
     """Return the first numbers of row `i` as `count` vectors, a literal; `i` is uint64."""
     if not isinstance(count, types.Literal):
         return None
-    made = types.UniTuple(lanes, count.literal_value)
+    kind = types.UniTuple(lanes, count.literal_value)
 
     def generate(context, builder, signature, arguments):
         rows, i, _ = arguments
-        firsts = [ir.Constant(_i64, k * LANES) for k in range(len(made))]
+        firsts = [ir.Constant(_i64, k * LANES) for k in range(len(kind))]
         places = [_address(context, builder, signature.args[0], rows, [i, first], VECTOR) for first in firsts]
-        return context.make_tuple(builder, made, [builder.load(place, align=8) for place in places])
+        return context.make_tuple(builder, kind, [builder.load(place, align=8) for place in places])
 
-    return made(rows, i, count), generate
+    return kind(rows, i, count), generate
 
 
 @intrinsic

@@ -16,7 +16,7 @@ from numba.core.base import BaseContext
 from numba.extending import intrinsic
 
 from .api import EIGHT, NUMBERED, SIXTEEN
-from .intrinsics import _address, _kept_lanes
+from .intrinsics import _address, _lane_table
 from .lanes import splat
 
 # Stores a vector at a place of an array.
@@ -38,15 +38,15 @@ def _bits(builder: ir.IRBuilder, mask: ir.Value) -> ir.Value:
 def _append_lanes(builder: ir.IRBuilder, mask: ir.Value, first: ir.Value, store: Store, n: ir.Value) -> ir.Value:
     """Store `first` plus the lanes that a mask of eight keeps, side by side; return the new length."""
     bits = _bits(builder, mask)
-    table = cgutils.global_constant(builder, "kept_lanes", _kept_lanes())
+    table = cgutils.global_constant(builder, "kept_lanes", _lane_table())
     entry = builder.gep(table, [ir.Constant(_i64, 0), bits])
     entry = builder.bitcast(entry, ir.VectorType(_i8, EIGHT).as_pointer())
-    kept = builder.zext(builder.load(entry, align=1), ir.VectorType(_i32, EIGHT))
-    store(builder.add(splat(builder, builder.trunc(first, _i32), EIGHT), kept), n)
+    lanes = builder.zext(builder.load(entry, align=1), ir.VectorType(_i32, EIGHT))
+    store(builder.add(splat(builder, builder.trunc(first, _i32), EIGHT), lanes), n)
     return builder.add(n, builder.ctpop(bits))
 
 
-def _append_kept(
+def _append_selected(
     builder: ir.IRBuilder, mask: ir.Value, numbers: ir.Value, first: ir.Value, store: Store, n: ir.Value
 ) -> ir.Value:
     """Store the numbers that a mask of sixteen keeps, or their places from `first` on; return the new length."""
@@ -63,7 +63,7 @@ def _append_kept(
     return n
 
 
-def _storing(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, array: ir.Value) -> ir.Value:
+def _store_function(context: BaseContext, builder: ir.IRBuilder, kind: types.Type, array: ir.Value) -> ir.Value:
     """Return a function that stores a vector at a place of a one-dimensional array of uint32."""
 
     def store(value: ir.Value, place: ir.Value) -> None:
@@ -119,43 +119,43 @@ def append_near_box(typing_context, columns, dim, j, end, box, h, half_reach, nu
     )
 
     def generate(context, builder, signature, arguments):
-        cols, _, j, end, box, h, half_reach, numbers, n = arguments
+        table, _, j, end, box, h, half_reach, numbers, n = arguments
         eight = ir.VectorType(_f64, EIGHT)
         fabs = cgutils.get_or_insert_function(builder.module, ir.FunctionType(eight, [eight]), "llvm.fabs.v8f64")
 
-        def of_box(f, part):
+        def box_number(f, part):
             place = [ir.Constant(_i64, f), ir.Constant(_i64, part)]
             number = builder.load(_address(context, builder, signature.args[4], box, place, _f64), align=8)
             return splat(builder, number, EIGHT)
 
         def column(f):
-            return _column(context, builder, signature.args[0], cols, f, j, eight)
+            return _column(context, builder, signature.args[0], table, f, j, eight)
 
         r2, zero = None, ir.Constant(eight, [0.0] * EIGHT)
         for f in range(dimensions):
-            d = builder.fsub(builder.fsub(column(f), of_box(f, 0)), of_box(f, 1))
-            d = builder.fsub(builder.call(fabs, [d]), of_box(f, 2), flags=_FAST)
+            d = builder.fsub(builder.fsub(column(f), box_number(f, 0)), box_number(f, 1))
+            d = builder.fsub(builder.call(fabs, [d]), box_number(f, 2), flags=_FAST)
             d = builder.select(builder.fcmp_ordered(">", d, zero), d, zero)
             d2 = builder.fmul(d, d, flags=_FAST)
             r2 = d2 if r2 is None else builder.fadd(r2, d2, flags=_FAST)
         limit = builder.fadd(splat(builder, h, EIGHT), column(dimensions), flags=_FAST)
         limit = builder.fmul(limit, splat(builder, half_reach, EIGHT), flags=_FAST)
-        meant = builder.add(splat(builder, j, EIGHT), _lane_numbers(_i64, EIGHT))
-        mask = builder.icmp_unsigned("<", meant, splat(builder, end, EIGHT))
+        indices = builder.add(splat(builder, j, EIGHT), _lane_numbers(_i64, EIGHT))
+        mask = builder.icmp_unsigned("<", indices, splat(builder, end, EIGHT))
         mask = builder.and_(mask, builder.fcmp_ordered("<=", r2, builder.fmul(limit, limit, flags=_FAST)))
-        return _append_lanes(builder, mask, j, _storing(context, builder, signature.args[7], numbers), n)
+        return _append_lanes(builder, mask, j, _store_function(context, builder, signature.args[7], numbers), n)
 
     return signature, generate
 
 
 @intrinsic
-def mark_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half_reach, slack):
+def mark_near(typing_context, singles, doubles, numbers, dim, k, i, centre, box, half_reach, slack):
     """Return a bit for each of sixteen candidates from index `k` on, 1 for those that are neighbours of `i`, uint64.
 
     Parameters
     ----------
-    rough, exact
-        Arrays (dim + 1, size) of float32 and float64: position components, in `rough` relative to the box's point,
+    singles, doubles
+        Arrays (dim + 1, size) of float32 and float64: position components, in `singles` relative to the box's point,
         and, last, smoothing length.
     numbers
         Numbers of the candidates, uint32.
@@ -163,7 +163,7 @@ def mark_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half_r
         Number of dimensions, a literal.
     k, i
         The first candidate's index, and the particle's number; it is no neighbour of itself.
-    own
+    centre
         The particle's x, y, z and smoothing length.
     box
         As in `append_near_box`.
@@ -176,65 +176,65 @@ def mark_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half_r
         return None
     dimensions = dim.literal_value
     signature = types.uint64(
-        rough, exact, numbers, dim, types.uint64, types.uint64, own, box, types.float64, types.float64
+        singles, doubles, numbers, dim, types.uint64, types.uint64, centre, box, types.float64, types.float64
     )
 
     def generate(context, builder, signature, arguments):
-        rough, exact, numbers, _, k, i, own, box, half_reach, slack = arguments
-        own = cgutils.unpack_tuple(builder, own, 4)
+        singles, doubles, numbers, _, k, i, centre, box, half_reach, slack = arguments
+        centre = cgutils.unpack_tuple(builder, centre, 4)
 
         def spread(value, element):
             value = value if value.type == element else builder.fptrunc(value, element)
             return splat(builder, value, SIXTEEN)
 
-        def test_distances(kind, array, at, element, flags):
+        def test_distances(kind, array, position, element, flags):
             """Return the squared distances and the squared limits."""
             wide, r2 = ir.VectorType(element, SIXTEEN), None
             for f in range(dimensions):
-                d = builder.fsub(spread(at[f], element), _column(context, builder, kind, array, f, k, wide))
+                d = builder.fsub(spread(position[f], element), _column(context, builder, kind, array, f, k, wide))
                 d2 = builder.fmul(d, d, flags=flags)
                 r2 = d2 if r2 is None else builder.fadd(r2, d2, flags=flags)
             h = _column(context, builder, kind, array, dimensions, k, wide)
-            limit = builder.fmul(builder.fadd(spread(own[3], element), h), spread(half_reach, element), flags=flags)
+            limit = builder.fmul(builder.fadd(spread(centre[3], element), h), spread(half_reach, element), flags=flags)
             return r2, builder.fmul(limit, limit, flags=flags)
 
-        relative = []
+        offsets = []
         for f in range(dimensions):
             place = [ir.Constant(_i64, f), ir.Constant(_i64, 0)]
             origin = builder.load(_address(context, builder, signature.args[7], box, place, _f64), align=8)
-            relative.append(builder.fsub(own[f], origin))
-        r2, limit = test_distances(signature.args[0], rough, relative, _f32, _FAST)
+            offsets.append(builder.fsub(centre[f], origin))
+        r2, limit = test_distances(signature.args[0], singles, offsets, _f32, _FAST)
         margin = builder.fsub(limit, r2)
         slack = spread(slack, _f32)
         inside = builder.fcmp_ordered(">", margin, slack)
-        perhaps = builder.fcmp_ordered(">=", margin, builder.fneg(slack))
-        doubtful = builder.icmp_unsigned("!=", _bits(builder, inside), _bits(builder, perhaps))
-        before = builder.basic_block
-        with builder.if_then(doubtful, likely=False):
-            r2, limit = test_distances(signature.args[1], exact, own, _f64, ())
-            certain = builder.fcmp_ordered("<", r2, limit)
+        bound = builder.fcmp_ordered(">=", margin, builder.fneg(slack))
+        is_doubtful = builder.icmp_unsigned("!=", _bits(builder, inside), _bits(builder, bound))
+        start = builder.basic_block
+        with builder.if_then(is_doubtful, likely=False):
+            r2, limit = test_distances(signature.args[1], doubles, centre, _f64, ())
+            exact = builder.fcmp_ordered("<", r2, limit)
             last = builder.basic_block
         mask = builder.phi(inside.type)
-        mask.add_incoming(inside, before)
-        mask.add_incoming(certain, last)
+        mask.add_incoming(inside, start)
+        mask.add_incoming(exact, last)
 
-        short = ir.VectorType(_i32, SIXTEEN)
-        candidates = builder.load(_address(context, builder, signature.args[2], numbers, [k], short), align=4)
-        another = builder.icmp_unsigned("!=", candidates, splat(builder, builder.trunc(i, _i32), SIXTEEN))
-        return _bits(builder, builder.and_(mask, another))
+        integers = ir.VectorType(_i32, SIXTEEN)
+        candidates = builder.load(_address(context, builder, signature.args[2], numbers, [k], integers), align=4)
+        others = builder.icmp_unsigned("!=", candidates, splat(builder, builder.trunc(i, _i32), SIXTEEN))
+        return _bits(builder, builder.and_(mask, others))
 
     return signature, generate
 
 
 @intrinsic
-def append_marked(typing_context, numbers, bits, k, near, n):
-    """Append to `near`, from index `n` on, those of sixteen candidates from index `k` on with a bit of `mark_near`.
+def append_marked(typing_context, numbers, bits, k, indices, n):
+    """Append to `indices`, from index `n` on, those of sixteen candidates from index `k` on with a bit of `mark_near`.
 
     Parameters
     ----------
     numbers, bits, k
         Numbers of the candidates, uint32, the bits, and the index of the first.
-    near, n
+    indices, n
         Array of uint32 with space for sixteen more, and its used length. It receives numbers of particles if
         NUMBERED, else indices of candidates.
 
@@ -242,14 +242,14 @@ def append_marked(typing_context, numbers, bits, k, near, n):
     -------
     The new used length.
     """
-    signature = types.uint64(numbers, types.uint64, types.uint64, near, types.uint64)
+    signature = types.uint64(numbers, types.uint64, types.uint64, indices, types.uint64)
 
     def generate(context, builder, signature, arguments):
-        numbers, bits, k, near, n = arguments
-        short = ir.VectorType(_i32, SIXTEEN)
-        candidates = builder.load(_address(context, builder, signature.args[0], numbers, [k], short), align=4)
+        numbers, bits, k, indices, n = arguments
+        integers = ir.VectorType(_i32, SIXTEEN)
+        candidates = builder.load(_address(context, builder, signature.args[0], numbers, [k], integers), align=4)
         mask = builder.bitcast(builder.trunc(bits, ir.IntType(SIXTEEN)), ir.VectorType(ir.IntType(1), SIXTEEN))
-        store = _storing(context, builder, signature.args[3], near)
-        return _append_kept(builder, mask, candidates, k, store, n)
+        store = _store_function(context, builder, signature.args[3], indices)
+        return _append_selected(builder, mask, candidates, k, store, n)
 
     return signature, generate

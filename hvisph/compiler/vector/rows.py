@@ -25,27 +25,27 @@ def fetch_row(rows, i, first, end):
 
 
 @inline
-def fetch_rows(rows, near, k, width):
-    """Prefetch the first `width` slots of the LANES rows listed in `near` from `k` on, or of the last ones."""
-    first = min(np.uint64(k), np.uint64(near.shape[0] - LANES))
+def fetch_rows(rows, indices, k, width):
+    """Prefetch the first `width` slots of the LANES rows listed in `indices` from `k` on, or of the last ones."""
+    first = min(np.uint64(k), np.uint64(indices.shape[0] - LANES))
     for lane in range(np.uint64(LANES)):
-        fetch_row(rows, np.uint64(near[first + lane]), np.uint64(0), width)
+        fetch_row(rows, np.uint64(indices[first + lane]), np.uint64(0), width)
 
 
 @inline
-def list_equal_keys(keys, count, first, key, found):
-    """List the particles `first` + k, k below `count`, with keys[k] equal to `key`, in `found` (uint32).
+def list_equal_keys(keys, count, first, key, indices):
+    """List the particles `first` + k, k below `count`, with keys[k] equal to `key`, in `indices` (uint32).
 
     Return their number and the smallest greater key, or NONE. The last entry is repeated LANES times behind them.
     """
-    n, above = np.uint64(0), np.uint64(NONE)
+    n, next_key = np.uint64(0), np.uint64(NONE)
     for k in range(np.uint64(count)):
         if keys[k] == key:
-            found[n] = first + k
+            indices[n] = first + k
             n += np.uint64(1)
         elif keys[k] > key:
-            above = min(above, keys[k])
+            next_key = min(next_key, keys[k])
     for k in range(np.uint64(LANES)):
         if n > np.uint64(0):
-            found[n + k] = found[n - np.uint64(1)]
-    return n, above
+            indices[n + k] = indices[n - np.uint64(1)]
+    return n, next_key

@@ -11,7 +11,7 @@ import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, Options, bind, specialise
 from hvisph.compiler.parallel_for import chunk_loop, particle_loop
-from hvisph.compiler.tensors import add, no_axial, no_symmetric, own_gradient, own_symmetric, own_vector, put, subtract
+from hvisph.compiler.tensors import add, no_axial, no_symmetric, put, row_gradient, row_symmetric, row_vector, subtract
 from hvisph.compiler.tensors3d import extend_symmetric
 from hvisph.compiler.vector.api import LANES
 from hvisph.core.particles import Particles
@@ -122,14 +122,14 @@ def _selection_layout(dim: int) -> RowLayout:
 def spatial_rows(k, rows, indices, bodies, pressures, loads, coefficients, out):
     """Pack the rows of the particles `indices` for the standard law (template)."""
     i = np.uint64(indices[k])
-    x = own_vector(rows, i, 0, DIM)
-    put(out, k, TO_D, subtract(x, own_vector(rows, i, X0, DIM)))
+    x = row_vector(rows, i, 0, DIM)
+    put(out, k, TO_D, subtract(x, row_vector(rows, i, X0, DIM)))
     out[k, TO_KIND] = rows[i, KIND]
     out[k, TO_BODY] = bodies[i]
-    s, ring = extend_symmetric(own_symmetric(rows, i, S, DIM)), 0.0
+    s, ring = extend_symmetric(row_symmetric(rows, i, S, DIM)), 0.0
     if AXISYMMETRIC:
         s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
-    write(out, k, coefficients, Packed(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
+    write(out, k, coefficients, Packed(x, row_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
                                       pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
                                       ring, no_axial(DIM), 0.0, no_symmetric(3), 0.0, 0.0))  # fmt: skip
 
@@ -137,12 +137,12 @@ def spatial_rows(k, rows, indices, bodies, pressures, loads, coefficients, out):
 def add_rates(k, spatial, place, indices, eulerian, rates):
     """Add spatial rates of the particles `indices`: the larger max|mu|, of Eulerian ones the gradient (template)."""
     i, row = np.uint64(indices[k]), np.uint64(place[k])
-    a = add(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, row, R_ACCELERATION, DIM))
+    a = add(row_vector(rates, i, R_ACCELERATION, DIM), row_vector(spatial, row, R_ACCELERATION, DIM))
     put(rates, i, R_ACCELERATION, a)
     rates[i, R_POWER] += spatial[row, R_POWER]
     rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[row, R_APPROACH])
     if eulerian[i] == 1:
-        put(rates, i, R_GRADIENT, own_gradient(spatial, row, R_GRADIENT, DIM))
+        put(rates, i, R_GRADIENT, row_gradient(spatial, row, R_GRADIENT, DIM))
         if AXISYMMETRIC:
             rates[i, R_HOOP] = spatial[row, R_HOOP]
 

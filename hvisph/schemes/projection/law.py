@@ -27,10 +27,10 @@ from hvisph.compiler.tensors import (
     no_gradient,
     no_vector,
     outer,
-    own_gradient,
-    own_symmetric,
-    own_vector,
     put,
+    row_gradient,
+    row_symmetric,
+    row_vector,
     subtract,
     symmetric,
     symmetric_dot,
@@ -39,9 +39,9 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.tensors3d import (
     full_gradient,
     growth_factor,
-    own_full_symmetric,
     plane_components,
     put_full_symmetric,
+    row_full_symmetric,
 )
 from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, load_lanes, neighbours, put_lanes
 from hvisph.integrators.sums import KINETIC, LENGTH, MOMENTUM, SIZE, SPEED2, SUPPORT
@@ -65,7 +65,7 @@ def layouts(dim: int) -> list[RowLayout]:
 
 def velocity_gradient(indices, first, last, rows, i, kernels):
     """Return L [1/s], and store f of each pair in `kernels`."""
-    x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
+    x, u, h = row_vector(rows, i, 0, DIM), row_vector(rows, i, U, DIM), rows[i, H]
     l = broadcast(no_gradient(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)
@@ -83,7 +83,7 @@ def velocity_gradient(indices, first, last, rows, i, kernels):
 
 def stress_divergence(indices, first, last, rows, i, kernels):
     """Return the acceleration by the deviators [m/s^2]."""
-    x, t = own_vector(rows, i, 0, DIM), own_symmetric(rows, i, T, DIM)
+    x, t = row_vector(rows, i, 0, DIM), row_symmetric(rows, i, T, DIM)
     a = broadcast(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)
@@ -94,7 +94,7 @@ def stress_divergence(indices, first, last, rows, i, kernels):
 
 def poisson(indices, first, last, rows, i, kernels, eta2):
     """Return D [1/s], the relative rate of density loss, A [m/kg] and Q [1/s^2]."""
-    x, u, rho = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, RHO]
+    x, u, rho = row_vector(rows, i, 0, DIM), row_vector(rows, i, U, DIM), rows[i, RHO]
     loss = diagonal = weighted_p = broadcast_lanes(0.0)
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)
@@ -111,7 +111,7 @@ def poisson(indices, first, last, rows, i, kernels, eta2):
 
 def pressure_gradient(indices, first, last, rows, i, kernels, p_a):
     """Return sum_b (w_b P_b + w_b `p_a`) grad W_ab."""
-    x, a = own_vector(rows, i, 0, DIM), broadcast(no_vector(DIM))
+    x, a = row_vector(rows, i, 0, DIM), broadcast(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)
         f = (b[WP] + p_a * b[W]) * load_lanes(kernels, k)
@@ -140,14 +140,14 @@ def stress(i, state, tags, lists, rows, next_rows, rates, materials, dt):
         dt,
         rho,
         state[i, S_INTERNAL_ENERGY],
-        own_full_symmetric(state, i, S_DEVIATOR, DIM),
+        row_full_symmetric(state, i, S_DEVIATOR, DIM),
         state[i, S_PLASTIC_STRAIN],
         state[i, S_DAMAGE],
         full_gradient(l),
     )
     put_full_symmetric(state, i, S_DEVIATOR, s, DIM)
     state[i, S_PLASTIC_STRAIN] = plastic
-    put(next_rows, i, 0, own_vector(rows, i, 0, DIM))
+    put(next_rows, i, 0, row_vector(rows, i, 0, DIM))
     next_rows[i, M] = state[i, S_MASS]
     put(next_rows, i, T, multiply(1.0 / (rho * rho), plane_components(s, DIM)))
     put(rates, i, R_GRADIENT, l)
@@ -160,8 +160,8 @@ def velocity(i, state, tags, lists, rows, next_rows, rates, dt, body_force):
     put(rates, i, R_ACCELERATION, a)
     # A clamped particle feels its forces, which the budget counts, and stays.
     step = 0.0 if tags[i, 3] & np.uint32(1) else dt
-    put(next_rows, i, 0, own_vector(rows, i, 0, DIM))
-    put(next_rows, i, U, add(own_vector(state, i, S_VELOCITY, DIM), multiply(step, a)))
+    put(next_rows, i, 0, row_vector(rows, i, 0, DIM))
+    put(next_rows, i, U, add(row_vector(state, i, S_VELOCITY, DIM), multiply(step, a)))
     next_rows[i, V] = state[i, S_MASS] / state[i, S_DENSITY]
     next_rows[i, RHO], next_rows[i, P] = state[i, S_DENSITY], state[i, S_PRESSURE]
 
@@ -175,7 +175,7 @@ def pressure(i, state, lists, rows, next_rows, dt, eta2, fullness, min_support, 
         p = (weighted_p - loss / dt) / diagonal
     state[i, S_PRESSURE] = p
     w = state[i, S_MASS] if original else state[i, S_MASS] / rho
-    put(next_rows, i, 0, own_vector(rows, i, 0, DIM))
+    put(next_rows, i, 0, row_vector(rows, i, 0, DIM))
     next_rows[i, W] = w
     next_rows[i, WP] = w * p / (rho * rho) if original else w * p
 
@@ -186,7 +186,7 @@ def acceleration(i, state, lists, rows, rates, original):
     inverse, p = 1.0 / state[i, S_DENSITY], state[i, S_PRESSURE]
     push = pressure_gradient(indices, first[i], last[i], rows, i, kernels, p * inverse * inverse if original else p)
     push = multiply(1.0 if original else inverse, push)
-    put(rates, i, R_ACCELERATION, subtract(own_vector(rates, i, R_ACCELERATION, DIM), push))
+    put(rates, i, R_ACCELERATION, subtract(row_vector(rates, i, R_ACCELERATION, DIM), push))
 
 
 def advance(
@@ -200,9 +200,9 @@ def advance(
     u2_max = h_max = size = 0.0
     integers[chunk] = 0
     for i in range(start, min(start + np.uint64(CHUNK), count)):
-        x, u = own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM)
+        x, u = row_vector(state, i, S_POSITION, DIM), row_vector(state, i, S_VELOCITY, DIM)
         h, mass = state[i, S_SMOOTHING_LENGTH], state[i, S_MASS]
-        a = own_vector(rates, i, R_ACCELERATION, DIM)
+        a = row_vector(rates, i, R_ACCELERATION, DIM)
         # For the budget: the forces on clamped particles and, negative, the body force on others.
         support = multiply(-mass, body_force)
         if tags[i, 3] & np.uint32(1):
@@ -214,7 +214,7 @@ def advance(
             put(state, i, S_POSITION, x)
             put(state, i, S_VELOCITY, u)
             if variable:
-                expansion = divergence(own_gradient(rates, i, R_GRADIENT, DIM))
+                expansion = divergence(row_gradient(rates, i, R_GRADIENT, DIM))
                 h = min(max(h * growth_factor(dt * expansion / DIM), h_low), h_high)
                 state[i, S_SMOOTHING_LENGTH] = h
         speed2 = dot(u, u)

@@ -55,15 +55,15 @@ from hvisph.compiler.tensors import (
     no_symmetric,
     no_vector,
     outer,
-    own_axial,
-    own_exact_vector,
-    own_gradient,
-    own_symmetric,
-    own_symmetric_gradient,
-    own_vector,
     product,
     put,
     radial_part,
+    row_axial,
+    row_exact_vector,
+    row_gradient,
+    row_symmetric,
+    row_symmetric_gradient,
+    row_vector,
     subtract,
     symmetric,
     symmetric_dot,
@@ -127,26 +127,26 @@ FILLER_VOLUME = 1e-12
 
 def accumulate(indices, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
-    x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
-    s, h, zt, volume = own_symmetric(rows, i, T, DIM), rows[i, H], rows[i, ZT], rows[i, V]
+    x, u = row_exact_vector(rows, i, 0, X_REST, DIM), row_exact_vector(rows, i, U, U_REST, DIM)
+    s, h, zt, volume = row_symmetric(rows, i, T, DIM), rows[i, H], rows[i, ZT], rows[i, V]
     inverse_filler = 1.0 / (FILLER_VOLUME * volume) if volume > 0.0 else 0.0
     if RECONSTRUCTION:
-        grad_u, grad_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
+        grad_u, grad_s = row_gradient(rows, i, GU, DIM), row_symmetric_gradient(rows, i, GT, DIM)
     if ADJOINT:  # stress extrapolated to the stage
-        s, operator = own_symmetric(rows, i, STAGE_T, DIM), own_symmetric(rows, i, OPERATOR, DIM)
+        s, operator = row_symmetric(rows, i, STAGE_T, DIM), row_symmetric(rows, i, OPERATOR, DIM)
     if SEPARATING:
-        n_other, n_surface = own_vector(rows, i, N_OTHER, DIM), own_vector(rows, i, N_SURFACE, DIM)
+        n_other, n_surface = row_vector(rows, i, N_OTHER, DIM), row_vector(rows, i, N_SURFACE, DIM)
     if FRACTURES:
-        crack = own_vector(rows, i, CRACK, DIM)
+        crack = row_vector(rows, i, CRACK, DIM)
     rigid_a = is_rigid(rows[i, BODY]) if RIGID else 0.0
     layer_a = 0.0
     if EDGES:
-        edge_a = own_vector(rows, i, AMBIENT, DIM)
+        edge_a = row_vector(rows, i, AMBIENT, DIM)
         layer_a = layer_share(edge_a)
     force, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
-        spin = own_axial(rows, i, SPIN_STRESS, DIM)
+        spin = row_axial(rows, i, SPIN_STRESS, DIM)
     zero = power = closing = number = number_rate = slip = fullness = broadcast_lanes(0.0)
     own_number = kernel_sum = slope_sum = broadcast_lanes(0.0)
     inverse_radius = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
@@ -327,17 +327,17 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         l_plain = gradient_u
         gradient_u, rate = free_surface_correction(gradient_u, rate, matrix(moment), smooth, rows[i, TENSION_LIMIT])
         if ADJOINT:
-            share, operator = rows[i, ELASTIC], matrix(own_symmetric(rows, i, OPERATOR, DIM))
+            share, operator = rows[i, ELASTIC], matrix(row_symmetric(rows, i, OPERATOR, DIM))
             gradient_u = add(product(l_plain, operator), multiply(1.0 - share, subtract(gradient_u, l_plain)))
             rate, relaxation = rate + share * (divergence(gradient_u) - rate), (1.0 - share) * relaxation
-            put(out, i, R_GRADIENT_BEFORE, own_gradient(rows, i, GU, DIM))
+            put(out, i, R_GRADIENT_BEFORE, row_gradient(rows, i, GU, DIM))
         out[i, R_DENSITY] = divergence(gradient_u) - (rate + relaxation)
     if AXISYMMETRIC:
         if not (CORRECTED_VARIANT or CONTACT_ONLY):
             gradient_u = product(gradient_u, sound_inverse(matrix(moment))[0])
         weight, inverse_radius, radial_u = 0.0 if CONTACT_ONLY else 1.0, 1.0 / rows[i, RING], rows[i, U + 1]
         hoop_rate = hoop_share(fullness) * inverse_radius
-        hoop = (weight - fullness) * radial_part(own_symmetric(rows, i, T, DIM)) - weight * rows[i, HOOP]
+        hoop = (weight - fullness) * radial_part(row_symmetric(rows, i, T, DIM)) - weight * rows[i, HOOP]
         hoop = hoop * (inverse_radius if CONTACT_ONLY else hoop_rate)
         force, work = add_radial(force, hoop), work - hoop * radial_u
         out[i, R_HOOP] = radial_u * hoop_rate
@@ -346,7 +346,7 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
         pair_torque, contact_moment = torques
         residual = multiply(-0.5, pair_torque)
         if ANGULAR_MOMENTUM and not CONTACT_ONLY:
-            spin, order = own_axial(rows, i, SPIN_STRESS, DIM), rows[i, LATTICE_ORDER] if CORRECTED_VARIANT else 0.0
+            spin, order = row_axial(rows, i, SPIN_STRESS, DIM), rows[i, LATTICE_ORDER] if CORRECTED_VARIANT else 0.0
             deficit = torque_residual(residual, moment, contact_moment, spin, order)
             rigid_a = is_rigid(rows[i, BODY]) if TURNS else 0.0
             residual = add(multiply(rigid_a, residual), multiply(1.0 - rigid_a, deficit)) if TURNS else deficit

@@ -17,9 +17,9 @@ from hvisph.compiler.tensors import (
     dot_rows,
     gradient,
     multiply,
-    own_axial,
-    own_symmetric,
     power_of_dimension,
+    row_axial,
+    row_symmetric,
     subtract,
     symmetric,
     symmetric_dot,
@@ -49,7 +49,7 @@ def rigid_motion(rows, i, b, dx, rigid_a, g, jump):
     rigid_b = is_rigid(b[BODY])
     g, heat_share = g * (1.0 - rigid_a * rigid_b), 1.0 + rigid_b - rigid_a
     if TURNS:
-        turn = add(own_axial(rows, i, TURN_RATE, DIM), axial(b, TURN_RATE, DIM))
+        turn = add(row_axial(rows, i, TURN_RATE, DIM), axial(b, TURN_RATE, DIM))
         jump = subtract(jump, axial_cross(turn, dx))
     return g, jump, rigid_b, heat_share
 
@@ -64,7 +64,7 @@ def impedances(rows, i, b, e, inverse_filler, layer_a, layer_b):
     """Return the impedances of both sides, normal (along e) and shear; an ambient layer has those of its partner."""
     za, zb, zta, ztb = rows[i, ZN], b[ZN], rows[i, ZT], b[ZT]
     if ANISOTROPIC:
-        za = np.sqrt(dot(symmetric_dot(own_symmetric(rows, i, Z_SQUARED, DIM), e), e))
+        za = np.sqrt(dot(symmetric_dot(row_symmetric(rows, i, Z_SQUARED, DIM), e), e))
         zb = np.sqrt(dot(symmetric_dot(symmetric(b, Z_SQUARED, DIM), e), e))
     if EDGES:
         real = min(b[V] * inverse_filler, 1.0) * layer_a

@@ -24,11 +24,11 @@ from hvisph.compiler.tensors import (
     no_symmetric_gradient,
     no_vector,
     outer,
-    own_exact_vector,
-    own_gradient,
-    own_symmetric,
     product,
     put,
+    row_exact_vector,
+    row_gradient,
+    row_symmetric,
     subtract,
     symmetric,
     symmetric_outer,
@@ -150,8 +150,8 @@ def contact_passes(layout: RowLayout, kernel: Kernel, unequal_spacings: bool, se
 
 def gradients(indices, n, rows, i, constants, out):
     """Write the renormalised gradients of velocity and stress, and the unsmoothed contact normals, into row `i`."""
-    x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
-    s, h = own_symmetric(rows, i, T, DIM), rows[i, H]
+    x, u = row_exact_vector(rows, i, 0, X_REST, DIM), row_exact_vector(rows, i, U, U_REST, DIM)
+    s, h = row_symmetric(rows, i, T, DIM), rows[i, H]
     moment, u_sum = broadcast(no_symmetric(DIM)), broadcast(no_gradient(DIM))
     s_sum = broadcast(no_symmetric_gradient(DIM))
     raw_sum, surface_sum = broadcast(no_vector(DIM)), broadcast(no_vector(DIM))
@@ -200,7 +200,7 @@ def gradients(indices, n, rows, i, constants, out):
             operator, share = corrected_operator(moment, rows[i, LATTICE_ORDER])
             put(out, i, OPERATOR, operator)
             out[i, ELASTIC] = share
-            change = multiply(share, subtract(grad_u, own_gradient(rows, i, GU_BEFORE, DIM)))
+            change = multiply(share, subtract(grad_u, row_gradient(rows, i, GU_BEFORE, DIM)))
             dt_2 = rows[i, AHEAD_TWICE]
             put(out, i, STAGE_T,
                 extrapolated_stress(s, change, dt_2, rows[i, ZN], rows[i, ZT], rows[i, V], rows[i, M]))  # fmt: skip

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hvisph.compiler.jit import Options, PythonFunction
-from hvisph.compiler.tensors import add, add_identity, multiply, own_symmetric, put
+from hvisph.compiler.tensors import add, add_identity, multiply, put, row_symmetric
 from hvisph.compiler.tensors3d import growth_factor, plane_components
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import WHOLE
@@ -265,7 +265,7 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     if ANISOTROPIC:
         square, failure = rho * c * rho * c, 1.0 if limits.failed else 0.0
         liquid = plane_components((failure * square, failure * square, failure * square, 0.0, 0.0, 0.0), DIM)
-        put(rows, s, Z_SQUARED, add(multiply(1.0 - failure, own_symmetric(rows, s, Z_SQUARED, DIM)), liquid))
+        put(rows, s, Z_SQUARED, add(multiply(1.0 - failure, row_symmetric(rows, s, Z_SQUARED, DIM)), liquid))
     if limits.failed:
         rows[s, ZN] = rho * c
         rows[s, ZT] = SHEAR_IMPEDANCE_MIN * rho * c

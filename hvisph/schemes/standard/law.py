@@ -67,14 +67,14 @@ from hvisph.compiler.tensors import (
     no_symmetric,
     no_vector,
     outer,
-    own_axial,
-    own_exact_vector,
-    own_gradient,
-    own_symmetric,
-    own_vector,
     product,
     put,
     radial_part,
+    row_axial,
+    row_exact_vector,
+    row_gradient,
+    row_symmetric,
+    row_vector,
     spin_gradient,
     subtract,
     symmetric,
@@ -160,15 +160,15 @@ def turning_kept(l, moment):
 def accumulate(indices, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     alpha, beta, inverse_w0 = constants[0], constants[1], constants[2]
-    x, u = own_exact_vector(rows, i, 0, X_REST, DIM), own_exact_vector(rows, i, U, U_REST, DIM)
-    t = own_symmetric(rows, i, T, DIM)
+    x, u = row_exact_vector(rows, i, 0, X_REST, DIM), row_exact_vector(rows, i, U, U_REST, DIM)
+    t = row_symmetric(rows, i, T, DIM)
     h, rho, c = rows[i, H], rows[i, RHO], rows[i, C]
     inverse_rho = 1.0 / rho
     if CORRECTED:
-        own_matrix, own_shift = own_gradient(rows, i, A, DIM), own_vector(rows, i, B, DIM)
+        own_matrix, own_shift = row_gradient(rows, i, A, DIM), row_vector(rows, i, B, DIM)
         factor, share_of_r = constants[FACTOR], constants[FACTOR + 1]
     if ARTIFICIAL_STRESS:
-        tensile = own_symmetric(rows, i, R, DIM)
+        tensile = row_symmetric(rows, i, R, DIM)
     if SWITCHED:
         half_share = 0.5 * rows[i, SHARE]
     if DISSIPATION:
@@ -177,7 +177,7 @@ def accumulate(indices, n, rows, i, constants, out):
     inverse_ring = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
     a, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM:
-        spin_sum, stress = broadcast(no_axial(DIM)), add(matrix(t), spin_gradient(own_axial(rows, i, SPIN_STRESS, DIM)))
+        spin_sum, stress = broadcast(no_axial(DIM)), add(matrix(t), spin_gradient(row_axial(rows, i, SPIN_STRESS, DIM)))
     density_rate = power = mu_max = plain = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)

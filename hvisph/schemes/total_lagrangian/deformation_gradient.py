@@ -38,12 +38,12 @@ from hvisph.compiler.tensors import (
     multiply,
     no_vector,
     outer,
-    own_columns,
-    own_gradient,
-    own_symmetric,
-    own_vector,
     product,
     put,
+    row_columns,
+    row_gradient,
+    row_symmetric,
+    row_vector,
     subtract,
     transpose,
 )
@@ -75,8 +75,8 @@ def move(i, rows, motions):
 
     Both lie side by side for the passes over neighbours, and are exactly zero at rest.
     """
-    put(motions, i, 0, subtract(own_vector(rows, i, 0, DIM), own_vector(rows, i, X0, DIM)))
-    put(motions, i, DIM, own_vector(rows, i, U, DIM))
+    put(motions, i, 0, subtract(row_vector(rows, i, 0, DIM), row_vector(rows, i, X0, DIM)))
+    put(motions, i, DIM, row_vector(rows, i, U, DIM))
 
 
 def collect(motions, i, lists, sums, k):
@@ -90,23 +90,23 @@ def collect(motions, i, lists, sums, k):
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         code = np.uint64(codes[entry])
         difference = subtract(load_row_lanes(motions, np.uint64(indices[entry]), MOTIONS), motion)
-        slope_sum = add(slope_sum, outer(own_vector(kernels, code, 0, DIM), difference))
+        slope_sum = add(slope_sum, outer(row_vector(kernels, code, 0, DIM), difference))
         shape_sum = add(shape_sum, multiply(kernels[code, DIM], difference))
     put_row_lanes(sums, np.uint64(k), slope_sum + shape_sum)
 
 
 def load_deformation(sums, k, i, corrections):
     """Return the deformation gradient of particle `i`, and its rate, from row `k` of what `collect` wrote."""
-    a_t, shift = transpose(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
-    f = product(own_columns(sums, k, 0, STRIDE, DIM), a_t)
-    rate = product(own_columns(sums, k, DIM, STRIDE, DIM), a_t)
-    f = add(f, outer(own_vector(sums, k, SHAPED, DIM), shift))
-    return add(f, identity(f)), add(rate, outer(own_vector(sums, k, RATE_SHAPED, DIM), shift))
+    a_t, shift = transpose(row_gradient(corrections[0], i, 0, DIM)), row_vector(corrections[1], i, 0, DIM)
+    f = product(row_columns(sums, k, 0, STRIDE, DIM), a_t)
+    rate = product(row_columns(sums, k, DIM, STRIDE, DIM), a_t)
+    f = add(f, outer(row_vector(sums, k, SHAPED, DIM), shift))
+    return add(f, identity(f)), add(rate, outer(row_vector(sums, k, RATE_SHAPED, DIM), shift))
 
 
 def show(rows, i, stress, f, j, inverse, corrections):
     """Write what neighbours read of the first Piola-Kirchhoff `stress`, F and J into row `i` (template)."""
-    a, b = own_gradient(corrections[0], i, 0, DIM), own_vector(corrections[1], i, 0, DIM)
+    a, b = row_gradient(corrections[0], i, 0, DIM), row_vector(corrections[1], i, 0, DIM)
     put(rows, i, Q, product(stress, a))
     if MIXED:
         put(rows, i, QW, dot_rows(stress, b))
@@ -149,7 +149,7 @@ def deform_lanes(rows, particles, group, sums, corrections, materials, numbers, 
     if tied:
         if RENEWS:
             hoop_start = f_start[i, DIM * DIM] if AXISYMMETRIC else 1.0
-            strains[i] = equivalent_strain(product(f, own_gradient(f_start, i, 0, DIM)), stretch * hoop_start)
+            strains[i] = equivalent_strain(product(f, row_gradient(f_start, i, 0, DIM)), stretch * hoop_start)
         l = product(rate, inverse)
         put(rates, i, R_GRADIENT, l)
         grad, swelling = full_gradient(l), divergence(l)
@@ -171,7 +171,7 @@ def deform_lanes(rows, particles, group, sums, corrections, materials, numbers, 
         rows[i, C] = shear_share(grad) * c if REDUCES_SHEAR_VISCOSITY else c
         state[i, S_DENSITY] = rho * growth_factor(stage * swelling)
     pressure = pressures[i] + loads[i]
-    sigma = add_identity(own_symmetric(rows, i, S, DIM), -pressure)
+    sigma = add_identity(row_symmetric(rows, i, S, DIM), -pressure)
     stress = multiply(j, product(matrix(sigma), transpose(inverse)))
     show(rows, i, stress, f, j, inverse, corrections)
     if AXISYMMETRIC:

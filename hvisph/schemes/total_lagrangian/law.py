@@ -29,10 +29,10 @@ from hvisph.compiler.tensors import (
     lane_sums,
     multiply,
     no_vector,
-    own_gradient,
-    own_vector,
     put,
     radial_part,
+    row_gradient,
+    row_vector,
     scale_radial,
     subtract,
     vector,
@@ -80,16 +80,16 @@ def accumulate(i, rows, active, group, volume, lists, sums, viscosity, hourglass
     alpha, beta = viscosity
     if active[i] != group:
         return
-    x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
+    x, u = row_vector(rows, i, 0, DIM), row_vector(rows, i, U, DIM)
     kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
-    q = own_gradient(rows, i, Q, DIM)
+    q = row_gradient(rows, i, Q, DIM)
     if MIXED:
-        qw = own_vector(rows, i, QW, DIM)
+        qw = row_vector(rows, i, QW, DIM)
     if PRINTED:
-        n, nw, ij = own_gradient(rows, i, N, DIM), own_vector(rows, i, NW, DIM), rows[i, IJ]
+        n, nw, ij = row_gradient(rows, i, N, DIM), row_vector(rows, i, NW, DIM), rows[i, IJ]
     if HOURGLASS:
-        x0 = own_vector(rows, i, X0, DIM)
-        ef, em = own_gradient(rows, i, EF, DIM), rows[i, EM]
+        x0 = row_vector(rows, i, X0, DIM)
+        ef, em = row_gradient(rows, i, EF, DIM), rows[i, EM]
     inverse_rho0 = volume[i] / rows[i, M]  # all of the reference density of its neighbours: they are of one body
     if AXISYMMETRIC:
         inverse_rho0 *= rows[i, RING0] / rows[i, RING]
@@ -166,13 +166,13 @@ def accumulate(i, rows, active, group, volume, lists, sums, viscosity, hourglass
             a = add(a, add(term_b, pair))
             power += dot(du, pair)
     if AXISYMMETRIC:
-        put(rates, i, R_ACCELERATION, add(own_vector(rates, i, R_ACCELERATION, DIM), lane_sums(a)))
+        put(rates, i, R_ACCELERATION, add(row_vector(rates, i, R_ACCELERATION, DIM), lane_sums(a)))
         rates[i, R_POWER] -= lane_sum(power)
     elif BY_PAIRS:
         put(rates, i, R_ACCELERATION, lane_sums(a))
         rates[i, R_POWER] = -lane_sum(power)
     else:
-        total = add(lane_sums(a), dot_rows(q, own_vector(first_sums, i, 0, DIM)))
+        total = add(lane_sums(a), dot_rows(q, row_vector(first_sums, i, 0, DIM)))
         if MIXED:
             total = add(total, multiply(zeroth_sums[i], qw))
         put(rates, i, R_ACCELERATION, multiply(inverse_rho0, total))

@@ -37,9 +37,9 @@ from hvisph.compiler.tensors import (
     lane_sums,
     multiply,
     no_vector,
-    own_exact_vector,
-    own_vector,
     put,
+    row_exact_vector,
+    row_vector,
     subtract,
     vector,
 )
@@ -73,13 +73,13 @@ def is_other_body(rows, i, b, dx):
     """
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     if SELF_CONTACT:
-        other = max(other, faces_each_other(own_vector(rows, i, N_PREVIOUS, DIM), vector(b, N_PREVIOUS, DIM), dx))
+        other = max(other, faces_each_other(row_vector(rows, i, N_PREVIOUS, DIM), vector(b, N_PREVIOUS, DIM), dx))
     return other
 
 
 def smooth_normals(indices, n, rows, i, constants, out):
     """Write F of particle `i` into its row (pass over particles near another body)."""
-    x, h, raw = own_exact_vector(rows, i, 0, X_REST, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
+    x, h, raw = row_exact_vector(rows, i, 0, X_REST, DIM), rows[i, H], row_vector(rows, i, N_RAW, DIM)
     mean = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)

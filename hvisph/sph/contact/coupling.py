@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.tensors import dot, own_vector, subtract, vector
+from hvisph.compiler.tensors import dot, row_vector, subtract, vector
 
 FIELDS = (("kind", "scalar"), ("body", "scalar"), ("d", "vector"))
 
@@ -25,7 +25,7 @@ def shares(rows, i, b, dx, reach2):
     """
     mixed = abs(rows[i, KIND] - b[KIND])
     product = rows[i, KIND] * b[KIND]
-    reference = subtract(dx, subtract(own_vector(rows, i, D, DIM), vector(b, D, DIM)))
+    reference = subtract(dx, subtract(row_vector(rows, i, D, DIM), vector(b, D, DIM)))
     inside = max(np.copysign(1.0, reach2 - dot(reference, reference)), 0.0)
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     same = 1.0 - other

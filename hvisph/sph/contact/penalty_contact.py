@@ -47,9 +47,9 @@ from hvisph.compiler.tensors import (
     multiply,
     no_gradient,
     no_vector,
-    own_vector,
     put,
     radial_part,
+    row_vector,
     subtract,
     vector,
 )
@@ -167,7 +167,7 @@ def touch(rows, i, b, dx, reach2):
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     if SELF_CONTACT:
         own_face = (
-            rows[i, TIED] * b[TIED] * was_outside_reach(dx, own_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
+            rows[i, TIED] * b[TIED] * was_outside_reach(dx, row_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
         )
         if AXISYMMETRIC:  # an image over the axis has a radius below zero
             own_face = own_face * max(np.copysign(1.0, b[RING]), 0.0)
@@ -177,7 +177,7 @@ def touch(rows, i, b, dx, reach2):
 
 def fill(indices, n, rows, i, constants, out):
     """Write p, g, phi and its gradient of particle `i` into its row."""
-    x, h = own_vector(rows, i, 0, DIM), rows[i, H]
+    x, h = row_vector(rows, i, 0, DIM), rows[i, H]
     phi_sum, gradient, normal = broadcast_lanes(0.0), broadcast_lanes(0.0), broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)
@@ -201,11 +201,11 @@ def fill(indices, n, rows, i, constants, out):
 
 def accumulate(indices, n, rows, i, constants, out):
     """Sum contact force, half of its work and omega^2 (in the slot of |mu|) of particle `i`, friction heat apart."""
-    x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
+    x, u, h = row_vector(rows, i, 0, DIM), row_vector(rows, i, U, DIM), rows[i, H]
     k_a, m_a, factor = constants[0] * rows[i, K], rows[i, M], rows[i, V] / rows[i, M]
     p_a, g_a = k_a * rows[i, P], rows[i, G]
     if FRICTION:
-        n_a = own_vector(rows, i, N_OTHER, DIM)
+        n_a = row_vector(rows, i, N_OTHER, DIM)
     a = broadcast(no_vector(DIM))
     power = omega2 = friction_heat = ring_sum = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -253,7 +253,7 @@ def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pas
 
 def find_overlap(indices, n, rows, i, constants, out):
     """Find phi of particle `i` (slot of power), and whether distant parts of its body are near (slot of |mu|)."""
-    x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
+    x, d, h, body = row_vector(rows, i, 0, DIM), row_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
     phi, fold, reach2 = broadcast_lanes(0.0), broadcast_lanes(0.0), constants[0] * h * h
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, indices, k, WIDTH)

@@ -38,8 +38,8 @@ from hvisph.compiler.tensors import (
     multiply,
     no_gradient,
     no_vector,
-    own_vector,
     radial_part,
+    row_vector,
     subtract,
     vector,
 )
@@ -123,7 +123,7 @@ class Bonded:
 def accumulate(indices, n, rows, i, constants, out):
     """Sum contact force, half of its work and omega^2 (in the slot of |mu|) of particle `i`."""
     inverse_w0, w_0 = constants[0], constants[1]
-    x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
+    x, u = row_vector(rows, i, 0, DIM), row_vector(rows, i, U, DIM)
     h, body, stiffness = rows[i, H], rows[i, BODY], rows[i, K]
     factor = rows[i, V] / rows[i, M]
     if AXISYMMETRIC:

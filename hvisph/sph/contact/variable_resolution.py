@@ -25,9 +25,9 @@ from hvisph.compiler.tensors import (
     lane_sums,
     multiply,
     no_vector,
-    own_exact_vector,
-    own_vector,
     put,
+    row_exact_vector,
+    row_vector,
     subtract,
     vector,
 )
@@ -110,7 +110,7 @@ def stretched_distance(dx, n, inverse_length, inverse_mean):
 
 def unequal_normals(indices, n, rows, i, constants, out):
     """Write N, the contribution of other bodies, into the row of particle `i` (pass over contact particles)."""
-    x, o_a = own_exact_vector(rows, i, 0, X_REST, DIM), own_vector(rows, i, N_SURFACE, DIM)
+    x, o_a = row_exact_vector(rows, i, 0, X_REST, DIM), row_vector(rows, i, N_SURFACE, DIM)
     h, own_depth = rows[i, H], rows[i, DEPTH]
     total = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):

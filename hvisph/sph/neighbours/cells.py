@@ -15,7 +15,7 @@ import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, Options, inline, specialise
 from hvisph.compiler.parallel_for import chunk_loop, particle_loop
-from hvisph.compiler.tensors import own_vector
+from hvisph.compiler.tensors import row_vector
 
 CHUNK = 1024
 # Rows of cells along y that are numbered together, so that in 3D more neighbours lie in a cache; the least number in a
@@ -98,7 +98,7 @@ def adjacent_cell(place, shift, nx, ny, nz):
 
 def find_cells(i, rows, inverse_edge, nx, ny, nz, cells):
     """Find the cell number of each row (template)."""
-    cells[i] = number_of(cell_at(own_vector(rows, i, PACKED, DIM), inverse_edge, nx, ny, nz), nx, nz)
+    cells[i] = number_of(cell_at(row_vector(rows, i, PACKED, DIM), inverse_edge, nx, ny, nz), nx, nz)
 
 
 def count_and_place(cells, starts, order):

@@ -16,7 +16,7 @@ import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, inline, specialise
 from hvisph.compiler.parallel_for import particle_loop
-from hvisph.compiler.tensors import dot, own_vector, subtract
+from hvisph.compiler.tensors import dot, row_vector, subtract
 
 from .cells import Grid, adjacent_cell, count_and_place, find_cells, place_of
 
@@ -104,14 +104,14 @@ def merge_roots(parent, i, j):
 def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent):
     """Connect each particle with one of its cell, and with one of each adjacent cell along an axis."""
     for i in range(position.shape[0]):
-        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, nz)
+        x, place = row_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, nz)
         for side in range(DIM + 1):
             shift = (3**DIM - 1) // 2 + (3 ** (side - 1) if side > 0 else 0)
             cell = adjacent_cell(place, np.uint64(shift), nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if j != i and labels[j] == labels[i]:
-                    dx = subtract(x, own_vector(position, j, 0, DIM))
+                    dx = subtract(x, row_vector(position, j, 0, DIM))
                     if dot(dx, dx) < link2:
                         merge_roots(parent, i, j)
                         break
@@ -123,14 +123,14 @@ def _search(position, labels, cells, starts, order, nx, ny, nz, link2, mask, par
         if mask[i] == 0:
             continue
         root = root_of(parent, i)
-        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, nz)
+        x, place = row_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, nz)
         for shift in range(np.uint64(3**DIM)):
             cell = adjacent_cell(place, shift, nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if labels[j] != labels[i] or root_of(parent, j) == root:
                     continue
-                dx = subtract(x, own_vector(position, j, 0, DIM))
+                dx = subtract(x, row_vector(position, j, 0, DIM))
                 if dot(dx, dx) < link2:
                     root = merge_roots(parent, i, j)
 

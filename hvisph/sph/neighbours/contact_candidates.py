@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.compiler.jit import specialise
 from hvisph.compiler.parallel_for import chunk_loop, particle_loop
-from hvisph.compiler.tensors import own_vector
+from hvisph.compiler.tensors import row_vector
 from hvisph.compiler.vector.api import atomic_max, atomic_min, fetch
 
 from .cells import Grid, adjacent_cell, cell_at, number_of, place_of
@@ -35,7 +35,7 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
     extent[0], extent[1] = np.inf, -np.inf
     for i in range(first, min(first + np.uint64(CHUNK), count)):
         fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
-        cell = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, nz)
+        cell = number_of(cell_at(row_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, nz)
         cells[i] = cell
         # atomic operations are slow, and rarely needed
         if bodies[i] < lowest[cell]:

@@ -38,8 +38,8 @@ from hvisph.compiler.tensors import (
     no_gradient,
     no_vector,
     outer,
-    own_vector,
     put,
+    row_vector,
     subtract,
 )
 from hvisph.sph.kernels import Kernel, scale
@@ -93,13 +93,13 @@ def _measure(k, first, position, lists, ih, separations):
     i, far = np.uint64(first + k), np.uint32(position.shape[0])
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         if indices[entry] != far:
-            d = subtract(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(indices[entry]), 0, DIM))
+            d = subtract(row_vector(position, i, 0, DIM), row_vector(position, np.uint64(indices[entry]), 0, DIM))
             put(separations, np.uint64(entry - starts[np.uint64(first)]), 0, multiply(ih / FINEST, d))
 
 
 def _fill(k, separations, volume, ih, kernels):
     """Compute slope and shape of neighbours from volumes and separations over h; zero at no distance."""
-    d = own_vector(separations, k, 0, DIM)
+    d = row_vector(separations, k, 0, DIM)
     r = np.sqrt(dot(d, d))
     if r > 0.0:
         put(kernels, k, 0, multiply(volume[k] * scale(ih) * slope(r) / r, d))
@@ -113,15 +113,15 @@ def _correct(c, particles, position, volume, lists, ih, corrections, sums, hourg
     first_sums, zeroth_sums = sums
     far = np.uint32(position.shape[0])
     i = np.uint64(particles[c])
-    x = own_vector(position, i, 0, DIM)
+    x = row_vector(position, i, 0, DIM)
     begin, end = np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])
     shape_sum, slope_sum, stiffness = 0.0, no_vector(DIM), 0.0
     for k in range(begin, end):
         if indices[k] != far:
-            d = subtract(x, own_vector(position, np.uint64(indices[k]), 0, DIM))
+            d = subtract(x, row_vector(position, np.uint64(indices[k]), 0, DIM))
             shape_sum += kernels[codes[k], DIM]
             stiffness += kernels[codes[k], DIM] / dot(d, d)
-            slope_sum = add(slope_sum, own_vector(kernels, codes[k], 0, DIM))
+            slope_sum = add(slope_sum, row_vector(kernels, codes[k], 0, DIM))
     zeroth_sums[i], hourglass_sums[i] = shape_sum, stiffness
     put(first_sums, i, 0, slope_sum)
     inverse_s, shift = 1.0, no_vector(DIM)
@@ -131,8 +131,8 @@ def _correct(c, particles, position, volume, lists, ih, corrections, sums, hourg
     moment = no_gradient(DIM)
     for k in range(begin, end):
         if indices[k] != far:
-            d = subtract(x, own_vector(position, np.uint64(indices[k]), 0, DIM))
-            g = add(multiply(inverse_s, own_vector(kernels, codes[k], 0, DIM)), multiply(kernels[codes[k], DIM], shift))
+            d = subtract(x, row_vector(position, np.uint64(indices[k]), 0, DIM))
+            g = add(multiply(inverse_s, row_vector(kernels, codes[k], 0, DIM)), multiply(kernels[codes[k], DIM], shift))
             moment = subtract(moment, outer(g, d))
     a, regular = sound_inverse(moment)
     if CORRECTED and regular:
@@ -142,8 +142,8 @@ def _correct(c, particles, position, volume, lists, ih, corrections, sums, hourg
     f0 = identity(a)
     for k in range(begin, end):
         if indices[k] != far:
-            d = subtract(x, own_vector(position, np.uint64(indices[k]), 0, DIM))
-            g = dot_rows(a, own_vector(kernels, codes[k], 0, DIM))
+            d = subtract(x, row_vector(position, np.uint64(indices[k]), 0, DIM))
+            g = dot_rows(a, row_vector(kernels, codes[k], 0, DIM))
             f0 = add(f0, outer(d, add(multiply(kernels[codes[k], DIM], b), g)))
     put(all_a, i, 0, a)
     put(all_b, i, 0, b)

@@ -18,7 +18,7 @@ import numpy as np
 
 from hvisph.compiler.jit import CompiledFunction, Options, specialise
 from hvisph.compiler.parallel_for import chunk_loop
-from hvisph.compiler.tensors import column_vector, dot, own_vector
+from hvisph.compiler.tensors import column_vector, dot, row_vector
 from hvisph.compiler.tensors3d import extend_vector
 from hvisph.compiler.vector.api import (
     LANES,
@@ -168,7 +168,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         for k in range(extent):
             record[k] = storage[base + k]
     for i in range(first, last):
-        if ONLY and not dot(own_vector(rows, i, ONLY, DIM), own_vector(rows, i, ONLY, DIM)) > 0.0:
+        if ONLY and not dot(row_vector(rows, i, ONLY, DIM), row_vector(rows, i, ONLY, DIM)) > 0.0:
             group = max(group, i + one)
             continue
         x, h = column_vector(columns, i, DIM), columns[DIM, i]

@@ -29,8 +29,8 @@ from hvisph.compiler.tensors import (
     no_symmetric,
     no_vector,
     outer,
-    own_vector,
     put,
+    row_vector,
     subtract,
     symmetric_outer,
     vector,
@@ -57,7 +57,7 @@ def pair_layout(standard: RowLayout) -> RowLayout:
 
 def corrections(indices, n, rows, i, constants, out):
     """Write A and B into row `i`, and the number of its neighbours where it falls back as a whole, else 0."""
-    x, h = own_vector(rows, i, 0, DIM), rows[i, H]
+    x, h = row_vector(rows, i, 0, DIM), rows[i, H]
     count = s = broadcast_lanes(0.0)
     slope_sum = first_sum = broadcast(no_vector(DIM))
     moment = broadcast(no_symmetric(DIM))
