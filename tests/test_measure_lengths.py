@@ -43,8 +43,8 @@ def test_known_crater_and_projectile(dx):
     # the 99 % quantile leaves out 1 % of 7 mm and the half spacing of the front row
     assert penetration(scene).value == pytest.approx(19 * MM - 0.07 * MM - 0.5 * dx, abs=dx)
     assert penetration(scene).support == pytest.approx(2.8 * dx)
-    scene.now.metadata["kernel_reach"] = 3.0
-    assert penetration(Scene(scene.now, scene.start)).support == pytest.approx(4.2 * dx)
+    scene.state.metadata["kernel_reach"] = 3.0
+    assert penetration(Scene(scene.state, scene.start)).support == pytest.approx(4.2 * dx)
 
 
 def test_mean_and_minimum_of_a_conical_crater():

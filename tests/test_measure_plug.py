@@ -54,9 +54,9 @@ def test_plug_and_lip():
 
 def test_what_is_thrown_back_is_no_plug():
     scene = perforated()
-    plug = scene.now.body == 1
-    plug &= scene.now.fields["velocity"][:, 0] > 0.0
-    scene.now.fields["velocity"][plug] *= -1.0
+    plug = scene.state.body == 1
+    plug &= scene.state.fields["velocity"][:, 0] > 0.0
+    scene.state.fields["velocity"][plug] *= -1.0
     found = evaluate("run", scene)
     assert found["plug_velocity"].value is None
     assert found["target_fragments"].value == 1.0
@@ -66,9 +66,9 @@ def test_what_is_thrown_back_is_no_plug():
 def test_debris_beside_the_plate_is_not_attached(known):
     """A piece of the middle that has flown out to the rim, or past it, is a fragment where the start is known."""
     scene = perforated()
-    plug = (scene.now.body == 1) & (scene.now.fields["velocity"][:, 0] > 0.0)
-    scene.now.fields["position"][plug, 1] += 28 * DX if known else 60 * DX
-    found = evaluate("run", Scene(scene.now, scene.start if known else None))
+    plug = (scene.state.body == 1) & (scene.state.fields["velocity"][:, 0] > 0.0)
+    scene.state.fields["position"][plug, 1] += 28 * DX if known else 60 * DX
+    found = evaluate("run", Scene(scene.state, scene.start if known else None))
     assert found["target_fragments"].value == 1.0
     assert found["plug_velocity"].value == pytest.approx(300.0)
 

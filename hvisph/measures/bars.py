@@ -52,7 +52,7 @@ def bar(scene: Scene) -> Outcomes:
 def penetration_ratio(scene: Scene) -> Result:
     """Return P/L: the depth of the first layer's crater over the initial length of the projectile."""
     plate = scene.plate(scene.target)
-    if plate is None or "mass" not in scene.now.fields or "velocity" not in scene.now.fields:
+    if plate is None or "mass" not in scene.state.fields or "velocity" not in scene.state.fields:
         raise UndefinedMeasureError("there is no layer with a known crater")
     length, depth = initial_length(scene), crater_of(scene, plate).depth
     return Result(depth / length, discretization=scene.spacing / length)
@@ -66,7 +66,7 @@ def _sections(scene: Scene, length: float) -> tuple[float, float, list[float], l
     volume = float((fields["mass"][rows] / fields["density"][rows]).sum())
     width = volume / length if scene.space == 2 else float(np.sqrt(4.0 * volume / length / np.pi))
     main = scene.projectile
-    x, lateral, mass = scene.position[main, 0], scene.position[main, 1:], scene.now.fields["mass"][main]
+    x, lateral, mass = scene.position[main, 0], scene.position[main, 1:], scene.state.fields["mass"][main]
 
     def diameter(rows: np.ndarray) -> float:
         return width * _spread(lateral[rows], mass[rows]) / spread_initial
@@ -88,7 +88,7 @@ def _sections(scene: Scene, length: float) -> tuple[float, float, list[float], l
 def _require_bar(scene: Scene) -> None:
     """Raise `UndefinedMeasureError` if the projectile is not a bar."""
     names = {"velocity", "mass", "density"}
-    if scene.start is None or not names <= scene.start.fields.keys() or "mass" not in scene.now.fields:
+    if scene.start is None or not names <= scene.start.fields.keys() or "mass" not in scene.state.fields:
         raise UndefinedMeasureError("a single snapshot does not contain the bar before the impact")
     rows = members(scene.start, scene.shot.roles, PROJECTILE)
     mass, velocity = scene.start.fields["mass"][rows], scene.start.fields["velocity"][rows]
@@ -99,16 +99,16 @@ def _require_bar(scene: Scene) -> None:
     if scene.has_target:
         y = scene.start.fields["position"][scene.start.body == scene.target, 1]
         refuse_if(np.ptp(y) > PLATE_WIDTH * width + scene.spacing, "no bar on a rigid wall or an equal bar")
-    share = float(scene.now.fields["mass"][scene.projectile].sum() / scene.shot_mass)
+    share = float(scene.state.fields["mass"][scene.projectile].sum() / scene.shot_mass)
     refuse_if(share < LEAST_SHARE, f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
 
 
 def _motion_note(scene: Scene) -> str:
     """Return in words which share of the impact velocity a bar still has; empty at rest."""
-    if "velocity" not in scene.now.fields or not scene.shot.speed:
+    if "velocity" not in scene.state.fields or not scene.shot.speed:
         return ""
     main = scene.projectile
-    x, axial, mass = scene.position[main, 0], scene.now.fields["velocity"][main, 0], scene.now.fields["mass"][main]
+    x, axial, mass = scene.position[main, 0], scene.state.fields["velocity"][main, 0], scene.state.fields["mass"][main]
     foot = x > x.max() - FOOT_THICKNESS * scene.spacing
     front = float(np.average(axial[foot], weights=mass[foot])) / scene.shot.speed
     if front > FREE_FLIGHT_SPEED:

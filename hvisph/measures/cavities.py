@@ -25,7 +25,7 @@ def void_fraction(scene: Scene) -> Result:
     position = scene.position[scene.projectile]
     start = np.empty((0, 2))  # where it is not known
     if scene.start is not None:
-        start = scene.start.fields["position"][np.isin(scene.start.id, scene.now.id[scene.projectile])]
+        start = scene.start.fields["position"][np.isin(scene.start.id, scene.state.id[scene.projectile])]
     if any(np.prod(3.0 * np.ptp(x, axis=0) / scene.spacing + 40.0) > MOST_CELLS for x in (position, start) if len(x)):
         raise UndefinedMeasureError("the projectile's main body is too wide for a grid of dx/3")
     outline, voids = _voids(position, scene.spacing)
@@ -95,14 +95,14 @@ def radii(scene: Scene) -> Outcomes:
     shell = _find_shell(scene)
     fragments = scene.fragments(shell.body)
     rows, all_rows = fragments[0].particles, np.concatenate([fragment.particles for fragment in fragments])
-    mass, lateral = scene.now.fields["mass"], scene.position[:, shell.axes]
+    mass, lateral = scene.state.fields["mass"], scene.position[:, shell.axes]
     centre = np.average(lateral[all_rows], axis=0, weights=mass[all_rows])
     mass, flat = mass[rows], lateral[rows] - np.average(lateral[rows], axis=0, weights=mass[rows])
     offset = np.hypot.reduce(np.average(lateral[rows] - centre, axis=0, weights=mass))
     if offset > HOLLOW_SHARE * np.hypot.reduce(lateral[rows] - centre, axis=1).mean():
         raise UndefinedMeasureError("the hollow body has broken: its largest fragment lies beside the middle")
-    volume = float((mass / scene.now.fields["density"][rows]).sum())
-    axial = [axis for axis in range(scene.now.dimensions) if axis not in shell.axes]
+    volume = float((mass / scene.state.fields["density"][rows]).sum())
+    axial = [axis for axis in range(scene.state.dimensions) if axis not in shell.axes]
     for axis in axial:
         volume /= float(np.ptp(scene.position[rows, axis])) + scene.spacing
     square = float(np.average((flat**2).sum(axis=1), weights=mass)) + _particle_spread(scene, rows, len(shell.axes))
@@ -117,8 +117,8 @@ def _particle_spread(scene: Scene, rows: np.ndarray, axes: int) -> float:
     if scene.shot.whole.revolution:
         axes += 1  # the curvature of the circumference counts as a direction
         return axes * scene.spacing**2 / 12.0
-    size = scene.now.fields["mass"][rows] / scene.now.fields["density"][rows]
-    return float(axes * np.mean(size ** (2.0 / scene.now.dimensions)) / 12.0)
+    size = scene.state.fields["mass"][rows] / scene.state.fields["density"][rows]
+    return float(axes * np.mean(size ** (2.0 / scene.state.dimensions)) / 12.0)
 
 
 def _sphere_radii(volume: float, square: float) -> tuple[float, float]:
@@ -135,7 +135,7 @@ def _sphere_radii(volume: float, square: float) -> tuple[float, float]:
 def _find_shell(scene: Scene) -> _Shell:
     """Return the hollow body; raises `UndefinedMeasureError` where there is none."""
     start = scene.start
-    if start is None or not {"velocity", "mass"} <= start.fields.keys() or "density" not in scene.now.fields:
+    if start is None or not {"velocity", "mass"} <= start.fields.keys() or "density" not in scene.state.fields:
         raise UndefinedMeasureError("a single snapshot does not contain the initial shell")
     rows = members(start, scene.shot.roles, PROJECTILE)
     mass, velocity = start.fields["mass"][rows], start.fields["velocity"][rows]
@@ -156,6 +156,6 @@ def _hollow_axes(scene: Scene) -> list[tuple[int, ...]]:
     """Return the axes across which a body may be hollow: of a ring in the plane, of a tube, of a sphere."""
     if scene.shot.whole.revolution:
         return [(1,), (0, 1)]
-    if scene.now.dimensions == 2:
+    if scene.state.dimensions == 2:
         return [(0, 1)]
     return [(1, 2), (0, 2), (0, 1), (0, 1, 2)]

@@ -68,7 +68,7 @@ class Arrivals:
 
 def arrivals(scene: Scene, rows: np.ndarray, x: float) -> Arrivals:
     """Return which of the particles `rows` reach the plane at `x` [m], where and when."""
-    velocity, mass = scene.now.fields["velocity"][rows], scene.now.fields["mass"][rows]
+    velocity, mass = scene.state.fields["velocity"][rows], scene.state.fields["mass"][rows]
     distance = x - scene.position[rows, 0]
     reach = (velocity[:, 0] > 0.0) & (distance >= 0.0)
     velocity, flight = velocity[reach], distance[reach] / velocity[reach, 0]
@@ -76,7 +76,7 @@ def arrivals(scene: Scene, rows: np.ndarray, x: float) -> Arrivals:
     return Arrivals(
         x,
         scene.lateral[rows[reach]] + flight[:, None] * velocity[:, 1:],
-        scene.now.time + flight,
+        scene.state.time + flight,
         mass_arriving,
         mass_arriving * velocity[:, 0],
         0.5 * mass_arriving * (velocity**2).sum(axis=1),
@@ -156,12 +156,12 @@ def cloud_particles(scene: Scene) -> np.ndarray:
     refuse_if(not any(state.state == YES for state in states[:number]), "no layer is perforated")
     plate = scene.plate(passed[-1])
     assert plate is not None
-    free = np.ones(scene.now.count, dtype=bool)
+    free = np.ones(scene.state.count, dtype=bool)
     for layer in scene.layers:
         free[scene.groups(layer).particles_of(scene.attached_groups(layer))] = False
-    free &= np.isin(scene.now.body, [body for body, role in enumerate(scene.shot.roles) if role != OTHER])
+    free &= np.isin(scene.state.body, [body for body, role in enumerate(scene.shot.roles) if role != OTHER])
     free &= plate.depth(scene.position) > plate.thickness
-    rows = np.flatnonzero(free & (scene.now.fields["velocity"] @ np.array(plate.basis[0]) > 0.0))
+    rows = np.flatnonzero(free & (scene.state.fields["velocity"] @ np.array(plate.basis[0]) > 0.0))
     refuse_if(len(rows) < FEWEST_OF_CLOUD, f"fewer than {FEWEST_OF_CLOUD} particles fly behind the perforated layer")
     return rows
 
@@ -170,7 +170,7 @@ def cloud_particles(scene: Scene) -> np.ndarray:
 def cloud_velocity(scene: Scene) -> Outcomes:
     """Return quantiles of the axial and radial velocity of the cloud [m/s]."""
     rows = cloud_particles(scene)
-    mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
+    mass, velocity = scene.state.fields["mass"][rows], scene.state.fields["velocity"][rows]
     radius = np.maximum(scene.radius[rows], 1e-3 * scene.spacing)
     radial = np.asarray((velocity[:, 1:] * scene.lateral[rows]).sum(axis=1) / radius)
     shares = {
@@ -192,7 +192,7 @@ def cloud_velocity(scene: Scene) -> Outcomes:
 def extent(scene: Scene) -> Outcomes:
     """Return length and width of the cloud [m], and its half angle [rad]."""
     rows = cloud_particles(scene)
-    mass, x = scene.now.fields["mass"][rows], scene.position[rows, 0]
+    mass, x = scene.state.fields["mass"][rows], scene.position[rows, 0]
     return {
         "cloud_length": weighted_quantile(x, mass, 0.995) - weighted_quantile(x, mass, 0.005),
         "cloud_width": 2.0 * weighted_quantile(scene.radius[rows], mass, 0.99),
@@ -204,7 +204,7 @@ def extent(scene: Scene) -> Outcomes:
 def content(scene: Scene) -> Outcomes:
     """Return mass [kg], axial momentum [N s] and kinetic energy [J] of the cloud."""
     rows = cloud_particles(scene)
-    mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
+    mass, velocity = scene.state.fields["mass"][rows], scene.state.fields["velocity"][rows]
     return {
         "cloud_mass": float(mass.sum()),
         "cloud_momentum": float((mass * velocity[:, 0]).sum()),
@@ -216,12 +216,12 @@ def cloud(scene: Scene, witness: float | None = None) -> Cloud:
     """Return the debris cloud, and the loads on a witness plane at `witness` along the shot line [m]."""
     results = evaluate("cloud", scene)
     try:
-        if scene.now.dimensions == 1:
+        if scene.state.dimensions == 1:
             return Cloud(results)
         rows = cloud_particles(scene)
     except UndefinedMeasureError:
         return Cloud(results)
-    mass, velocity = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows]
+    mass, velocity = scene.state.fields["mass"][rows], scene.state.fields["velocity"][rows]
     angles = _angles(scene, rows)
     number = int(np.ceil(angles.max() / ANGLE_BIN + 1e-9))
     bins = np.minimum((angles / ANGLE_BIN + 1e-9).astype(int), number - 1)
@@ -235,7 +235,7 @@ def cloud(scene: Scene, witness: float | None = None) -> Cloud:
 
 def _angles(scene: Scene, rows: np.ndarray) -> np.ndarray:
     """Return the angle of each velocity to the shot line [rad]."""
-    velocity = scene.now.fields["velocity"][rows]
+    velocity = scene.state.fields["velocity"][rows]
     return np.asarray(np.arctan2(np.sqrt((velocity[:, 1:] ** 2).sum(axis=1)), velocity[:, 0]))
 
 
@@ -250,7 +250,7 @@ BINS_PER_DECADE = 10  # bins of the launch speed
 def _launch(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the rising particles, their launch speed [m/s], angle from the face [rad] and radius [m], (n,) each."""
     normal = np.array(plate.basis[0])
-    velocity, depth = scene.now.fields["velocity"], plate.depth(scene.position)
+    velocity, depth = scene.state.fields["velocity"], plate.depth(scene.position)
     rows = np.flatnonzero((depth < -EJECTA_HEIGHT * scene.spacing) & (velocity @ normal < 0.0))
     height, rise = -depth[rows], -(velocity[rows] @ normal)
     tangential = velocity[rows] @ np.array(plate.basis[1:]).reshape(-1, len(normal)).T
@@ -264,7 +264,7 @@ def _launch(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 def gravity_towards_layer(scene: Scene, normal: np.ndarray) -> float:
     """Return the acceleration of gravity towards the layer, along its normal [m/s^2]."""
-    field: PlainMapping = scene.now.metadata.get("gravity", {})
+    field: PlainMapping = scene.state.metadata.get("gravity", {})
     if "mass_parameter" in field:
         return float(field["mass_parameter"] / field["radius"] ** 2)
     return float(np.array(field.get("acceleration", 0.0 * normal)) @ scene.shot.back(normal))
@@ -273,14 +273,14 @@ def gravity_towards_layer(scene: Scene, normal: np.ndarray) -> float:
 def _escapes(scene: Scene, plate: Plate) -> np.ndarray | str:
     """Return whether rising particles escape (n,), or the reason why it is unknown."""
     rows, speed, _, _ = _launch(scene, plate)
-    field: PlainMapping = scene.now.metadata.get("gravity", {})
-    if "escape" in scene.now.metadata:
-        return np.asarray(speed > float(scene.now.metadata["escape"]))
+    field: PlainMapping = scene.state.metadata.get("gravity", {})
+    if "escape" in scene.state.metadata:
+        return np.asarray(speed > float(scene.state.metadata["escape"]))
     if not field:
         return np.ones(len(rows), dtype=bool)
     if "mass_parameter" not in field:
         return "nothing escapes from a uniform field; give `escape`, the least launch speed of what does"
-    place, velocity = scene.shot.case_axes(scene.now.time)(scene.position[rows], scene.now.fields["velocity"][rows])
+    place, velocity = scene.shot.case_axes(scene.state.time)(scene.position[rows], scene.state.fields["velocity"][rows])
     distance = np.sqrt(((place - np.array(field["centre"])) ** 2).sum(axis=1))
     return np.asarray(0.5 * (velocity**2).sum(axis=1) > field["mass_parameter"] / distance)
 
@@ -295,9 +295,9 @@ def ejecta(scene: Scene) -> Outcomes:
     before = scene.start.fields["velocity"].reshape(scene.start.count, -1)[shot] @ normal
     initial_momentum = float((scene.start.fields["mass"][shot] * before).sum())
     rows, *_ = _launch(scene, plate)
-    mass = scene.now.fields["mass"][rows]
-    momentum = -mass * (scene.now.fields["velocity"][rows] @ normal)
-    own = scene.now.body[rows] == scene.target
+    mass = scene.state.fields["mass"][rows]
+    momentum = -mass * (scene.state.fields["velocity"][rows] @ normal)
+    own = scene.state.body[rows] == scene.target
     ejected, escapes = own | scene.is_projectile[rows], _escapes(scene, plate)
     error = min(EJECTA_ERROR * scene.relative_spacing, 1.0)
     variants: dict[str, Outcome] = dict.fromkeys(("all", "target", "escaping"), "the projectile has no momentum")
@@ -315,9 +315,9 @@ def ejecta(scene: Scene) -> Outcomes:
 def launch(scene: Scene, plate: Plate) -> Outcomes:
     """Return the mass-mean angle [rad] and radius [m] at which the ejecta of a layer left its struck face."""
     rows, _, angle, radius = _launch(scene, plate)
-    of_layer = scene.now.body[rows] == plate.body
+    of_layer = scene.state.body[rows] == plate.body
     refuse_if(not of_layer.any(), "nothing rises from the struck face")
-    mass = scene.now.fields["mass"][rows][of_layer]
+    mass = scene.state.fields["mass"][rows][of_layer]
     return {
         "ejecta_angle": float(mass @ angle[of_layer] / mass.sum()),
         "ejecta_radius": float(mass @ radius[of_layer] / mass.sum()),
@@ -334,11 +334,11 @@ def ejecta_over_speed(scene: Scene) -> dict[str, list[float]]:
     except UndefinedMeasureError:
         return {}
     rows, speed, angle, radius = _launch(scene, plate)
-    of_target = (scene.now.body[rows] == scene.target) & (speed > 0.0)
+    of_target = (scene.state.body[rows] == scene.target) & (speed > 0.0)
     if not of_target.any():
         return {}
     rows, speed, angle, radius = (values[of_target] for values in (rows, speed, angle, radius))
-    mass, v = scene.now.fields["mass"][rows], scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
+    mass, v = scene.state.fields["mass"][rows], scene.state.fields["velocity"][rows] @ np.array(plate.basis[0])
     bins = np.floor(BINS_PER_DECADE * np.log10(speed) + 1e-9).astype(int)
     first, bins = int(bins.min()), bins - bins.min()
     own_mass = np.bincount(bins, mass)
@@ -353,6 +353,6 @@ def ejecta_over_speed(scene: Scene) -> dict[str, list[float]]:
 
 def _struck_plate(scene: Scene) -> Plate:
     plate = scene.plate(scene.target)
-    if plate is None or not scene.has_motion or scene.now.dimensions == 1:
+    if plate is None or not scene.has_motion or scene.state.dimensions == 1:
         raise UndefinedMeasureError("the layer's struck face is unknown")
     return plate

@@ -16,7 +16,7 @@ from hvisph.core.text import Plain, PlainMapping
 from hvisph.output.snapshot import Snapshot
 
 from .fragments import EQUAL_SPACING
-from .symmetry_completion import Mirror, Whole, whole_of
+from .symmetry_completion import Mirror, Symmetry, whole_of
 from .target_geometry import PARALLEL, Plate, plate_of, to_tuples, with_openings
 
 PROJECTILE, LAYER, OTHER = "projectile", "layer", "other"
@@ -24,14 +24,14 @@ NUMBERS = ("frame", "speed", "masses", "energy", "drift")  # of the plain form o
 AT_REST = 1e-6  # share of the highest speed below which a body is at rest
 
 
-def roles_of(start: Snapshot | None, now: Snapshot, of_case: Sequence[str | None] = ()) -> tuple[str, ...]:
+def roles_of(start: Snapshot | None, state: Snapshot, of_case: Sequence[str | None] = ()) -> tuple[str, ...]:
     """Return the role of every body, in their order, from a run's first snapshot, if it is known, and the present one.
 
     `of_case` are the roles in the case. Otherwise the first body that moves at the start is the projectile, and with it
     those of the same velocity, unless all have it; every other body is a layer, unless it lies behind the projectile.
     Where nothing moves, or the start is not known, the first body is the projectile and all others are layers.
     """
-    count = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
+    count = max(len(state.bodies), int(state.body.max(initial=-1)) + 1)
     stated = [*of_case, *[None] * count][:count]
     if PROJECTILE in stated or start is None or "velocity" not in start.fields:
         roles = [PROJECTILE if body == 0 and PROJECTILE not in stated else LAYER for body in range(count)]
@@ -95,7 +95,7 @@ class Shot:
     """Impact geometry from the start of a run."""
 
     roles: tuple[str, ...]  # of every body: ``projectile``, ``layer`` or ``other``
-    whole: Whole = field(default_factory=Whole)  # how the whole follows from what was computed
+    whole: Symmetry = field(default_factory=Symmetry)  # how the whole follows from what was computed
     # orthonormal rows (dim, dim): the shot direction and directions across it, in the case's axes
     frame: tuple[tuple[float, ...], ...] = ()
     plates: tuple[Plate, ...] = ()  # the initial geometry of the layers, in the order along the shot line
@@ -112,7 +112,7 @@ class Shot:
         return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
 
     def at_moment(self, moved_planes: Sequence[PlainMapping]) -> "Shot":
-        """Return the shot with planes of symmetry where they are now, see `Whole.at_moment`."""
+        """Return the shot with planes of symmetry where they are now, see `Symmetry.at_moment`."""
         return replace(self, whole=self.whole.at_moment(moved_planes)) if moved_planes else self
 
     def in_frame(self, snapshot: Snapshot) -> Snapshot:
@@ -138,27 +138,27 @@ class Shot:
         try:
             values: Plain = {name: None if plain[name] is None else to_tuples(plain[name]) for name in NUMBERS}
             roles, plates = tuple(map(str, plain["roles"])), tuple(map(Plate.from_dict, plain["plates"]))
-            return cls(roles, Whole.from_dict(plain["whole"]), plates=plates, **values)
+            return cls(roles, Symmetry.from_dict(plain["whole"]), plates=plates, **values)
         except (KeyError, TypeError, ValueError) as error:
             raise OutputError(f"the snapshot's metadata on the shot are damaged ({error!r})") from error
 
 
-def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
-    """Return the shot of a snapshot `now`, by the run's first one `start`, where there is one, or its own metadata."""
-    source = now if start is None else start
+def shot_of(start: Snapshot | None, state: Snapshot) -> Shot:
+    """Return the shot of a snapshot `state`, by the run's first one `start` where there is one, or its metadata."""
+    source = state if start is None else start
     if "shot" in source.metadata and "plates" in source.metadata["shot"]:
         return Shot.from_dict(source.metadata["shot"])
     stored = source.metadata.get("shot", {})
     planes = None if stored.get("planes") is None else list(map(Mirror.from_dict, stored["planes"]))
-    roles = roles_of(start, now, stored.get("roles", ()))
+    roles = roles_of(start, state, stored.get("roles", ()))
     spacing = spacing_of(source)
     projectile = members(source, roles, PROJECTILE)
     if source.is_axisymmetric:
-        whole = Whole((Mirror(1, 0.0),), revolution=True)
+        whole = Symmetry((Mirror(1, 0.0),), revolution=True)
     else:
-        whole = whole_of(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
+        whole = whole_of(source, projectile, spacing, planes) if source.dimensions > 1 else Symmetry()
     if start is None:
-        return Shot(roles, whole, _as_rows(np.eye(now.dimensions)))
+        return Shot(roles, whole, _as_rows(np.eye(state.dimensions)))
     complete = whole.complete(start)
     frame = _frame(complete, roles)
     framed = _transform(complete, frame)

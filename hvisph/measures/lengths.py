@@ -56,7 +56,7 @@ def crater_lip_diameter(scene: Scene) -> Result:
     for side in scene.target_sides:
         candidates = side[scene.radius[side] < LIP_REACH * scene.width]
         refuse_if(len(candidates) == 0, "no attached particle of the target is near the shot line")
-        radius = scene.radius[_front_most(scene, candidates, LIP_PARTICLES[scene.now.dimensions])]
+        radius = scene.radius[_front_most(scene, candidates, LIP_PARTICLES[scene.state.dimensions])]
         means.append(radius.mean())
         errors.append(standard_error(radius))
     share = 2.0 / len(means)
@@ -71,7 +71,7 @@ def extension(scene: Scene) -> Result:
     it, the median of the bins' largest x less the median of their smallest.
     """
     half_width = max(min(AXIS_STRIP, 0.2 * scene.width), 2.0 * scene.spacing)
-    three_d = scene.now.dimensions == 3
+    three_d = scene.state.dimensions == 3
     lateral = scene.radius[scene.projectile] if three_d else scene.lateral[scene.projectile, 0]
     low = 0.0 if three_d else -half_width
     inside = (lateral >= low) & (lateral < half_width)
@@ -145,7 +145,7 @@ def _bin_diameters(scene: Scene) -> np.ndarray:
     number = max(1, round(scene.thickness / width))
     x = (scene.position[:, 0] - scene.face) * number / scene.thickness
     bins = np.where((x >= 0.0) & (x < number), x, -1.0).astype(int)
-    if scene.now.dimensions == 3:
+    if scene.state.dimensions == 3:
         return np.array([edge for edge in _round_edges(scene, bins, number) if np.isfinite(edge)])
     edges = np.full((len(scene.target_sides), number), np.inf)
     for edge, side in zip(edges, scene.target_sides, strict=True):
@@ -195,7 +195,7 @@ def plug(scene: Scene) -> Outcomes:
     if number is None:
         raise UndefinedMeasureError("no group of the target is detached and flies on")
     fragment = scene.fragments(scene.target)[number]
-    speed = scene.now.fields["velocity"][fragment.particles, 0]
+    speed = scene.state.fields["velocity"][fragment.particles, 0]
     return {
         "plug_velocity": Result(float(fragment.velocity[0]), scatter=float(speed.std() / math.sqrt(fragment.count))),
         "plug_width": float(fragment.extent[1:].mean()),
@@ -209,7 +209,7 @@ def lip(scene: Scene) -> Outcomes:
     require_hole(scene)
     attached = scene.groups(scene.target).particles_of(scene.attached_groups(scene.target))
     candidates = attached[scene.radius[attached] <= 2.0 * scene.width]
-    count = FRONT_PARTICLES if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
+    count = FRONT_PARTICLES if scene.state.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
     refuse_if(len(candidates) < count, "too few particles of the plate are left near the shot line")
     x = scene.position[candidates, 0]
     front = np.lexsort((scene.radius[candidates], -x))[:count]  # by radius where they are level
@@ -227,10 +227,10 @@ def lip(scene: Scene) -> Outcomes:
 def target_fragments(scene: Scene) -> Result:
     """Return the number of detached fragments of the first layer, with a note on failed mass that is not."""
     groups, attached = scene.groups(scene.target), scene.attached_groups(scene.target)
-    damage, note = scene.now.fields.get("damage"), ""
+    damage, note = scene.state.fields.get("damage"), ""
     if damage is not None:
         rows = groups.particles_of(attached)
-        mass = scene.now.fields["mass"]
+        mass = scene.state.fields["mass"]
         share = float(mass[rows][damage[rows] >= 1.0].sum()) / max(float(mass[scene.is_target].sum()), 1e-300)
         if share > UNCOUNTED_SHARE:
             note = f"{100.0 * share:.2g} % of its mass has failed and is not detached: rubble is not counted"
@@ -239,7 +239,7 @@ def target_fragments(scene: Scene) -> Result:
 
 def plug_of(scene: Scene) -> int | None:
     """Return the number of the target's fragment that is the plug; None where nothing is detached and flies on."""
-    if scene.now.dimensions == 1 or not scene.has_target:
+    if scene.state.dimensions == 1 or not scene.has_target:
         return None
     target = scene.fragments(scene.target)
     # a velocity that is not known, or not finite, does not rule a fragment out

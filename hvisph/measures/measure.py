@@ -20,7 +20,7 @@ from .impact_geometry import PROJECTILE
 from .lengths import plug_of
 from .measurement_frame import InitialReference, Scene
 from .result import MASS_UNITS, Result, evaluate, plain_results, undefined_result
-from .symmetry_completion import Whole
+from .symmetry_completion import Symmetry
 from .targets import LayerMeasures, Moment, Timeline, layer_measures, perforation_text
 
 History = Mapping[str, np.ndarray]
@@ -54,7 +54,7 @@ class Measures:
     bodies: dict[str, Plain] = field(default_factory=dict)
     fragments: tuple[BodyFragments, ...] = field(default=(), compare=False, repr=False)
     layers: tuple[LayerMeasures, ...] = ()
-    whole: Whole = field(default_factory=Whole)
+    whole: Symmetry = field(default_factory=Symmetry)
     projectile: dict[str, Result] = field(default_factory=dict)
     cloud: Cloud = field(default_factory=lambda: Cloud({}))
     profile: dict[str, list[float]] = field(default_factory=dict)
@@ -113,14 +113,14 @@ class Measures:
 
 
 def measure_snapshot(
-    now: Snapshot, start: Snapshot | InitialReference | None = None, history: History | None = None, source: str = ""
+    state: Snapshot, start: Snapshot | InitialReference | None = None, history: History | None = None, source: str = ""
 ) -> Measures:
     """Return the measures of a snapshot in memory.
 
-    `start` is the run's first snapshot, or its reference; without it axis and plate come from `now`. `history` are the
+    `start` is the run's first snapshot, or its reference; without it axis and plate come from `state`. `history`: the
     columns of ``history.csv`` by name, whose peaks count up to the moment, and `source` is what to name as measured.
     """
-    scene = Scene.from_snapshot(now, start)
+    scene = Scene.from_snapshot(state, start)
     scene.history = history
     return measure_scene(scene, source)
 
@@ -130,21 +130,21 @@ def measure_scene(scene: Scene, source: str = "") -> Measures:
     if not scene.is_projectile.any():
         remedy = "" if PROJECTILE in scene.shot.roles else "; give a body `role: projectile`"
         raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile{remedy}")
-    now = scene.now
+    state = scene.state
     return Measures(
         source=source,
-        title=str(now.metadata.get("title", "")),
-        time=now.time,
-        step=now.step,
+        title=str(state.metadata.get("title", "")),
+        time=state.time,
+        step=state.step,
         results=evaluate("run", scene),
-        dimensions=now.dimensions,
-        unitless=now.metadata.get("units") == "none",
+        dimensions=state.dimensions,
+        unitless=state.metadata.get("units") == "none",
         bodies=body_table(scene),
         fragments=debris(scene),
         layers=layer_measures(scene),
         whole=scene.shot.whole,
         projectile=evaluate("projectile", scene),
-        cloud=cloud(scene, now.metadata.get("witness")),
+        cloud=cloud(scene, state.metadata.get("witness")),
         profile=scene.profile,
         ejecta=ejecta_over_speed(scene),
     )
@@ -154,12 +154,12 @@ def body_table(scene: Scene) -> dict[str, Plain]:
     """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
     if not scene.has_motion:
         return {}
-    velocity = scene.shot.back(scene.now.fields["velocity"].reshape(scene.now.count, -1))
+    velocity = scene.shot.back(scene.state.fields["velocity"].reshape(scene.state.count, -1))
     velocity = velocity + np.array(scene.shot.drift or (0.0,))
     table = {}
-    for body in scene.now.present:
-        rows = scene.now.body == body
-        mass = scene.now.fields["mass"][rows]
+    for body in scene.state.present:
+        rows = scene.state.body == body
+        mass = scene.state.fields["mass"][rows]
         total = float(mass.sum())
         mean = mass @ velocity[rows] / total if total > 0.0 else np.zeros(velocity.shape[1])
         mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[rows]).max(initial=0.0), mean, 0.0)
@@ -173,11 +173,11 @@ def body_table(scene: Scene) -> dict[str, Plain]:
 def debris(scene: Scene) -> tuple[BodyFragments, ...]:
     """Return the fragments of every body, centres and velocities in the case's axes, extents in the shot's."""
     pieces = []
-    for body in scene.now.present:
+    for body in scene.state.present:
         fragments = scene.fragments(body)
         roles = _roles(scene, body, fragments)
         elsewhere = scene.shot.is_rotated or scene.shot.drift
-        moved_fragments = replace(fragments, back=scene.shot.case_axes(scene.now.time)) if elsewhere else fragments
+        moved_fragments = replace(fragments, back=scene.shot.case_axes(scene.state.time)) if elsewhere else fragments
         pieces.append(BodyFragments(scene.name(body), moved_fragments, roles))
     return tuple(pieces)
 

@@ -113,7 +113,7 @@ def memoize(function: F) -> F:
 class Scene:
     """One moment of a run in the axes of its shot."""
 
-    now: Snapshot  # the moment to measure: the whole model in the axes of the shot
+    state: Snapshot  # the moment to measure: the whole model in the axes of the shot
     start: Snapshot | None = None  # the run's first snapshot, where there is one, likewise
     shot: Shot = field(default_factory=lambda: Shot(()))  # impact geometry
     # reference from the start, the same for all moments of a run
@@ -129,7 +129,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         if not self.shot.roles:
-            self.shot = shot_of(self.start, self.now)
+            self.shot = shot_of(self.start, self.state)
 
     @classmethod
     def from_snapshot(cls, snapshot: Snapshot, initial: InitialReference | Snapshot | None = None) -> "Scene":
@@ -147,16 +147,16 @@ class Scene:
     @cached_property
     def position(self) -> np.ndarray:
         """Positions now (n, dim) [m]; raises `OutputError` where one is not finite: no length has a meaning."""
-        position = self.now.fields["position"]
+        position = self.state.fields["position"]
         if not np.isfinite(position).all():
-            number = int(self.now.id[np.flatnonzero(~np.isfinite(position).all(axis=1))[0]])
-            raise OutputError(f"the position of particle {number} is not finite at t = {self.now.time:.6g} s")
+            number = int(self.state.id[np.flatnonzero(~np.isfinite(position).all(axis=1))[0]])
+            raise OutputError(f"the position of particle {number} is not finite at t = {self.state.time:.6g} s")
         return position
 
     @cached_property
     def spacing(self) -> float:
         """Spacing dx [m], from the metadata, or for other codes' files from the mass of a particle."""
-        return spacing_of(self.now)
+        return spacing_of(self.state)
 
     def spacings(self, rows: np.ndarray) -> float | np.ndarray:
         """Return the spacing of `rows` [m]: dx, or of each its own by its initial smoothing length."""
@@ -164,35 +164,35 @@ class Scene:
         if start is None or "smoothing_length" not in start.fields or not len(rows):
             return self.spacing
         images = self.shot.whole.images  # whose numbers follow those of their particles
-        at = np.searchsorted(start.id[: start.count // images], self.now.id[rows] // images * images)
+        at = np.searchsorted(start.id[: start.count // images], self.state.id[rows] // images * images)
         return own_spacings(start, at, self.spacing)
 
     def rows_at_start(self, rows: np.ndarray | slice) -> np.ndarray:
         """Return where the particles `rows` are in the run's first snapshot, which is known."""
         assert self.start is not None
         order = np.argsort(self.start.id)
-        return np.asarray(order[np.searchsorted(self.start.id, self.now.id[rows], sorter=order)])
+        return np.asarray(order[np.searchsorted(self.start.id, self.state.id[rows], sorter=order)])
 
     @cached_property
     def support(self) -> float:
         """Kernel support [m]; 2h with h = 1.4 dx if the files do not contain it."""
-        reach = float(self.now.metadata.get("kernel_reach", 2.0))
-        h = self.now.fields.get("smoothing_length")
+        reach = float(self.state.metadata.get("kernel_reach", 2.0))
+        h = self.state.fields.get("smoothing_length")
         return reach * (float(np.median(h)) if h is not None else 1.4 * self.spacing)
 
     @cached_property
     def axis(self) -> np.ndarray:
         """Lateral coordinates of the shot line, shape (dim - 1,) [m]."""
-        if "axis" in self.now.metadata:
-            return np.atleast_1d(np.asarray(self.now.metadata["axis"], dtype=float))
+        if "axis" in self.state.metadata:
+            return np.atleast_1d(np.asarray(self.state.metadata["axis"], dtype=float))
         if self.start is not None:
             return line_of(self.start, self.shot.roles)
-        return np.zeros(self.now.dimensions - 1)
+        return np.zeros(self.state.dimensions - 1)
 
     @property
     def space(self) -> int:
         """Dimensions of the whole, to which masses and energies refer: 3 for a solid of revolution."""
-        return 3 if self.shot.whole.revolution else self.now.dimensions
+        return 3 if self.shot.whole.revolution else self.state.dimensions
 
     @cached_property
     def lateral(self) -> np.ndarray:
@@ -207,20 +207,20 @@ class Scene:
     @cached_property
     def is_projectile(self) -> np.ndarray:
         """Whether a particle belongs to the projectile, shape (n,)."""
-        return members(self.now, self.shot.roles, PROJECTILE)
+        return members(self.state, self.shot.roles, PROJECTILE)
 
     @cached_property
     def layers(self) -> tuple[int, ...]:
         """Indices of the bodies that are layers and have particles, in the order along the shot line."""
         ordered = [plate.body for plate in self.shot.plates]
         ordered += [body for body, role in enumerate(self.shot.roles) if role == "layer" and body not in ordered]
-        bodies = set(self.now.present)
+        bodies = set(self.state.present)
         return tuple(body for body in ordered if body in bodies)
 
     @property
     def has_motion(self) -> bool:
         """Whether the snapshot has velocities and masses."""
-        return {"velocity", "mass"} <= self.now.fields.keys()
+        return {"velocity", "mass"} <= self.state.fields.keys()
 
     @property
     def has_target(self) -> bool:
@@ -235,12 +235,12 @@ class Scene:
     @cached_property
     def is_target(self) -> np.ndarray:
         """Whether a particle belongs to the first layer, shape (n,)."""
-        return np.asarray(self.now.body == self.target)
+        return np.asarray(self.state.body == self.target)
 
     @cached_property
     def _plate(self) -> tuple[float, float]:
         """The struck face [m] and the thickness [m] of the plate before it was struck."""
-        metadata = self.now.metadata
+        metadata = self.state.metadata
         if "face" in metadata and "thickness" in metadata:
             return float(metadata["face"]), float(metadata["thickness"])
         if self.shot.plates and self.start is not None:
@@ -265,9 +265,9 @@ class Scene:
     @cached_property
     def width(self) -> float:
         """Width of the projectile across the shot line [m], at the start if that is known; 0 without projectile."""
-        if "width" in self.now.metadata:
-            return float(self.now.metadata["width"])
-        source = self.start or self.now
+        if "width" in self.state.metadata:
+            return float(self.state.metadata["width"])
+        source = self.start or self.state
         position = source.fields["position"][members(source, self.shot.roles, PROJECTILE)]
         if not len(position):
             return 0.0
@@ -278,7 +278,7 @@ class Scene:
     @memoize
     def fragments(self, *bodies: int) -> Fragments:
         """Return the fragments of a body, or of several as if they were one, the largest first."""
-        return Fragments.from_groups(self.now, self.groups(*bodies), bodies[0])
+        return Fragments.from_groups(self.state, self.groups(*bodies), bodies[0])
 
     @memoize
     def attached_groups(self, layer: int) -> np.ndarray:
@@ -293,10 +293,10 @@ class Scene:
         with their images (`whole`).
         """
         _ = self.position  # raises if one is not finite
-        images, count = self.shot.whole.images, self.now.count // self.shot.whole.images
-        part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
+        images, count = self.shot.whole.images, self.state.count // self.shot.whole.images
+        part = np.flatnonzero(np.isin(self.state.body[:count], bodies))
         spacing = self.spacings(part)
-        labels = connected_groups(self.now.fields["position"][part], spacing)
+        labels = connected_groups(self.state.fields["position"][part], spacing)
         case_axes = self.shot.back(self.position[part].reshape(len(part), -1))  # axes of the planes of symmetry
         labels = self.shot.whole.join_groups(labels, case_axes, LINK_DISTANCE * spacing)
         return Groups.from_labels((part[None] + count * np.arange(images)[:, None]).ravel(), labels)
@@ -307,7 +307,7 @@ class Scene:
         bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
         if not bodies:
             none = np.zeros(0, dtype=np.int64)
-            return Fragments.from_groups(self.now, Groups.from_labels(none, none), -1)
+            return Fragments.from_groups(self.state, Groups.from_labels(none, none), -1)
         return self.fragments(*bodies)
 
     @cached_property
@@ -315,7 +315,7 @@ class Scene:
         """Mass of the projectile at the start, or of its particles now [kg; kg/m in 2D, kg/m^2 in 1D]."""
         masses = zip(self.shot.masses, self.shot.roles, strict=False)
         initial = float(sum(mass for mass, role in masses if role == PROJECTILE))
-        return initial or float(self.now.fields["mass"][self.is_projectile].sum())
+        return initial or float(self.state.fields["mass"][self.is_projectile].sum())
 
     @cached_property
     def relative_spacing(self) -> float:
@@ -324,7 +324,7 @@ class Scene:
 
     def name(self, body: int) -> str:
         """Return the name of a body."""
-        return self.now.bodies[body] if body < len(self.now.bodies) else f"body {body}"
+        return self.state.bodies[body] if body < len(self.state.bodies) else f"body {body}"
 
     @cached_property
     def projectile(self) -> np.ndarray:
@@ -339,7 +339,7 @@ class Scene:
     def target_sides(self) -> list[np.ndarray]:
         """Indices of the target's main bodies: each side of the shot line in 2D (one of a half model), all in 3D."""
         plate = self.is_target
-        if self.now.dimensions != 2:
+        if self.state.dimensions != 2:
             pieces = self.groups(self.target)
             return [pieces.particles(0) if len(pieces) else np.zeros(0, dtype=np.int64)]
         upper = self.lateral[:, 0] > 0.0
@@ -353,11 +353,11 @@ class Scene:
         With a known start and permanent numbers these are the particles there at the start, and parts of a layer that
         do not reach its edges have rims of their own; else those there now, within the edges of the main bodies.
         """
-        layer = self.now.body == body
-        if self.now.dimensions == 1:
+        layer = self.state.body == body
+        if self.state.dimensions == 1:
             return np.zeros_like(layer)
         if self.plate(body) is not None and self.permanent:
-            return np.isin(self.now.id, self.first_rim(body).numbers) & layer
+            return np.isin(self.state.id, self.first_rim(body).numbers) & layer
         main = np.concatenate(self.target_sides) if body == self.target else self.groups(body).particles(0)
         return rim_between(layer, self.lateral, main, self.axis)
 

@@ -50,7 +50,7 @@ class Perforation:
 def layer_state(scene: Scene, body: int) -> Perforation:
     """Return the state of a layer."""
     plate = scene.plate(body)
-    if scene.now.dimensions == 1:
+    if scene.state.dimensions == 1:
         return Perforation("", "a perforation is undefined in 1D")
     if plate is None:
         return Perforation("", "a single snapshot does not contain the plate before the impact")
@@ -73,14 +73,14 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
         if len(supported) and not _is_closed(scene, plate, supported):
             fixed, closed = supported, False
     if not closed:
-        depth, inside = plate.depth(scene.position), np.zeros(scene.now.count, bool)
+        depth, inside = plate.depth(scene.position), np.zeros(scene.state.count, bool)
         if len(fixed):  # between the outermost attached ones along the normal, and none of them
             inside = (depth >= depth[fixed].min()) & (depth <= depth[fixed].max())
             inside[fixed] = False
         candidates = np.flatnonzero(inside & ~loose)
         speed = scene.shot.speed
         if speed is None:
-            speed = float(np.sqrt((scene.now.fields["velocity"] ** 2).sum(axis=1).max()))
+            speed = float(np.sqrt((scene.state.fields["velocity"] ** 2).sum(axis=1).max()))
         stuck = candidates[np.abs(_relative_velocity(scene, plate, candidates, fixed)) < STUCK_SPEED_SHARE * speed]
         if len(fixed) == 0 or len(stuck) == 0 or _is_open(scene, plate, np.concatenate([fixed, stuck])):
             return Perforation(YES, "", fixed)
@@ -103,7 +103,7 @@ def _is_closed(scene: Scene, plate: Plate, fixed: np.ndarray) -> bool:
 
 def _is_loose(scene: Scene) -> np.ndarray:
     """Return which particles are loose failed material, shape (n,); none if damage or initial density is unknown."""
-    state, start = scene.now, scene.start
+    state, start = scene.state, scene.start
     if start is None or not scene.permanent or not state.fields.keys() >= {"damage", "density"} <= start.fields.keys():
         return np.zeros(state.count, dtype=bool)
     place = scene.rows_at_start(slice(None))
@@ -112,7 +112,7 @@ def _is_loose(scene: Scene) -> np.ndarray:
 
 
 def _normal_velocity(scene: Scene, plate: Plate) -> np.ndarray:
-    return np.asarray(scene.now.fields["velocity"] @ np.array(plate.basis[0]))
+    return np.asarray(scene.state.fields["velocity"] @ np.array(plate.basis[0]))
 
 
 def _relative_velocity(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.ndarray) -> np.ndarray:
@@ -126,16 +126,16 @@ def _relative_velocity(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.n
 
 def _approaching_energy(scene: Scene, plate: Plate, fixed: np.ndarray) -> float:
     """Return the share of kinetic energy that other bodies carry along the normal towards the attached part."""
-    depth, mass = plate.depth(scene.position), scene.now.fields["mass"]
-    rows = fixed if len(fixed) else np.flatnonzero(scene.now.body == plate.body)
+    depth, mass = plate.depth(scene.position), scene.state.fields["mass"]
+    rows = fixed if len(fixed) else np.flatnonzero(scene.state.body == plate.body)
     velocity = _normal_velocity(scene, plate)
     approach = velocity - np.average(velocity[rows], weights=mass[rows])
     rear = max(plate.thickness, float(depth[fixed].max(initial=0.0)))  # also of a bulge
-    coming = (scene.now.body != plate.body) & (depth < rear) & (approach > 0.0)
-    energy = 0.5 * float((scene.now.fields["mass"] * np.where(coming, approach, 0.0) ** 2).sum())
+    coming = (scene.state.body != plate.body) & (depth < rear) & (approach > 0.0)
+    energy = 0.5 * float((scene.state.fields["mass"] * np.where(coming, approach, 0.0) ** 2).sum())
     initial_energy = scene.shot.energy
     if initial_energy is None:
-        initial_energy = 0.5 * float((scene.now.fields["mass"][:, None] * scene.now.fields["velocity"] ** 2).sum())
+        initial_energy = 0.5 * float((scene.state.fields["mass"][:, None] * scene.state.fields["velocity"] ** 2).sum())
     return energy / initial_energy if initial_energy > 0.0 else 0.0
 
 
@@ -143,7 +143,7 @@ def _approaching_energy(scene: Scene, plate: Plate, fixed: np.ndarray) -> float:
 def is_behind(scene: Scene, plate: Plate) -> bool:
     """Whether half of the projectile's mass or more is behind a layer's rear face, which moves along with its rim."""
     rows = np.flatnonzero(scene.is_projectile)
-    mass = scene.now.fields["mass"][rows]
+    mass = scene.state.fields["mass"][rows]
     if not mass.sum() > 0.0:
         return False
     rear = plate.thickness + float(_rim_displacement(scene, plate) @ np.array(plate.basis[0]))
@@ -169,9 +169,9 @@ def _rim_displacement(scene: Scene, plate: Plate) -> np.ndarray:
     """Return the mean displacement of a layer's rim since the start, shape (dim,) [m]."""
     rows = np.flatnonzero(scene.rim(plate.body))
     if scene.start is None or len(rows) == 0:
-        return np.zeros(scene.now.dimensions)
+        return np.zeros(scene.state.dimensions)
     initial = scene.first_rim(plate.body) if scene.permanent else Rim(scene.start.id, scene.start.fields["position"])
-    before = np.isin(initial.numbers, scene.now.id[rows])
+    before = np.isin(initial.numbers, scene.state.id[rows])
     if before.sum() != len(rows):
-        return np.zeros(scene.now.dimensions)
+        return np.zeros(scene.state.dimensions)
     return np.asarray(scene.position[rows].mean(axis=0) - initial.position[before].mean(axis=0))

@@ -49,13 +49,13 @@ def axis_particles(position: np.ndarray, spacing: float, axis: np.ndarray | None
 @measures("run", "centre_pressure_peak")
 def centre_pressure_peak(scene: Scene) -> Result:
     """Return the largest recorded pressure of the centre [Pa], with its time."""
-    return peak(scene.history, CENTRE_COLUMN, 1.0, scene.now.time)
+    return peak(scene.history, CENTRE_COLUMN, 1.0, scene.state.time)
 
 
 @measures("run", "centre_tension_peak")
 def centre_tension_peak(scene: Scene) -> Result:
     """Return the largest recorded tension on the shot line [Pa], positive, with its time; zero without tension."""
-    return peak(scene.history, AXIS_COLUMN, -1.0, scene.now.time)
+    return peak(scene.history, AXIS_COLUMN, -1.0, scene.state.time)
 
 
 def _axis(position: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
@@ -90,7 +90,7 @@ def pull_back(scene: Scene) -> Outcomes:
 
     The snapshot's metadata describe the gauges under ``surfaces``: `axis`, `sign` and `impedance` rho0 c_b [Pa s/m].
     """
-    surfaces: PlainMapping = scene.now.metadata.get("surfaces", {})
+    surfaces: PlainMapping = scene.state.metadata.get("surfaces", {})
     history, reason = scene.history, "there is no gauge of the type 'free_surface'"
     for name, surface in surfaces.items():
         column = f"gauge.{name}.velocity_{'xyz'[int(surface['axis'])]}"
@@ -98,7 +98,7 @@ def pull_back(scene: Scene) -> Outcomes:
             reason = f"the history has no column '{column}'"
             continue
         velocity = float(surface["sign"]) * np.asarray(history[column], float)
-        signal = _fall(np.asarray(history["time"], float), velocity, scene.now.time)
+        signal = _fall(np.asarray(history["time"], float), velocity, scene.state.time)
         if signal is None:
             reason = f"the velocity of gauge '{name}' shows no pull-back"
             continue
@@ -160,18 +160,18 @@ def plateau_measures(scene: Scene) -> Outcomes:
         plateaus = []
         for number in range(timeline.count):
             moment = scene if number == timeline.count - 1 else timeline.load(number)
-            if moment.now.time <= scene.now.time:
+            if moment.state.time <= scene.state.time:
                 with suppress(UndefinedMeasureError):
-                    plateaus.append((moment.now.time, plateau(moment)))
+                    plateaus.append((moment.state.time, plateau(moment)))
         best = before_release(plateaus) if plateaus else plateau(scene)
     return {"plateau_stress": best.stress, "interface_velocity": best.velocity}
 
 
 def plateau(scene: Scene) -> Plateau:
     """Return the plateau of a plate impact; raises `UndefinedMeasureError` where there is none."""
-    refuse_if("pressure" not in scene.now.fields, "the snapshot has no pressure")
+    refuse_if("pressure" not in scene.state.fields, "the snapshot has no pressure")
     x = scene.position[:, 0]
-    pressure, deviator = scene.now.fields["pressure"], scene.now.fields.get("deviator")
+    pressure, deviator = scene.state.fields["pressure"], scene.state.fields.get("deviator")
     stress = pressure if deviator is None else pressure - deviator[:, 0]  # -sigma_xx
     projectile, target = scene.is_projectile, scene.is_target
     interface = 0.5 * (x[projectile].max() + x[target].min())
@@ -182,7 +182,7 @@ def plateau(scene: Scene) -> Plateau:
     distance = np.abs(x - interface)
     rows = (projectile | target) & (distance >= PLATEAU_BEGIN * scene.spacing) & (distance <= PLATEAU_END * reach)
     refuse_if(rows.sum() < FEWEST_IN_PLATEAU, "the compressed region is too short, or releases have overtaken it")
-    velocity = scene.now.fields["velocity"].reshape(len(x), -1)[rows, 0]
+    velocity = scene.state.fields["velocity"].reshape(len(x), -1)[rows, 0]
     return Plateau(_mean(stress[rows]), _mean(velocity), int(rows.sum()))
 
 
@@ -214,9 +214,9 @@ def _mean(sample: np.ndarray) -> Result:
 @measures("run", "projectile_temperature", "target_temperature", "temperature_max")
 def temperatures(scene: Scene) -> Outcomes:
     """Return mass-mean temperatures of the projectile and of all layers, and the maximum of both [K]."""
-    fields = scene.now.fields
+    fields = scene.state.fields
     refuse_if(not {"temperature", "mass"} <= fields.keys(), "no material has a heat capacity")
-    layers = np.isin(scene.now.body, scene.layers)
+    layers = np.isin(scene.state.body, scene.layers)
 
     def value(rows: np.ndarray, maximum: bool = False) -> Outcome:
         defined = rows & np.isfinite(fields["temperature"])
@@ -242,11 +242,11 @@ def phase_fractions(entropy: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray
 @measures("run", "melt", "vapour", needs=("motion",))
 def phases(scene: Scene) -> Outcomes:
     """Return the masses of melt and vapour of projectile and layers [kg]."""
-    entropies: Sequence[Sequence[float] | None] = scene.now.metadata.get("entropies") or ()
-    refuse_if(not entropies or "entropy" not in scene.now.fields, "no material has `melting: {entropies: ...}`")
-    levels = np.array([[np.nan] * 5 if values is None else values for values in entropies])[scene.now.material]
-    fractions = phase_fractions(scene.now.fields["entropy"], levels)
-    layers = np.isin(scene.now.body, scene.layers)
+    entropies: Sequence[Sequence[float] | None] = scene.state.metadata.get("entropies") or ()
+    refuse_if(not entropies or "entropy" not in scene.state.fields, "no material has `melting: {entropies: ...}`")
+    levels = np.array([[np.nan] * 5 if values is None else values for values in entropies])[scene.state.material]
+    fractions = phase_fractions(scene.state.fields["entropy"], levels)
+    layers = np.isin(scene.state.body, scene.layers)
     bodies = {"all": scene.is_projectile | layers, "projectile": scene.is_projectile, "target": layers}
 
     def mass(rows: np.ndarray, fraction: np.ndarray) -> Outcome:
@@ -258,7 +258,7 @@ def phases(scene: Scene) -> Outcomes:
                 else "there is no layer"
             )
         note = "" if defined.sum() == rows.sum() else "materials without entropies, or in a late stage, are left out"
-        return Result(float((scene.now.fields["mass"][defined] * fraction[defined]).sum()), note=note)
+        return Result(float((scene.state.fields["mass"][defined] * fraction[defined]).sum()), note=note)
 
     return {
         name: {body: mass(rows, fraction) for body, rows in bodies.items()}

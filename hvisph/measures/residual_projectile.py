@@ -18,7 +18,7 @@ def retention_reason(scene: Scene) -> str:
 
     A layer that was open along the projectile's path need not be perforated, but it must be passed.
     """
-    if scene.now.dimensions == 1:
+    if scene.state.dimensions == 1:
         return "in 1D nothing is perforated"
     if not scene.has_motion:
         return "the snapshot has no velocity or no mass"
@@ -70,7 +70,7 @@ def momentum_transfer(scene: Scene) -> Result:
     scale = float(np.abs(scene.start.fields["mass"] * _axial(scene.start)).sum())
     if not abs(initial_momentum) > 1e-12 * scale:  # round-off of a symmetric collision
         raise UndefinedMeasureError("the projectile had no axial momentum at the start")
-    ratio = (_momentum(scene, scene.now, LAYER) - before) / initial_momentum
+    ratio = (_momentum(scene, scene.state, LAYER) - before) / initial_momentum
     return Result(ratio, discretization=RELATIVE_ERRORS["N s"] * scene.relative_spacing * abs(ratio))
 
 
@@ -82,8 +82,8 @@ def _large_fragments(scene: Scene) -> np.ndarray:
 
 
 def _mean(scene: Scene, rows: np.ndarray) -> Result:
-    velocity = _axial(scene.now)[rows]
-    mean = float(np.average(velocity, weights=scene.now.fields["mass"][rows]))
+    velocity = _axial(scene.state)[rows]
+    mean = float(np.average(velocity, weights=scene.state.fields["mass"][rows]))
     return Result(mean, scatter=float(velocity.std() / np.sqrt(len(rows))))
 
 
@@ -100,7 +100,7 @@ def _momentum(scene: Scene, snapshot: Snapshot, role: str) -> float:
 def residual_mass(scene: Scene) -> float:
     """Return the mass of all large fragments behind all layers [kg]; of the heaviest one where none is large."""
     refuse_if(reason := retention_reason(scene), reason)
-    return float(scene.now.fields["mass"][_large_fragments(scene)].sum())
+    return float(scene.state.fields["mass"][_large_fragments(scene)].sum())
 
 
 @measures("projectile", "residual_angle", needs=("motion",))

@@ -181,7 +181,7 @@ def evaluate(
     section: str, scene: Scene, *subject: Plate, names: Collection[str] = (), reason: str = ""
 ) -> dict[str, Result]:
     """Return the measures of a section in the catalogue's order; `reason`: why all are undefined, if they are."""
-    dim, rows = scene.now.dimensions, SECTIONS[section]
+    dim, rows = scene.state.dimensions, SECTIONS[section]
     listed = names or reported_measures(dim, section)
     found: dict[str, Outcome | Mapping[str, Outcome]] = {}
     for entry in entries()[section]:

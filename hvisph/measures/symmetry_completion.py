@@ -1,7 +1,7 @@
 """Whole model from its computed part: a half, a quarter, an eighth, or the section of a solid of revolution.
 
-All measures refer to the whole: `Whole.complete` adds the mirror images, so that lengths, masses, energies and counts
-need no factors. The costly search for connected groups is done on the computed part, and `Whole.join_groups` extends
+All measures refer to the whole: `Symmetry.complete` adds mirror images, so that lengths, masses, energies and counts
+need no factors. The costly search for connected groups is done on the computed part, and `Symmetry.join_groups` extends
 its result: a group and its image are one group if they touch the plane between them.
 
 Only planes that cut the projectile divide the whole. A plane normal to the shot line is a rigid wall, as is one that
@@ -41,8 +41,8 @@ class Mirror:
 
 
 @dataclass(frozen=True)
-class Whole:
-    """Completion of the computed part by symmetry."""
+class Symmetry:
+    """Symmetry of the computed part by symmetry."""
 
     mirrors: tuple[Mirror, ...] = ()  # the planes of symmetry; of a solid of revolution its axis, as the plane r = 0
     # whether the part is the section of a solid of revolution: particles have the mass of the whole circumference
@@ -69,11 +69,11 @@ class Whole:
         return {"kind": self.kind, "factor": self.factor, "planes": planes}
 
     @classmethod
-    def from_dict(cls, plain: PlainMapping) -> "Whole":
+    def from_dict(cls, plain: PlainMapping) -> "Symmetry":
         """Return the symmetry with the plain form `plain`."""
         return cls(tuple(map(Mirror.from_dict, plain["planes"])), plain["kind"] == "revolution")
 
-    def at_moment(self, moved: Sequence[PlainMapping]) -> "Whole":
+    def at_moment(self, moved: Sequence[PlainMapping]) -> "Symmetry":
         """Return the whole with its planes at their present places; `moved`: `axis`, place `from` and place `at`."""
         places = {("xyz".index(plane["axis"]), float(plane["from"])): float(plane["at"]) for plane in moved}
         mirrors = [replace(mirror, at=places.get((mirror.axis, mirror.at), mirror.at)) for mirror in self.mirrors]
@@ -129,7 +129,7 @@ class Whole:
         return np.asarray((np.cumsum(occupied) - 1)[keys])
 
 
-def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Whole:
+def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Symmetry:
     """Return how the whole follows from the first snapshot; `projectile` (n,) are its particles, `spacing` is dx.
 
     Where the case's `planes` of symmetry are not known, a coordinate plane counts that all matter is on one side of and
@@ -156,7 +156,7 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
         ):
             mirrors.append(plane)
     axes = [mirror.axis for mirror in mirrors]
-    return Whole(tuple(mirror for mirror in mirrors if axes.count(mirror.axis) == 1))
+    return Symmetry(tuple(mirror for mirror in mirrors if axes.count(mirror.axis) == 1))
 
 
 def _half(coordinate: np.ndarray, spacing: float) -> bool:

@@ -160,12 +160,12 @@ def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | Non
         outside = (edge < -0.5 * scene.spacing) | (edge > plate.thickness + 0.5 * scene.spacing)
         if len(edge) and outside.all():
             return True
-    sizes = np.broadcast_to(np.asarray(scene.spacings(fixed)) ** scene.now.dimensions, len(fixed))
+    sizes = np.broadcast_to(np.asarray(scene.spacings(fixed)) ** scene.state.dimensions, len(fixed))
     radius = np.sqrt(((lateral - clear.centre) ** 2).sum(axis=1))
     for slice_ in slices:
         outer = float(slice_.radii.mean())
         if float(slice_.diameters.mean()) > LOCAL_WIDENING * width and outer > inner:
-            flat = scene.now.dimensions == 2
+            flat = scene.state.dimensions == 2
             volume = plate.thickness * (2.0 * (outer - inner) if flat else np.pi * (outer**2 - inner**2))
             if float(sizes[(radius > inner) & (radius < outer)].sum()) > BENT_VOLUME_SHARE * volume:
                 return True
@@ -208,8 +208,8 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
         place = scene.start.fields["position"][scene.rows_at_start(rows)]
         half = np.minimum(half, np.maximum(plate.depth(place), 0.5 * spacing))
     bulge = float((depth + 0.5 * dx)[~plate.is_beyond(points, RIM_SHARE)].max(initial=0.0)) - plate.thickness
-    velocity = scene.now.fields["velocity"][rows] @ np.array(plate.basis[0])
-    flies = (depth < -2.0 * spacing) & (velocity * scene.now.time < depth)
+    velocity = scene.state.fields["velocity"][rows] @ np.array(plate.basis[0])
+    flies = (depth < -2.0 * spacing) & (velocity * scene.state.time < depth)
     if emptied:
         flies |= _is_loose(scene, plate, rows, velocity)
     rows, depth, points, velocity, dx, half = (values[~flies] for values in (rows, depth, points, velocity, dx, half))
@@ -219,10 +219,10 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     surface, mean, middle = surface[inner], mean[inner], middle[inner]
     radius = np.sqrt((middle**2).sum(axis=1))
     deepest = max(float(surface.max()), 0.0)
-    if scene.now.dimensions == 2 and scene.space == 3:  # both sides of the section of a solid of revolution
+    if scene.state.dimensions == 2 and scene.space == 3:  # both sides of the section of a solid of revolution
         area = np.pi * radius * CELL * spacing
     else:
-        area = np.full(len(radius), (CELL * spacing) ** (scene.now.dimensions - 1))
+        area = np.full(len(radius), (CELL * spacing) ** (scene.state.dimensions - 1))
     hollow = area * np.maximum(mean, 0.0)
     first = (depth > -dx) & (depth < dx)
     place = place_of(plate, scene.position[rows[first]], scene.spacings(rows[first]), spacing)
@@ -245,7 +245,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     edge = scene.rim(plate.body)[rows]
     rim_velocity = float(velocity[edge].mean()) if edge.any() else 0.0
     speed = float(velocity[floor].mean()) - rim_velocity if floor.any() else 0.0
-    return Crater(deepest, float(hollow.sum()), diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.now.time)
+    return Crater(deepest, float(hollow.sum()), diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.state.time)
 
 
 def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -260,7 +260,7 @@ def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray
     edge = scene.rim(plate.body)[rows]
     rim_velocity = float(velocity[edge].mean()) if edge.any() else 0.0
     rises = rim_velocity - velocity > np.sqrt(2.0 * max(pull, 0.0) * np.maximum(plate.depth(place), 0.0))
-    loose = (scene.now.fields.get("damage", np.zeros(scene.now.count))[rows] >= 1.0) & rises
+    loose = (scene.state.fields.get("damage", np.zeros(scene.state.count))[rows] >= 1.0) & rises
     intact = np.flatnonzero(~loose)
     sizes = scene.spacings(rows)
     groups = connected_groups(place[intact], sizes[intact] if isinstance(sizes, np.ndarray) else sizes, NEAREST_LINK)
@@ -282,7 +282,7 @@ def _transient(scene: Scene, plate: Plate) -> Crater | str:
 def crater(scene: Scene, plate: Plate) -> Outcomes:
     """Return the crater's depth, diameter and volume and the rear's bulge; not final while the floor moves on."""
     current = crater_of(scene, plate)
-    grows = current.depth > scene.spacing and current.floor_speed * scene.now.time > GROWTH_SHARE * current.depth
+    grows = current.depth > scene.spacing and current.floor_speed * scene.state.time > GROWTH_SHARE * current.depth
     note = f"still grows: its floor moves on at {current.floor_speed:.3g} m/s" if grows else ""
     to_rim = current.rim_diameter if isinstance(current.rim_diameter, str) else current.depth + current.rim_height
     variants: dict[str, dict[str, Outcome]] = {
@@ -307,7 +307,7 @@ def spall(scene: Scene, plate: Plate) -> Outcomes:
     _require(scene, plate, perforated=False, reason="the layer is perforated: its fragments are in the cloud")
     fixed, *_ = _attached_particles(scene, plate)
     normal = np.array(plate.basis[0])
-    mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ normal
+    mass, velocity = scene.state.fields["mass"], scene.state.fields["velocity"] @ normal
     rim_velocity = float(np.average(velocity[fixed], weights=mass[fixed]))
     depth, lateral = plate.depth(scene.position), plate.in_plane(scene.position)
 
@@ -351,8 +351,8 @@ def lips(scene: Scene, plate: Plate) -> Outcomes:
 @measures("layer", "mass_loss")
 def mass_loss(scene: Scene, plate: Plate) -> float:
     """Return the mass of the layer that is not attached to its rim any more [kg]."""
-    mass, masses = scene.now.fields["mass"], scene.shot.masses
-    before = masses[plate.body] if len(masses) > plate.body else float(mass[scene.now.body == plate.body].sum())
+    mass, masses = scene.state.fields["mass"], scene.shot.masses
+    before = masses[plate.body] if len(masses) > plate.body else float(mass[scene.state.body == plate.body].sum())
     loss = max(before - float(mass[_attached_particles(scene, plate)[0]].sum()), 0.0)
     return 0.0 if loss < 1e-9 * before else loss
 

@@ -116,19 +116,19 @@ def arrived_particles(scene: Scene, plate: Plate) -> np.ndarray:
     before = scene.layers[: scene.layers.index(plate.body)]
     flying = [body for body, role in enumerate(scene.shot.roles) if role == PROJECTILE or body in before]
     reach = plate.depth(scene.position) > -ARRIVAL_DISTANCE * scene.spacing
-    return np.flatnonzero(np.isin(scene.now.body, flying) & reach)
+    return np.flatnonzero(np.isin(scene.state.body, flying) & reach)
 
 
 def is_struck(scene: Scene, plate: Plate) -> bool:
     """Return whether enough mass has reached a layer."""
-    return bool(scene.now.fields["mass"][arrived_particles(scene, plate)].sum() > LEAST_MASS_SHARE * scene.shot_mass)
+    return bool(scene.state.fields["mass"][arrived_particles(scene, plate)].sum() > LEAST_MASS_SHARE * scene.shot_mass)
 
 
 @measures("layer", "impulse", needs=("start",))
 def impulse(scene: Scene, plate: Plate) -> float:
     """Return the momentum along its normal that the layer has gained [N s]."""
     assert scene.start is not None
-    return _momentum(scene.now, plate) - _momentum(scene.start, plate)
+    return _momentum(scene.state, plate) - _momentum(scene.start, plate)
 
 
 @measures("layer", "loaded_diameter")
@@ -137,7 +137,7 @@ def loaded_diameter(scene: Scene, plate: Plate) -> float:
     refuse_if(not is_struck(scene, plate), "nothing has reached the layer")
     rows = arrived_particles(scene, plate)
     radius = np.sqrt((plate.in_plane(scene.position[rows]) ** 2).sum(axis=1))
-    return 2.0 * weighted_quantile(radius, scene.now.fields["mass"][rows], LOADED_MASS_SHARE) + scene.spacing
+    return 2.0 * weighted_quantile(radius, scene.state.fields["mass"][rows], LOADED_MASS_SHARE) + scene.spacing
 
 
 @measures("layer", "mean_pressure", needs=("start",))
@@ -149,9 +149,9 @@ def mean_pressure(scene: Scene, plate: Plate) -> float:
     number = scene.layers.index(plate.body)
     first = timeline.first(lambda moment: moment.struck[number])
     arrival = timeline.moment(0).time if first is None else timeline.interval(first)[0]
-    refuse_if(not scene.now.time > arrival, "nothing has reached the layer")
+    refuse_if(not scene.state.time > arrival, "nothing has reached the layer")
     area = 0.25 * np.pi * width**2 if scene.space == 3 else width
-    return float(impulse(scene, plate) / (area * (scene.now.time - arrival)))
+    return float(impulse(scene, plate) / (area * (scene.state.time - arrival)))
 
 
 def _momentum(snapshot: Snapshot, plate: Plate) -> float:
@@ -166,9 +166,9 @@ class Moment:
     def __init__(self, scene: Callable[[], Scene]):
         self.scene = scene
         current = scene()
-        self.time = current.now.time
-        defined = current.now.dimensions > 1 and current.has_motion
-        defined = defined and float(current.now.fields["mass"][current.is_projectile].sum()) > 0.0
+        self.time = current.state.time
+        defined = current.state.dimensions > 1 and current.has_motion
+        defined = defined and float(current.state.fields["mass"][current.is_projectile].sum()) > 0.0
         plates = [current.plate(body) if defined else None for body in current.layers]
         self.passed = tuple(plate is not None and is_behind(current, plate) for plate in plates)
         self.struck = tuple(plate is not None and is_struck(current, plate) for plate in plates)
@@ -185,13 +185,13 @@ class Moment:
     def exit(self) -> Outcomes:
         """Velocity, mass fraction of the heaviest fragment and its length, by name of the measure."""
         scene = self.scene()
-        mass = scene.now.fields["mass"] * scene.is_projectile
+        mass = scene.state.fields["mass"] * scene.is_projectile
         largest = scene.shot_groups.heaviest
         share = largest.mass / scene.shot_mass
         length = length_of(scene, scene.position[largest.particles, 0])
         broken = f"the projectile's heaviest fragment holds {100.0 * share:.2g} % of its mass"
         return {
-            "exit_velocity": float(mass @ scene.now.fields["velocity"][:, 0] / mass.sum()),
+            "exit_velocity": float(mass @ scene.state.fields["velocity"][:, 0] / mass.sum()),
             "exit_mass_fraction": share,
             "exit_length": length if share >= LEAST_SHARE else broken,
         }
