@@ -173,6 +173,22 @@ BAD = [
     ("title: test", "<<: {title: x}", ["merge keys", "base"], 1),
     ("title: test", "? [a]\n: b", ["a key must be plain text"], 1),
     ("  target:", "  2target:", ["bodies.2target", "a name starts with a letter"], 9),
+    ("every: 1 us", "formats: [csv]", ["output.formats.0: unknown 'csv'"], 17),
+    ("0.1 mm", "0,1 mm", ["resolution: '0,1 mm': unknown unit ',1 mm'; decimals follow a point"], 3),
+    ("8 us", "8", ["output.every: 1e-06 s asks for 8e+06 snapshots", "time.end = 8 s"], 17),
+    ("velocity:", "temperature: 400 K\n    internal_energy: 1e5\n    velocity:", ["given beside `temperature`"], 9),
+    (
+        "type: disc, diameter: 10 mm",
+        "type: annulus, outer_diameter: 10 mm, inner_diameter: 12 mm",
+        ["shape.inner_diameter: 0.012 must be below the outer_diameter, 0.01"],
+        7,
+    ),
+    (
+        "time:\n",
+        "  contact: {type: bonded, friction: 0.3}\ntime:\n",
+        ["friction: unknown key of bonded, which has no other; it is one of frictional"],
+        15,
+    ),
 ]
 
 
@@ -182,6 +198,10 @@ def test_message_has_path_reason_and_line(tmp_path, old, new, parts, line):
     for part in parts:
         assert part in message, message
     assert f"case.yaml, line {line})" in message, message
+
+
+def test_a_bad_entry_does_not_leave_its_list_too_short(tmp_path):
+    assert "needs at least" not in failure(tmp_path, "every: 1 us", "formats: [csv]")
 
 
 def test_all_errors_come_at_once(tmp_path):

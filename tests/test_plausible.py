@@ -24,8 +24,8 @@ def case(key="", value=None):
         },
         "time": {"end": "20 us"},
     }
-    if key == "time.end":
-        found["time"]["end"] = value
+    if key.startswith("time."):
+        found["time"][key.removeprefix("time.")] = value
     elif key:
         block, _, last = key.rpartition(".")
         (material[block] if block else material)[last] = value
@@ -49,6 +49,12 @@ def test_a_slip_is_named_with_what_was_meant(key, value, meant):
     found = [text for text in warnings_of(case(key, value)) if key in text]
     assert found
     assert meant in found[0]
+
+
+def test_a_fixed_step_beyond_the_transit_of_sound_is_unstable():
+    """1.2 dx over c0 of 5.24 km/s is 23 ns."""
+    for step, flagged in ((1e-8, False), (1e-6, True)):
+        assert any("time.step" in text for text in warnings_of(case("time.step", step))) == flagged
 
 
 def test_what_is_meant_is_not_flagged():

@@ -86,6 +86,7 @@ def test_many_particles_are_thinned_with_a_remark(plane, monkeypatch):
 
 
 def test_the_page_is_whole_small_and_calls_nobody(plane, solid):
+    assert report(str(plane)) == report([plane])
     page = report([plane])
     text = page.read_text(encoding="utf-8")
     assert page.parent == plane

@@ -31,6 +31,8 @@ def body_problems(case: AnyCase) -> Iterator[Problem]:
             yield from _thickness(case, body, path)
             yield from _inclusions(case, body, path)
             yield from _spacing(case, body, path)
+        if body.temperature is not None and body.internal_energy:
+            yield f"{path}.internal_energy", "given beside `temperature`, which sets it; leave one out"
         yield from _velocity(case, body, path)
         yield from _place(case, body, path, first=index == 0)
     yield from _count(case)
@@ -185,22 +187,18 @@ def _arrangement(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
 
 
 def _thickness(case: AnyCase, body: Body, path: str) -> Iterator[Problem]:
-    formulation = case.formulation
+    formulation, thickness = case.formulation, body.shape.thickness()
     h = formulation.h_over_dx * body.spacing(case)
     support = formulation.support_over_h * h
-    thickness = body.shape.thickness()
     if isinstance(body.shape, shapes.HoneycombShape):
         yield from _walls(case, body, body.shape, path)
         return
     # a thickness written as a decimal multiple of dx must not fail by round-off
     if thickness < support * (1.0 - 1e-9):
         finest = thickness / (formulation.support_over_h * formulation.h_over_dx)
-        unit = _metre(case)
-        yield (
-            f"{path}.shape",
-            f"the body is {thickness:g}{unit} thick, thinner than the kernel's support {formulation.support_over_h:g}h "
-            f"= {support:g}{unit} (h = {h:g}{unit}); make it thicker or the resolution {finest:.3g}{unit} or finer",
-        )
+        unit, reach = _metre(case), f"the kernel's support {formulation.support_over_h:g}h"
+        fault = f"the body is {thickness:g}{unit} thick, thinner than {reach} = {support:g}{unit} (h = {h:g}{unit});"
+        yield f"{path}.shape", f"{fault} make it thicker or the resolution {finest:.3g}{unit} or finer"
 
 
 def _walls(case: AnyCase, body: Body, shape: shapes.HoneycombShape, path: str) -> Iterator[Problem]:

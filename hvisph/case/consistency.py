@@ -170,7 +170,7 @@ def _schedule(case: AnyCase) -> Iterator[Problem]:
     end, unit = case.duration, " s" if case.units == "si" else ""
     if case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
         fault = f"{case.output.every:g}{unit} asks for {end / case.output.every:.2g} snapshots, more than"
-        yield "output.every", f"{fault} {MOST_SNAPSHOTS:g}; make it longer"
+        yield "output.every", f"{fault} {MOST_SNAPSHOTS:g}; make it longer, or time.end = {end:g}{unit} shorter"
     if case.time.step is not None and case.time.step > end:
         yield "time.step", f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter"
     if len(set(case.output.formats)) < len(case.output.formats):

@@ -54,11 +54,9 @@ def implausible(case: AnyCase) -> list[str]:
         if melts is None:
             melts = getattr(body.material.strength, "melt_temperature", None)
         if body.temperature is not None and melts is not None and body.temperature >= melts:
-            doubts.append(
-                f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its "
-                f"strength, {melts:g} K: the body starts without strength"
-            )
-    return [*doubts, *_end(case), *_output(case), *_pressure(case)]
+            subject = f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its strength"
+            doubts.append(f"{subject}, {melts:g} K: the body starts without strength")
+    return [*doubts, *_end(case), *_step(case), *_output(case), *_pressure(case)]
 
 
 def of_material(material: Material) -> Iterator[str]:
@@ -75,16 +73,12 @@ def of_material(material: Material) -> Iterator[str]:
         _, s1, s2, s3 = eos.hugoniot
         if s2 == 0.0 and s3 == 0.0:
             yield from _check_range("eos.s1", s1, SLOPE)
-        off = [
-            (abs(left) / us, up, us)
-            for left, (up, us) in zip(eos.residuals if eos.us_up else (), eos.us_up, strict=True)
-        ]
+        residuals = eos.residuals if eos.us_up else ()
+        off = [(abs(left) / us, up, us) for left, (up, us) in zip(residuals, eos.us_up, strict=True)]
         if off and max(off)[0] > SCATTER:
             share, up, us = max(off)
-            yield (
-                f"eos.us_up: at [{up:g}, {us:g}] m/s the line through all points is {100.0 * share:.2g} % off; points "
-                f"scatter by a few; was a unit left out?"
-            )
+            subject = f"eos.us_up: at [{up:g}, {us:g}] m/s the line through all points"
+            yield f"{subject} is {100.0 * share:.2g} % off; points scatter by a few; was a unit left out?"
         if eos.gamma:
             yield from _check_range("eos.gamma", eos.gamma, GAMMA)
     stiffness = material.density * speed**2 if speed else 0.0
@@ -118,10 +112,10 @@ def _ceramic(material: Material) -> Iterator[str]:
         stress = pressure + 4.0 / 3.0 * material.shear_modulus * mu / (1.0 + mu)
         low, high = (mu, high) if stress < strength.hugoniot_elastic_limit else (low, mu)
     if abs(pressure / strength.hel_pressure - 1.0) > HEL:
-        yield (
-            f"strength.hel_pressure: {_pressure_text(strength.hel_pressure)}, but with K1 to K3 and G the pressure at "
-            f"the Hugoniot elastic limit is {_pressure_text(pressure)}; was that meant?"
+        subject = (
+            f"strength.hel_pressure: {_pressure_text(strength.hel_pressure)}, but with K1 to K3 and G the pressure"
         )
+        yield f"{subject} at the Hugoniot elastic limit is {_pressure_text(pressure)}; was that meant?"
 
 
 def bulk_speed(material: Material) -> float | None:
@@ -160,10 +154,8 @@ def _share(key: str, value: float, stiffness: float, usual: Range) -> Iterator[s
         return
     meant = _guess_intended(share, usual)
     remedy = f"; was {_pressure_text(meant * stiffness)} meant?" if meant is not None else ""
-    yield (
-        f"{key}: {_pressure_text(value)} is {share:.2g} of rho0 c0^2 = {_pressure_text(stiffness)}, outside the usual "
-        f"{usual.low:g} to {usual.high:g}{remedy}"
-    )
+    subject = f"{_pressure_text(value)} is {share:.2g} of rho0 c0^2 = {_pressure_text(stiffness)}"
+    yield f"{key}: {subject}, outside the usual {usual.low:g} to {usual.high:g}{remedy}"
 
 
 def _guess_intended(value: float, usual: Range) -> float | None:
@@ -200,13 +192,20 @@ def _end(case: AnyCase) -> Iterator[str]:
     yield f"{fault} {longest:.3g} s{remedy}"
 
 
+def _step(case: AnyCase) -> Iterator[str]:
+    """Yield a warning where sound crosses more than a smoothing length in a fixed step."""
+    known = [(bulk_speed(body.material), body.spacing(case)) for body in case.bodies.values()]
+    crossings = [case.formulation.h_over_dx * spacing / speed for speed, spacing in known if speed]
+    if case.time.step is not None and crossings and case.time.step > min(crossings):
+        fault = f"time.step: {case.time.step:g} s is longer than sound takes across a smoothing length,"
+        yield f"{fault} {min(crossings):.3g} s: the run is unstable; leave it out, or give a part of that"
+
+
 def _output(case: AnyCase) -> Iterator[str]:
     every = case.output.every
     if every is not None and every > case.duration:
-        yield (
-            f"output.every: {every:g} s is beyond the end, {case.duration:g} s: the first and the last state alone are "
-            "written; was a unit left out?"
-        )
+        fault = f"output.every: {every:g} s is beyond the end, {case.duration:g} s:"
+        yield f"{fault} the first and the last state alone are written; was a unit left out?"
 
 
 def _pressure(case: AnyCase) -> Iterator[str]:

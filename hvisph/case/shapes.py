@@ -56,6 +56,11 @@ class _Round(ShapeOptions):
         wall = [(shape.outer_diameter - shape.inner_diameter) / 2] if hasattr(self, "inner_diameter") else []
         return min(*self.extent(), *wall)
 
+    def _faults(self) -> Iterator[Problem]:
+        inner, outer = getattr(self, "inner_diameter", 0.0), getattr(self, "outer_diameter", math.inf)
+        if inner >= outer:
+            yield "inner_diameter", f"{inner:g} must be below the outer_diameter, {outer:g}"
+
     def _width(self) -> float:
         return float(getattr(self, "diameter", 0.0) or getattr(self, "outer_diameter", 0.0))
 

@@ -106,7 +106,8 @@ def parse_quantity(text: str, dimension: Dimension) -> float:
 
 def _parse_with_pint(number: float, unit: str, text: str, dimension: Dimension) -> float:
     """Convert a unit by pint's registry."""
-    unknown = f"{_quote(text)}: unknown unit {_quote(unit)}{suggest_nearest(unit, spellings(dimension))}"
+    comma = "; decimals follow a point, not a comma" if unit.startswith(",") else ""
+    unknown = f"{_quote(text)}: unknown unit {_quote(unit)}{comma or suggest_nearest(unit, spellings(dimension))}"
     if _UNIT.fullmatch(unit) is None:
         raise ValueError(unknown)
     if dimension is NUMBER:

@@ -38,8 +38,10 @@ def translate(error: ValidationError, root: type[M], data: object, places: Mappi
     """Translate the validation errors of `data` against `root`, each with its file and line."""
     errors: dict[tuple[Path, str], CaseError] = {}
     for detail in error.errors(include_url=False):
-        path = user_path(root, detail["loc"], data)
-        if detail["type"] == PROBLEMS:
+        path, kind = user_path(root, detail["loc"], data), detail["type"]
+        if kind == "too_short" and detail["ctx"]["actual_length"] < len(detail["input"]):
+            continue  # entries are missing because they are at fault themselves
+        if kind == PROBLEMS:
             value = value_at(data, path)
             problems = [((*path, *_keys_of_text(value, text)), reason) for text, reason in detail["ctx"][PROBLEMS]]
         else:
@@ -113,10 +115,8 @@ def _explain(root: type[BaseModel], path: Path, detail: ErrorDetails, data: obje
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
         where = _models_with_key(parent, value_at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
-        return (
-            path,
-            f"unknown key{where or _places_of_key(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)}",
-        )
+        where = where or _places_of_key(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)
+        return path, f"unknown key{where}"
     spot = walk(root, path, data)
     if kind == "missing":
         about = spot.info.description if spot and spot.info and spot.info.description else ""
@@ -151,7 +151,7 @@ def _models_with_key(parent: Spot, value: object, key: str, allowed: Sequence[st
     tag = value.get("type") if isinstance(value, dict) else None
     if not parent.tagged or tag not in parent.models or not tags:
         return ""
-    keys = ", ".join(k for k in allowed if k != "type")
+    keys = ", ".join(k for k in allowed if k != "type") or "no other"
     return f" of {tag}, which has {keys}; it is one of {', '.join(tags)}"
 
 

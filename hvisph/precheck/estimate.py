@@ -200,13 +200,9 @@ def estimated_steps(case: Case) -> int:
 
 def _signal_speed(case: Case) -> float:
     """Return the speed of signals that sets the step [m/s]: that at rest and a share of the impact's."""
-    viscosity = getattr(case.formulation, "viscosity", None)
-    alpha = getattr(viscosity, "alpha", 0.0)
-    at_rest = 0.0
-    for body in case.bodies.values():
-        material = material_of(body.material, body.internal_energy)
-        speed = material.longitudinal_sound_speed + VISCOUS_SIGNAL * alpha * material.bulk_sound_speed
-        at_rest = max(at_rest, speed)
+    alpha = getattr(getattr(case.formulation, "viscosity", None), "alpha", 0.0)
+    materials = [material_of(body.material, body.internal_energy) for body in case.bodies.values()]
+    at_rest = max(m.longitudinal_sound_speed + VISCOUS_SIGNAL * alpha * m.bulk_sound_speed for m in materials)
     velocities = [body.velocity for body in case.bodies.values()]
     fastest = max(math.dist(u, v) for u in velocities for v in velocities)
     return at_rest + COMPRESSION * fastest

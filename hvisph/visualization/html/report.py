@@ -220,16 +220,18 @@ SECTIONS = [
 ]
 
 
-def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] | None = None) -> Path:
+def report(
+    runs: Sequence[str | os.PathLike[str]] | str | os.PathLike[str], path: str | os.PathLike[str] | None = None
+) -> Path:
     """Write one self-contained page that shows a run, or several side by side.
 
-    `runs`: folders of runs, ended or not; folders of another code's snapshots.
+    `runs`: a folder, or several, of runs, ended or not, or of another code's snapshots.
     `path`: file to write; ``report.html`` in the first run's folder unless given.
     Returns the file.
     Raises `CaseError` when there is no such run, or one holds no snapshots; `OutputError` when the file cannot be
     written.
     """
-    reports = [RunReport(Path(run)) for run in runs]
+    reports = [RunReport(Path(run)) for run in ([runs] if isinstance(runs, str | os.PathLike) else runs)]
     names = [page.name for page in reports]
     for page in reports:
         if names.count(page.name) > 1:  # the folder's name as well
