@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
+from hvisph.core.measure_catalogue import format_of
 from hvisph.measures.measure import measure, measure_snapshot
 from hvisph.measures.measurement_frame import Scene
 from hvisph.measures.targets import layer_measures
@@ -47,6 +48,10 @@ def test_depth_diameter_and_volume_of_a_bowl(dim, lip):
     exact = {2: 0.5 * np.pi * r**2, 3: 2.0 / 3.0 * np.pi * r**3}[dim]
     assert found["crater_volume"].value == pytest.approx(exact, rel=0.04)
     assert found["crater_volume"].unit == {2: "m^2", 3: "m^3"}[dim]
+    # depth r and diameter 2 r are uncertain by dx each; tables print the same unit
+    share = DX * np.hypot(1.0 / r, (dim - 1) / (2.0 * r))
+    assert found["crater_volume"].uncertainty == pytest.approx(share * found["crater_volume"].value, rel=0.1)
+    assert format_of("crater_volume", found["crater_volume"].unit).unit == found["crater_volume"].unit
     depth, wide = found["crater_depth"].variants, found["crater_outer_diameter"].variants
     assert depth["face"].value == pytest.approx(r, abs=DX)
     assert wide["face"].value == pytest.approx(2 * r, abs=2 * DX)

@@ -10,6 +10,7 @@ from hvisph.core.catalogues import unstrained_kinematics
 from hvisph.diagnostics.budgets import angular_momentum_of
 from hvisph.diagnostics.sanity_checks import NEGATIVE_ENERGY_TOLERANCE, SanityChecks
 from hvisph.diagnostics.summary import shares
+from hvisph.materials.damage import NoDamage
 from hvisph.materials.melting import Lindemann
 from hvisph.materials.validity_limits import range_of
 from hvisph.output.reader import list_snapshots, read_snapshot
@@ -54,6 +55,15 @@ def test_shares_of_mass():
                         internal_energy=np.where(first, -1.0, 1.0), temperature=np.where(three, 2000.0, 300.0)),
                   start, [one])  # fmt: skip
     assert told == pytest.approx({"failed": 0.3, "above_melting": 0.3, "beyond_range": 0.1, "negative_energy": 0.1})
+
+
+def test_inclusions_have_their_own_shares():
+    """A body of two materials, of which the second alone breaks and ends at a lower density."""
+    metal_, last = metal(), np.arange(10) == 9
+    whole = replace(metal_, damage=NoDamage())
+    now = replace(state(damage=1.0 * last), material=last.astype(int))
+    assert shares(now, now, [whole, metal_])["failed"] == pytest.approx(0.1)
+    assert shares(now, now, [metal_, whole])["failed"] == 0.0
 
 
 def test_melting_rises_with_compression():

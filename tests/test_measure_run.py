@@ -135,6 +135,21 @@ def test_momentum_transfer():
     assert measure_snapshot(end, start)["momentum_transfer"].value == pytest.approx(0.3)
 
 
+def test_momentum_from_outside_is_not_that_of_the_shot():
+    """The shot stops; edges or a floor have taken twice its momentum from the target, or have not."""
+    start, end = impact_start(0.2 * MM), impact_end(0.2 * MM)
+    end.fields["mass"] *= start.fields["mass"].sum() / end.fields["mass"].sum()  # none is lost
+    shot = start.fields["mass"][start.body == 0].sum()
+    share = shot / end.fields["mass"][end.body == 1].sum()
+    for taken in (2.0, 0.0):
+        end.fields["velocity"][:] = 0.0
+        end.fields["velocity"][end.body == 1, 0] = (1.0 - taken) * 3100.0 * share
+        found = measure_snapshot(replace(end, metadata=end.metadata | {"outer_forces": True}), start)
+        assert found["momentum_transfer"].value == pytest.approx(1.0)
+        impulse = found.layers[0].results["impulse"].value
+        assert impulse == pytest.approx(3100.0 * shot)
+
+
 @pytest.mark.parametrize("turn", [0.0, 37.0])
 def test_beta_is_one_plus_the_momentum_that_rises(turn):
     start, end = impact_start(0.2 * MM), impact_end(0.2 * MM)

@@ -3,6 +3,7 @@
 import pytest
 
 from hvisph.case.consistency import warnings_of
+from hvisph.case.materials.material import Material
 from hvisph.case.plausible import of_material
 from hvisph.casefile.loader import bundled_cases, library, load_case
 
@@ -77,6 +78,15 @@ def test_no_bundled_case_is_flagged():
             continue
         loaded = load_case(path)
         assert [text for text in warnings_of(loaded) if "usual" in text or "meant" in text] == [], path
+
+
+def test_energies_in_erg_per_gram_are_named():
+    eos = {"type": "tillotson", "bulk_modulus": 26.7e9, "b_modulus": 26.7e9, "a": 0.5, "b": 1.5, "alpha": 5, "beta": 5,
+           "reference_energy": 4.87e12, "incipient_energy": 4.72e10, "vaporization_energy": 1.82e11}  # fmt: skip
+    doubts = list(of_material(Material.model_validate({"density": 2700.0, "eos": eos})))
+    assert [text.partition(";")[2] for text in doubts] == [
+        f" was {meant} J/kg meant?" for meant in ("4.87e+08", "4.72e+06", "1.82e+07")
+    ]
 
 
 def test_a_gas_is_as_thin_as_it_is():

@@ -1,5 +1,7 @@
 """Tables of planetary codes: written in each layout from a Mie-Grueneisen equation of state, and read back."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,7 +62,7 @@ def test_a_table_is_read_back_as_it_was_written(write, tmp_path):
     path.write_text(write())
     grid = read_table(path)
     assert grid == read_table(path, write.__name__)
-    check_units(grid, RHO0, path)
+    check_units(grid, RHO0)
     keys = {"name": "t", "density": RHO0, "eos": {"type": "table", "file": str(path), "format": write.__name__}}
     table, exact = material_of(MaterialModel.model_validate(keys)), Material("x", RHO0, StiffenedGas(SPEED, GAMMA))
     # nine digits are written; e(T) through 120 points of a straight line; gadget's T bends between its densities
@@ -76,10 +78,27 @@ def test_units_that_are_off_are_named(tmp_path):
     path = tmp_path / "table.txt"
     path.write_text(aneos(scale=1e3))
     with pytest.raises(CaseError, match=r"10\^3 times the material's density 2700: likely g/cm\^3"):
-        check_units(read_table(path), RHO0, path)
+        check_units(read_table(path), RHO0)
     path.write_text(miluphcuda(scale=1e-9))
     with pytest.raises(CaseError, match=r"bulk modulus of 75.* Pa .*likely pressures in GPa"):
-        check_units(read_table(path), RHO0, path)
+        check_units(read_table(path), RHO0)
+    for factor, words in ((1e-6, r"heat capacity of 0\.\d+ J"), (1e4, r"heat capacity of \d\S*e\+0[67] J")):
+        path.write_text(aneos())
+        grid = read_table(path)
+        with pytest.raises(CaseError, match=words + ".*likely energies in MJ/kg or erg/g"):
+            check_units(replace(grid, energy=factor * grid.energy), RHO0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [(None, "no such file"), ("density,temperature,pressure,energy\n", "0 densities")]
+)
+def test_the_place_of_a_table_is_named(text, words, tmp_path):
+    path = tmp_path / "rock.csv"
+    if text is not None:
+        path.write_text(text)
+    keys = {"name": "t", "density": RHO0, "eos": {"type": "table", "file": str(path)}}
+    with pytest.raises(CaseError, match=rf"^eos\.file: .*{words}.*rock\.csv"):
+        material_of(MaterialModel.model_validate(keys))
 
 
 def test_what_is_no_table_of_pressure_is_refused(tmp_path):

@@ -280,11 +280,11 @@ def test_what_has_no_effect_is_said():
     bodies = {name: body.model_dump() | {"internal_energy": 5.0} for name, body in case.bodies.items()}
     plain = case.model_dump() | {"bodies": bodies}
     plain["time"] = plain["time"] | {"step": 1e-9, "cfl": 0.2}
-    plain["symmetry"] = [{"axis": "x", "at": -1.0}]
+    plain["symmetry"] = [{"axis": "x", "at": 1e-4}]
     energy, cfl, mirror = warnings_of(load_case(json.loads(json.dumps(plain))))
     assert "internal_energy" in energy
     assert "time.cfl: 0.2 is not used" in cfl
-    assert "across the symmetry plane x = -1" in mirror
+    assert "across the symmetry plane x = 0.0001" in mirror
 
 
 def test_a_bar_that_flies_at_its_wall_is_as_it_should_be():
@@ -293,6 +293,16 @@ def test_a_bar_that_flies_at_its_wall_is_as_it_should_be():
         case = load_case({"kinematics": "plane_strain", "resolution": "0.4 mm", "time": {"end": 1e-6},
                           "bodies": {"bar": bar | {"position": [at, 0]}}, "symmetry": [{"axis": "x"}]})  # fmt: skip
         assert any("across the symmetry plane" in text for text in warnings_of(case)) == warned
+
+
+@pytest.mark.parametrize(("at", "warned"), [(4e-3, False), (-1e-3, True)])
+def test_a_floor_under_the_target_is_no_plane_of_the_projectile(at, warned):
+    """Bodies in a row touch at x = 0; the plane lies behind both, or through the projectile."""
+    plain = {"material": METAL, "shape": {"type": "box", "size": [4e-3, 4e-3]}}
+    case = load_case({"kinematics": "plane_strain", "resolution": "0.4 mm", "time": {"end": 1e-6},
+                      "bodies": {"shot": plain | {"velocity": [1000.0, 0.0]}, "target": plain},
+                      "symmetry": [{"axis": "x", "at": at, "keep": "below"}]})  # fmt: skip
+    assert any("across the symmetry plane" in text for text in warnings_of(case)) == warned
 
 
 def test_a_rounded_size_is_said_by_a_run(tmp_path):

@@ -83,7 +83,7 @@ def _mirror_conflicts(case: AnyCase) -> Iterator[str]:
     for plane in case.symmetry:
         axis = AXES.index(plane.axis)
         for name, body in case.bodies.items():
-            if axis < len(body.velocity) and body.velocity[axis] != 0.0 and not _is_on_one_side(body, axis, plane.at):
+            if any(body.velocity[axis : axis + 1]) and not _is_on_one_side(case, name, axis, plane.at):
                 kept = [one.model_dump(mode="json") for one in case.symmetry if one is not plane]
                 yield recommend(
                     f"bodies.{name}.velocity: {body.velocity[axis]:g} along {plane.axis} is across the symmetry plane "
@@ -93,8 +93,11 @@ def _mirror_conflicts(case: AnyCase) -> Iterator[str]:
                 )
 
 
-def _is_on_one_side(body: Body, axis: int, at: float) -> bool:
-    """Whether a body of known size lies on one side of a plane."""
+def _is_on_one_side(case: AnyCase, name: str, axis: int, at: float) -> bool:
+    """Whether a body of known size or in a row, whose first two bodies touch at x = 0, lies on one side of a plane."""
+    body, row = case.bodies[name], [other for other, one in case.bodies.items() if one.position is None]
+    if axis == 0 and name == next(iter(row), ""):
+        return at <= 0.0 if len(row) == 1 else at >= 0.0
     size = body.shape.extent()
     if body.position is None or axis >= len(size) or axis >= len(body.position) or body.rotation is not None:
         return False

@@ -21,6 +21,7 @@ class Range:
     low: float
     high: float
     unit: str = ""  # its unit, for the words
+    slips: tuple[float, ...] = (1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9, 1e-1, 1e1)  # of a unit, the likeliest first
 
 
 DENSITY = Range(20.0, 25_000.0, "kg/m^3")
@@ -40,7 +41,8 @@ END = Range(1e-3, 1e4)
 _LIKELY = Range(0.1, 1e2)
 _TIMES = (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
 _PRESSURES = (("TPa", 1e12), ("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.0))
-_SLIPS = (1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9, 1e-1, 1e1)  # what a slip of a unit multiplies by, the likeliest first
+# Ends of the energies of Tillotson's equation; papers give them in erg/g.
+_ENERGIES = {"reference_energy": (1e6, 1e9), "incipient_energy": (1e5, 2e7), "vaporization_energy": (1e6, 1e8)}
 
 
 def implausible(case: AnyCase) -> list[str]:
@@ -69,6 +71,9 @@ def of_material(material: Material) -> Iterator[str]:
         given = hasattr(eos, "sound_speed")
         what = "" if given else "the sound speed sqrt(K/rho0) that follows"
         yield from _check_range("eos.sound_speed" if given else "eos", speed, SPEED, "m/s", what)
+    if eos.type == "tillotson":
+        for key, ends in _ENERGIES.items():
+            yield from _check_range(f"eos.{key}", getattr(eos, key), Range(*ends, "J/kg", (1e-4, 1e6, 1e3)))
     if eos.type == "mie_gruneisen":
         _, s1, s2, s3 = eos.hugoniot
         if s2 == 0.0 and s3 == 0.0:
@@ -159,7 +164,7 @@ def _share(key: str, value: float, stiffness: float, usual: Range) -> Iterator[s
 
 
 def _guess_intended(value: float, usual: Range) -> float | None:
-    return next((value * slip for slip in _SLIPS if usual.low <= value * slip <= usual.high), None)
+    return next((value * slip for slip in usual.slips if usual.low <= value * slip <= usual.high), None)
 
 
 def _pressure_text(value: float) -> str:

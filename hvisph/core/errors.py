@@ -54,13 +54,13 @@ def computable() -> Iterator[None]:
 
 
 @contextmanager
-def locate(where: str) -> Iterator[None]:
-    """Put `where` before the path of the field that a `CaseError` names, raised in this block."""
+def locate(where: str, file: str = "") -> Iterator[None]:
+    """Put `where` before the path of the field that a `CaseError` of this block names, and `file` where it has none."""
     try:
         yield
     except CaseError as error:
         path = ".".join(filter(None, (where, error.where)))
-        raise CaseError(error.message, path, error.file, error.line) from error
+        raise CaseError(error.message, path, error.file or file, error.line) from error
 
 
 def suggest_nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:

@@ -169,7 +169,5 @@ def format_of(name: str, unit: str = "", unitless: bool = False) -> NumberFormat
     if unitless and display.unit != "%":
         return NumberFormat(display.label, display.short, "", -1)
     if display.unit in ("g", "N s", "J") and "/m" in unit:  # per metre in 2D
-        return NumberFormat(
-            display.label, display.short, f"{display.unit}/m{unit.partition('/m')[2]}", display.decimals
-        )
-    return display
+        return replace(display, unit=f"{display.unit}/m{unit.partition('/m')[2]}")
+    return replace(display, unit=unit) if display.unit == "m^3" and unit else display  # an area in plane 2D

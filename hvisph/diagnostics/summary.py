@@ -34,7 +34,7 @@ NEGATIVE_ENERGY_SHARE = 1e-9  # share of the mean energy of the start below whic
 
 
 def shares(state: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dict[str, float | None]:
-    """Return mass fractions [-] by name, None where unknown; `materials` are those of the bodies in order."""
+    """Return mass fractions [-] by name, None where unknown; `materials` are those of the particles' numbers."""
     mass = state.fields["mass"]
     total = float(mass.sum())
     if not total > 0.0:
@@ -42,14 +42,14 @@ def shares(state: Snapshot, start: Snapshot, materials: Sequence[Material]) -> d
     parts: dict[str, float | None] = {}
     damage = state.fields.get("damage")
     if damage is not None:
-        breaks = np.isin(state.body, [k for k, m in enumerate(materials) if m.damage.tag != 0])
+        breaks = np.isin(state.material, [k for k, m in enumerate(materials) if m.damage.tag != 0])
         parts["failed"] = float(mass[breaks & (damage >= 1.0)].sum()) / total if breaks.any() else None
     parts["above_melting"] = _melted_mass(state, materials, mass)
     energy = state.fields.get("internal_energy")
     if energy is not None:
         density, temperature, mass_beyond = state.fields["density"], state.fields.get("temperature"), 0.0
-        for body, material in enumerate(materials):
-            rows = state.body == body
+        for number, material in enumerate(materials):
+            rows = state.material == number
             hot = None if temperature is None else temperature[rows]
             borne = [None if values is None else values[rows] for values in (state.fields.get("pressure"), damage)]
             mass_beyond += float(mass[rows][outside_range(material, density[rows], energy[rows], hot, *borne)].sum())
@@ -68,13 +68,13 @@ def _melted_mass(state: Snapshot, materials: Sequence[Material], mass: np.ndarra
         return None
     melted, defined = 0.0, False
     point = python_twin(melt_temperature)
-    for body, material in enumerate(materials):
+    for number, material in enumerate(materials):
         row = material.row()
         if not np.isfinite(row[MELT_TEMPERATURE]):
             continue
         defined = True
         # most of a target is cold: Lindemann's and Simon's points are not below half of that without pressure
-        hot = np.flatnonzero((state.body == body) & (temperature > 0.5 * row[MELT_TEMPERATURE]))
+        hot = np.flatnonzero((state.material == number) & (temperature > 0.5 * row[MELT_TEMPERATURE]))
         states = zip(state.fields["density"][hot], state.fields["pressure"][hot], strict=True)
         limits = np.array([point(rho, p, row) for rho, p in states])
         melted += float(mass[hot][temperature[hot] >= limits].sum()) if len(hot) else 0.0
@@ -104,7 +104,8 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
                 turns = angular_velocity(fields["position"][rows], fields["velocity"][rows], fields["mass"][rows])
                 table["angular_velocity"] = turns
     pressures, remarks = compare_peak_pressure(case, highest_pressure)
-    fractions = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
+    kinds = [(one, b) for b in case.bodies.values() for one in (b, b.inclusions) if one is not None]
+    fractions = shares(now, start, [material_of(one.material, body.internal_energy) for one, body in kinds])
     models = [body.material for body in case.bodies.values()]
     restores = case.formulation.type == "projection"  # its pressures restore the density: no states of a material
     breaks = [model.damage.type != "none" or model.strength.type in ("none", "fabric") for model in models]

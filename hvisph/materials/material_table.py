@@ -11,13 +11,7 @@ import numpy as np
 from hvisph.compiler.jit import CompiledFunction, bind_constants, python_twin
 from hvisph.core.errors import CaseError
 from hvisph.materials import isentrope, slots, tags
-from hvisph.materials.damage import (
-    GradyKipp,
-    GradySpall,
-    JohnsonHolmquistDamage,
-    NoDamage,
-    pressure_cutoff,
-)
+from hvisph.materials.damage import GradyKipp, GradySpall, JohnsonHolmquistDamage, NoDamage, pressure_cutoff
 from hvisph.materials.eos import linear
 
 from .damage.fracture_energy import FractureEnergy

@@ -252,11 +252,8 @@ def phases(scene: Scene) -> Outcomes:
     def mass(rows: np.ndarray, fraction: np.ndarray) -> Outcome:
         defined = rows & np.isfinite(fraction)
         if not defined.any():
-            return (
-                "its material has no `melting: {entropies: ...}`, or is in a late stage"
-                if rows.any()
-                else "there is no layer"
-            )
+            without = "its material has no `melting: {entropies: ...}`, or is in a late stage"
+            return without if rows.any() else "there is no layer"
         note = "" if defined.sum() == rows.sum() else "materials without entropies, or in a late stage, are left out"
         return Result(float((scene.state.fields["mass"][defined] * fraction[defined]).sum()), note=note)
 

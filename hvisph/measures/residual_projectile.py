@@ -4,6 +4,7 @@ import numpy as np
 
 from hvisph.output.snapshot import Snapshot
 
+from .debris import gravity_towards_layer
 from .impact_geometry import LAYER, PROJECTILE, members
 from .lengths import initial_length, length_of
 from .measurement_frame import Scene
@@ -63,15 +64,27 @@ def residual_velocity(scene: Scene) -> Outcomes:
 
 @measures("run", "momentum_transfer", needs=("layer", "start", "motion"))
 def momentum_transfer(scene: Scene) -> Result:
-    """Return the layers' change of axial momentum over the projectile's momentum at the start."""
+    """Return the layers' change of axial momentum, less the outer part, over the projectile's at the start."""
     assert scene.start is not None
     initial_momentum = _momentum(scene, scene.start, PROJECTILE)
     before = _momentum(scene, scene.start, LAYER)
     scale = float(np.abs(scene.start.fields["mass"] * _axial(scene.start)).sum())
     if not abs(initial_momentum) > 1e-12 * scale:  # round-off of a symmetric collision
         raise UndefinedMeasureError("the projectile had no axial momentum at the start")
-    ratio = (_momentum(scene, scene.state, LAYER) - before) / initial_momentum
+    outer = outer_momentum(scene, np.eye(scene.state.dimensions)[0])
+    ratio = (_momentum(scene, scene.state, LAYER) - before - outer) / initial_momentum
     return Result(ratio, discretization=RELATIVE_ERRORS["N s"] * scene.relative_spacing * abs(ratio))
+
+
+def outer_momentum(scene: Scene, normal: np.ndarray) -> float:
+    """Return the momentum along `normal` that gravity, edges and supports at rest gave to the layers [N s]."""
+    if scene.start is None or not scene.state.metadata.get("outer_forces"):
+        return 0.0
+    (before, u), (now, v) = ((one.fields["mass"], one.fields["velocity"] @ normal) for one in (scene.start, scene.state))
+    change, lost = float(now @ v - before @ u), abs(now.sum() - before.sum()) > 1e-9 * before.sum()  # retired mass
+    fall = gravity_towards_layer(scene, normal) * (scene.state.time - scene.start.time)  # of the projectile
+    change -= fall * float(scene.state.fields["mass"][~np.isin(scene.state.body, scene.layers)].sum())
+    return 0.0 if lost or abs(change) <= 1e-9 * float(before @ np.abs(u)) else change
 
 
 def _large_fragments(scene: Scene) -> np.ndarray:

@@ -4,7 +4,7 @@ Lengths are from surface to surface, the surface being half a spacing outside th
 heights are along the layer's own normal. All are measured on the part that is attached to the rim.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -177,7 +177,7 @@ class Crater:
     """A crater, measured on cells of the plane of the layer."""
 
     depth: float  # of the deepest cell below the struck face [m]
-    volume: float  # below the struck face [m^3; m^2 in plane 2D]
+    volume: Result  # below the struck face [m^3; m^2 in plane 2D], where depth and diameter are uncertain by dx
     diameter: Outcome  # at the level of the struck face [m]
     rim_diameter: Outcome  # between the crests of the rim [m]
     rim_height: float  # of the crest over the struck face [m]
@@ -229,7 +229,8 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     place = place[(place[:, 0] >= 0.0) & (place[:, 0] < spacing), 1:]
     mouth = opening(place, np.zeros(place.shape[1]), spacing)
     is_intact = deepest < spacing or mouth is None
-    diameter: Outcome = "the struck face is whole" if is_intact or mouth is None else float(mouth.diameters.mean())
+    width = 0.0 if is_intact or mouth is None else float(mouth.diameters.mean())
+    diameter: Outcome = width or "the struck face is whole"
     rim_diameter: Outcome = "the struck face is whole" if is_intact else "no rim stands out of the struck face"
     crest = 0.0
     if not is_intact:
@@ -245,7 +246,9 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     edge = scene.rim(plate.body)[rows]
     rim_velocity = float(velocity[edge].mean()) if edge.any() else 0.0
     speed = float(velocity[floor].mean()) - rim_velocity if floor.any() else 0.0
-    return Crater(deepest, float(hollow.sum()), diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.state.time)
+    error = float(hollow.sum()) * spacing * np.hypot(1.0 / max(deepest, spacing), width and (scene.space - 1) / width)
+    volume = Result(float(hollow.sum()), discretization=float(error))
+    return Crater(deepest, volume, diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.state.time)
 
 
 def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -275,7 +278,9 @@ def _transient(scene: Scene, plate: Plate) -> Crater | str:
         return "needs all moments: measure with `--at all`"
     timeline.moment(timeline.count - 1).craters[plate.body] = crater_of(scene, plate)
     moments = [timeline.moment(k).craters for k in range(timeline.count)]
-    return max((craters[plate.body] for craters in moments if plate.body in craters), key=lambda c: c.volume)
+    return max(
+        (craters[plate.body] for craters in moments if plate.body in craters), key=lambda c: c.volume.value or 0.0
+    )
 
 
 @measures("layer", "crater_depth", "crater_outer_diameter", "crater_volume", "bulge_height")
@@ -296,7 +301,8 @@ def crater(scene: Scene, plate: Plate) -> Outcomes:
         by_definition["emptied"] = getattr(emptied, name) if emptied else "needs the start and velocities"
         value = largest if isinstance(largest, str) else getattr(largest, name)
         time = getattr(largest, "time", None)
-        by_definition["transient"] = value if isinstance(value, str) else Result(value, time=time)
+        result = value if isinstance(value, str | Result) else Result(value)
+        by_definition["transient"] = result if isinstance(result, str) else replace(result, time=time)
     names = {"crater_depth": "depth", "crater_outer_diameter": "diameter", "crater_volume": "volume"}
     return {name: variants[quantity] for name, quantity in names.items()} | {"bulge_height": current.bulge}
 

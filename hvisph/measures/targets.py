@@ -15,7 +15,7 @@ from .impact_geometry import PROJECTILE
 from .lengths import length_of
 from .measurement_frame import Scene, memoize
 from .perforation import NO, NOT_YET, YES, is_behind, layer_state
-from .residual_projectile import LEAST_SHARE
+from .residual_projectile import LEAST_SHARE, outer_momentum
 from .result import (
     Outcomes,
     Result,
@@ -126,9 +126,10 @@ def is_struck(scene: Scene, plate: Plate) -> bool:
 
 @measures("layer", "impulse", needs=("start",))
 def impulse(scene: Scene, plate: Plate) -> float:
-    """Return the momentum along its normal that the layer has gained [N s]."""
+    """Return the momentum along its normal that the layer has gained [N s]; of a single one less the outer part."""
     assert scene.start is not None
-    return _momentum(scene.state, plate) - _momentum(scene.start, plate)
+    outer = outer_momentum(scene, np.array(plate.basis[0])) if len(scene.layers) == 1 else 0.0
+    return _momentum(scene.state, plate) - _momentum(scene.start, plate) - outer
 
 
 @measures("layer", "loaded_diameter")

@@ -164,11 +164,8 @@ def _write_vtk(h5: h5py.File, snapshot: Snapshot, form: StorageOptions) -> dict[
     def put(group: h5py.Group, place: str, values: np.ndarray, name: str = "") -> h5py.Dataset:
         """Write an array, a field as ParaView expects it, a piece at a time."""
         shape = to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
-        pieces = (
-            {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1, "shuffle": True}
-            if form.compress and n
-            else {}
-        )
+        packed = {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1, "shuffle": True}
+        pieces = packed if form.compress and n else {}
         dataset = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
         size, total = PIECE if form.compress else _ROWS, 0
         for begin in range(0, len(values), size):

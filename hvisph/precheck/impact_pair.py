@@ -107,7 +107,9 @@ def body_boxes(case: Case) -> tuple[list[Box], list[float]]:
     bodies = list(case.bodies.values())
     boxes, shifts = [_box(body, case) for body in bodies], [0.0] * len(bodies)
     row = [k for k, body in enumerate(bodies) if body.position is None]
-    front = -bodies[row[1]].gap - _length(boxes[row[0]]) if len(row) > 1 else 0.0  # the second has its face at 0
+    front = 0.0
+    if len(row) > 1:  # the second has its face at 0
+        front = float(boxes[row[0]][0][0] - boxes[row[0]][1][0]) - bodies[row[1]].gap
     for before, k in zip([None, *row], row, strict=False):
         front += 0.0 if before is None else bodies[k].gap
         low, high = boxes[k]
@@ -117,16 +119,9 @@ def body_boxes(case: Case) -> tuple[list[Box], list[float]]:
     return boxes, shifts
 
 
-def _length(box: Box) -> float:
-    return float(box[1][0] - box[0][0])
-
-
 def _turn(body: Body, case: Case) -> np.ndarray | None:
-    return (
-        None
-        if body.rotation is None
-        else rotation_matrix(case.drawing_dimensions, body.rotation.radians, body.rotation.axis)
-    )
+    turn = body.rotation
+    return None if turn is None else rotation_matrix(case.drawing_dimensions, turn.radians, turn.axis)
 
 
 def _box(body: Body, case: Case, shift: float = 0.0, axes: np.ndarray | None = None) -> Box:

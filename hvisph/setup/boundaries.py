@@ -92,11 +92,8 @@ def boundaries_of(
             near, areas, _ = _face(formulation, particles, pressed, float(body.spacing.max()), (axis, sign))
             for plane in planes:
                 if plane.axis == axis and sign * plane.side < 0.0 and (abs(x[near, axis] - plane.at) < largest).any():
-                    spot = (
-                        "the axis"
-                        if axis and particles.kinematics.axisymmetric
-                        else f"the plane of symmetry across {'xyz'[axis]}"
-                    )
+                    is_axis = axis and particles.kinematics.axisymmetric
+                    spot = "the axis" if is_axis else f"the plane of symmetry across {'xyz'[axis]}"
                     raise CaseError(f"its face lies at {spot}, inside the body; choose another", where=f"loads.{index}")
             if (particles.tags[near, FLAGS] & CLAMPED).any() or is_beyond(edges, x[near]).any():
                 message = f"acts on particles of '{body.name}' that are clamped, rigid or beyond an edge; choose others"

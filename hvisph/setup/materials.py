@@ -116,12 +116,11 @@ def _of_eos(model: EosModel, density: float, internal_energy: float) -> Plain:
         derived["linear_expansion"] = model.expansion == "linear"
     elif model.type == "table":
         path = Path(model.file)
-        is_table = path.suffix in SUFFIXES
-        if is_table and model.format is None:
-            derived["grid"] = eos.Grid(**read_eos_table(path))
-        else:
-            derived["grid"] = eos.read_table(path, model.format, model.number)
-        eos.check_units(derived["grid"], density, path)
+        is_hdf5 = path.suffix in SUFFIXES and model.format is None
+        with locate("eos.file", str(path)):
+            grid = eos.Grid(**read_eos_table(path)) if is_hdf5 else eos.read_table(path, model.format, model.number)
+            eos.check_units(grid, density)
+        derived["grid"] = grid
     return derived
 
 

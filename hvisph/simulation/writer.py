@@ -60,6 +60,8 @@ class SnapshotWriter:
         gravity = gravity_of(case)
         if gravity is not None:
             self.metadata["gravity"] = _field_of_gravity(gravity)
+        if (gravity is not None or case.edges or setup.supported) and not setup.driven:
+            self.metadata["outer_forces"] = True
         if any(material.entropies for material in setup.substances):
             self.metadata["entropies"] = [material.entropies or None for material in setup.substances]
         if case.witness is not None:

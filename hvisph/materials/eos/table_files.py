@@ -16,6 +16,8 @@ from .grid import LARGEST, Grid, entropy_of, read_grid
 
 AMBIENT = 300.0  # [K]
 STIFF = 10.0  # d ln p/d ln rho that no gas has: it is K/p just above the density of zero pressure
+WARM = 1000.0  # [K]; mean heat capacities are taken up to it
+CAPACITIES = 20.0, 2e4  # of condensed matter lie between [J/(kg K)]; uranium has 116, hydrogen 14,000
 MODULI = 1e8, 1e12  # bulk moduli of condensed matter lie between [Pa]; diamond has 4.4e11
 
 
@@ -111,8 +113,8 @@ def _grid(rho: np.ndarray, temperature: np.ndarray, p: np.ndarray, e: np.ndarray
     return Grid(rho[keep], temperature, p[keep], e[keep], None if s is None or not s.any() else s[keep])
 
 
-def check_units(grid: Grid, density: float, path: Path) -> None:
-    """Refuse a condensed table whose density or bulk modulus without pressure is off by powers of ten."""
+def check_units(grid: Grid, density: float) -> None:
+    """Refuse a condensed table whose density, modulus or heat capacity without pressure is off by powers of ten."""
     rho = grid.density
     temperature = np.broadcast_to(grid.temperature, grid.pressure.shape)
     p = np.array([np.interp(AMBIENT, t, of_t) for t, of_t in zip(temperature, grid.pressure, strict=True)])
@@ -126,17 +128,15 @@ def check_units(grid: Grid, density: float, path: Path) -> None:
     if not 0.2 < ratio < 5.0:
         power = round(float(np.log10(ratio)))
         likely = "g/cm^3 taken for kg/m^3, or the reverse" if abs(power) == 3 else "another unit or material"
-        raise CaseError(
-            f"has no pressure at {rho[at]:g} kg/m^3, 10^{power} times the material's density {density:g}: "
-            f"likely {likely}; check the `format`",
-            file=str(path),
-        )
-    last = min(at + 2, len(rho) - 1)
-    modulus = rho[at] * (p[last] - p[at]) / (rho[last] - rho[at])
-    if not MODULI[0] < modulus < MODULI[1]:
-        raise CaseError(
-            f"has a bulk modulus of {modulus:.3g} Pa at zero pressure, which no condensed matter has "
-            f"({MODULI[0]:g} to {MODULI[1]:g}): likely pressures in GPa or dyn/cm^2 taken for Pa, or the "
-            "reverse; check the `format`",
-            file=str(path),
-        )
+        fault = f"has no pressure at {rho[at]:g} kg/m^3, 10^{power} times the material's density {density:g}"
+        raise CaseError(f"{fault}: likely {likely}; check the `format`")
+    last, t, e = min(at + 2, len(rho) - 1), temperature[at], grid.energy[at]
+    warm = int(np.clip(np.searchsorted(t, WARM), 1, len(t) - 1))
+    modulus, capacity = rho[at] * (p[last] - p[at]) / (rho[last] - rho[at]), (e[warm] - e[0]) / (t[warm] - t[0])
+    for what, value, unit, (low, high), likely in (
+        ("bulk modulus", modulus, "Pa", MODULI, "pressures in GPa or dyn/cm^2 taken for Pa"),
+        ("heat capacity", capacity, "J/(kg K)", CAPACITIES, "energies in MJ/kg or erg/g taken for J/kg"),
+    ):
+        if not low < value < high:
+            fault = f"has a {what} of {value:.3g} {unit} at zero pressure, which no condensed matter has"
+            raise CaseError(f"{fault} ({low:g} to {high:g}): likely {likely}, or the reverse; check the `format`")
