@@ -58,11 +58,8 @@ def regime(case: Case) -> Regime:
     if first.porosity is not None or second.porosity is not None:  # pores crush far below the speed of sound
         pressure = min(pressure, impact_pressure(first, second, velocity))
     known = [y for y in (_strength(material_of_body(body), pressure) for body in case.bodies.values()) if y is not None]
-    liquids = (
-        ()
-        if pair is None
-        else tuple(name for name, one in zip(names, (first, second), strict=True) if one.strength.name == "none")
-    )
+    both = zip(names, (first, second), strict=True)
+    liquids = () if pair is None else tuple(name for name, one in both if one.strength.name == "none")
     return Regime(velocity, pressure, min(known, default=None), liquids)
 
 

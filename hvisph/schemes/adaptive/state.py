@@ -72,11 +72,8 @@ class CompositeState(ReferenceChanges, Stepper):
         )
 
     def history(self) -> dict[str, np.ndarray]:
-        return (
-            super().history()
-            | {"stage": np.array([self._stage])}
-            | (self.contact.history() if self.contact is not None else {})
-        )
+        contact = {} if self.contact is None else self.contact.history()
+        return super().history() | {"stage": np.array([self._stage])} | contact
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for

@@ -154,11 +154,8 @@ class ProjectionStepper:
         }
 
     def history(self) -> dict[str, np.ndarray]:
-        return (
-            self.totals.history()
-            | self._average.history()
-            | {"step": np.array([self._step]), "crossed": np.array([self._path])}
-        )
+        own = {"step": np.array([self._step]), "crossed": np.array([self._path])}
+        return self.totals.history() | self._average.history() | own
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         self._rows.list.halo = halo_for(self._rows.list.layout)
