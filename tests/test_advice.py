@@ -1,5 +1,6 @@
 """What `check` says of the regime of a case, and where it advises another choice."""
 
+import json
 import shlex
 from pathlib import Path
 
@@ -116,6 +117,13 @@ def test_bodies_that_never_meet_are_named():
     explosive = {"density": 1630.0, "eos": {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95,
                                             "omega": 0.3, "detonation_energy": 7e9}}  # fmt: skip
     assert not any("velocity" in text for text in advice(row_of([explosive, METAL], speed=0.0)))
+
+
+@pytest.mark.parametrize(("centre", "warned"), [(None, True), ([75.0, 0.0], False)])
+def test_a_target_at_the_centre_of_its_gravity_is_named(centre, warned):
+    gravity = {"type": "sphere", "mass": 4.3e9, "radius": 75.0} | ({} if centre is None else {"centre": centre})
+    texts = advice(load_case("deflection", [f"gravity={json.dumps(gravity)}"]))
+    assert any("give the `centre` that puts the struck face on the surface" in text for text in texts) == warned
 
 
 def test_a_liquid_beside_what_stays_elastic_is_named():

@@ -80,7 +80,8 @@ def outer_momentum(scene: Scene, normal: np.ndarray) -> float:
     """Return the momentum along `normal` that gravity, edges and supports at rest gave to the layers [N s]."""
     if scene.start is None or not scene.state.metadata.get("outer_forces"):
         return 0.0
-    (before, u), (now, v) = ((one.fields["mass"], one.fields["velocity"] @ normal) for one in (scene.start, scene.state))
+    pair = scene.start, scene.state
+    (before, u), (now, v) = ((one.fields["mass"], one.fields["velocity"] @ normal) for one in pair)
     change, lost = float(now @ v - before @ u), abs(now.sum() - before.sum()) > 1e-9 * before.sum()  # retired mass
     fall = gravity_towards_layer(scene, normal) * (scene.state.time - scene.start.time)  # of the projectile
     change -= fall * float(scene.state.fields["mass"][~np.isin(scene.state.body, scene.layers)].sum())

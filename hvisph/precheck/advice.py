@@ -16,7 +16,7 @@ from hvisph.case.output import COURANT_OF
 from hvisph.core.catalogues import KINEMATICS
 from hvisph.core.errors import locate
 from hvisph.core.text import recommend
-from hvisph.precheck.impact_pair import hugoniot_warnings, impact_pair
+from hvisph.precheck.impact_pair import body_boxes, hugoniot_warnings, impact_pair
 from hvisph.precheck.material_advice import MATERIAL_CONDITIONS
 from hvisph.precheck.regime import (
     BALLISTIC,
@@ -59,6 +59,16 @@ def _receding(facts: Facts) -> Found:
         return False
     name, row = facts.moving[0], "; in a row the first body stands at x < 0 and meets the next flying towards +x"
     return {"name": name, "row": row if facts.bodies[name].position is None else ""}
+
+
+def _below_the_surface(facts: Facts) -> Found:
+    """Bodies that all lie within the sphere of the gravity, as a target does whose centre was left out."""
+    field, dim = facts.case.gravity, facts.case.dim
+    if field is None or field.type != "sphere":
+        return False
+    corners = np.abs(np.array(body_boxes(facts.case)[0])[:, :, :dim] - np.array(field.centre or [0.0] * dim))
+    reach = float(np.sqrt((corners.max(axis=1) ** 2).sum(axis=1)).max())
+    return reach < field.radius and {"reach": reach, "radius": field.radius}
 
 
 def _slow(facts: Facts) -> Found:
@@ -189,6 +199,7 @@ def _thin_walls(facts: Facts) -> Iterator[Values]:
 FORMULATION_CONDITIONS: dict[str, Condition] = {
     "motionless": lambda f: f.is_motionless and not f.moving,
     "receding": _receding,
+    "below_the_surface": _below_the_surface,
     "slow": _slow,
     "shallow_contact": _shallow_contact,
     "yielding": _yielding,

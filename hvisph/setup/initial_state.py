@@ -196,8 +196,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> InitialState:
         if body.filling.note
     )
     masses = zip(placed, body_materials, strict=True)
-    rigid = [(body, material) for body, material in masses if body.model.rigid is not None]
-    notes = (*notes, *(f"{body.name}: rigid, {describe_rigid(case, body, material)}" for body, material in rigid))
+    stiff = [(body, material) for body, material in masses if body.model.rigid is not None]
+    notes = (*notes, *(f"{body.name}: rigid, {describe_rigid(case, body, material)}" for body, material in stiff))
     origin = {} if case.start is None else origin_of(case).as_dict()
     if origin:
         notes = (*notes, "craters, bulges and penetration are measured from the bodies at the start of this run")

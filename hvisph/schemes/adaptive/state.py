@@ -39,13 +39,8 @@ class CompositeState(ReferenceChanges, Stepper):
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count, body = particles.count, self.particles.body
         slots = rate_slots.slots(dim)
-        width = (
-            slots["R_HOOP"] + 1
-            if formulation.axisymmetric
-            else slots["R_SLIP"] + 1
-            if formulation.has_friction
-            else slots["R_DENSITY"]
-        )
+        width = slots["R_SLIP"] + 1 if formulation.has_friction else slots["R_DENSITY"]
+        width = slots["R_HOOP"] + 1 if formulation.axisymmetric else width
         self._rates = np.zeros((count, width))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)

@@ -136,11 +136,8 @@ def pair_layout(layout: RowLayout) -> RowLayout:
 def contact_passes(layout: RowLayout, kernel: Kernel, unequal_spacings: bool, self_contact: bool = False) -> list[Pass]:
     """Return the passes after `gradients`: contact normals of particles near another body."""
     options, parts = {"SELF_CONTACT": int(self_contact)}, (is_other_body,)
-    first = (
-        [Pass(unequal_normals, layout, options, parts, only="N_RAW", into_rows=True, skips_undisturbed=True)]
-        if unequal_spacings
-        else []
-    )
+    aslant = Pass(unequal_normals, layout, options, parts, only="N_RAW", into_rows=True, skips_undisturbed=True)
+    first = [aslant] if unequal_spacings else []
     reach = {"REACH2": kernel.reach**2}
     return [
         *first,
