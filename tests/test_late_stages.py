@@ -153,6 +153,16 @@ def test_two_stages_are_resumed_with_the_same_bits(tmp_path):
         assert_same_results(tmp_path / "whole", tmp_path / str(number))
 
 
+def test_a_run_is_extended_within_a_stage(tmp_path):
+    """The particles are predicted with the materials of the stage: the run ends as one to that end within 1e-5."""
+    for end in (0.12, 0.1):
+        run(pile([{"at": 0.03}, {"at": 0.06, "bulk_modulus": 2e5}], end=end, dx=0.1), tmp_path / str(end))
+    extended = resume(tmp_path / "0.1", end=0.12)
+    assert extended.summary["status"] == "done"
+    whole, parts = (final(tmp_path / str(end)).fields["position"] for end in (0.12, 0.1))
+    assert np.abs(parts - whole).max() < 1e-5
+
+
 def test_stages_that_begin_by_themselves(tmp_path):
     """Blocks that have met: each stage a tenth of the one before; the same bits after a resume; none while they fly."""
     block = {"material": SAND | {"strength": {"type": "none"}}, "shape": {"type": "box", "size": [0.5, 0.5]}}

@@ -4,7 +4,7 @@ A resumed run is built from its case first; a checkpoint stores the changing dat
 """
 
 import time as wall
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -98,9 +98,10 @@ class CheckpointContent:
             "series": self.series,
         } | ({"origin": self.setup.origin} if self.setup.origin else {})
 
-    def restore(self, checkpoint: Checkpoint) -> TimeStep:
+    def restore(self, checkpoint: Checkpoint, resume_late: Callable[[], None]) -> TimeStep:
         """Restore `checkpoint`, whose arrays the first process has, and return the next step.
 
+        `resume_late` is called for the materials of a late stage, before the particles are predicted with them.
         Raises `CaseError` if the case has changed or ends before the checkpoint, `OutputError` if the content does not
         fit the run.
         """
@@ -123,9 +124,11 @@ class CheckpointContent:
             renews = header["case"]["formulation"].get("reference_update_strain") is not None
             refuse_other_particles(own_rows[STATE], own_rows[TAGS], particles, renews)
         with _content_errors(checkpoint):
-            return self._restore(checkpoint.header, own_rows, history_values)
+            self._restore(checkpoint.header, own_rows, history_values)
+            resume_late()
+            return self._next_step(checkpoint.header)
 
-    def _restore(self, header: Plain, rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
+    def _restore(self, header: Plain, rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         clock, budget, particles, stepper = self.clock, self.budget, self.setup.particles, self.setup.stepper
         particles.data[...], particles.tags[...] = rows[STATE], rows[TAGS]
         self.peaks.rows[...] = rows[PEAKS]
@@ -142,10 +145,12 @@ class CheckpointContent:
         self.series[:] = [(time, name) for time, name in header["series"]]
         for name in vars(self.files):
             setattr(self.files, name, header["files"][name])
-        time_step = TimeStep(**header["step"])
-        if header["case"]["time"]["end"] != clock.end:
-            time_step = clock.extend()
-            stepper.predict(time_step.length)
+
+    def _next_step(self, header: Plain) -> TimeStep:
+        if header["case"]["time"]["end"] == self.clock.end:
+            return TimeStep(**header["step"])
+        time_step = self.clock.extend()
+        self.setup.stepper.predict(time_step.length)
         return time_step
 
 

@@ -135,8 +135,7 @@ class Run:
         parts = self.case, self.setup, self.clock, self.budget, self.checks, state, series, peaks
         self.checkpoint_content = CheckpointContent(*parts)
         if self.checkpoint is not None:
-            self.time_step = self.checkpoint_content.restore(self.checkpoint)
-            self.late.resume()
+            self.time_step = self.checkpoint_content.restore(self.checkpoint, self.late.resume)
             self.checkpoint = replace(self.checkpoint, arrays={})
             self.subdomain.note_reordering()
             self.subdomain.redistribute()
