@@ -41,6 +41,11 @@ def test_a_sound_body_has_nothing_to_say(plate):
     assert said(start, start) == []
 
 
+def test_mass_outside_the_domain_is_missing_from_measures(plate):
+    (text,) = said(snapshot(plate[:-50]), snapshot(plate))
+    assert text == "25 % of the mass has left the `domain`: measures do not contain it"
+
+
 def test_clumped_pairs(plate):
     moved = plate.copy()
     moved[:6:2] = moved[1:6:2] + 0.1 * DX

@@ -159,6 +159,9 @@ def final_warnings(
         if has_no_damage:
             strain = final.fields["plastic_strain"][mine] if "plastic_strain" in final.fields else np.zeros(mine.sum())
             texts += [f"{name}: {text}" for text in _fracture_warnings(position, before, strain, spacing)]
+    if final.count < start.count:
+        lost = 1.0 - float(final.fields["mass"].sum() / start.fields["mass"].sum())
+        texts.append(f"{format_share(lost)} of the mass has left the `domain`: measures do not contain it")
     return [*texts, *_energy_warnings(final, start), *_isolation_warnings(final, start)]
 
 
@@ -175,10 +178,8 @@ def _particle_warnings(final: Snapshot, mine: np.ndarray, position: np.ndarray, 
     nearest = scipy.spatial.cKDTree(position).query(position, 2, distance_upper_bound=2.0 * float(reach.max()))[0][:, 1]
     share = float((nearest < reach).mean())
     if share > CLUMPED_SHARE:
-        yield (
-            f"{format_share(share)} of its particles have a neighbour within {CLUMP_DISTANCE:g} of their own size: "
-            "they have clumped, and the material is not resolved"
-        )
+        words = f"have a neighbour within {CLUMP_DISTANCE:g} of their own size: they have clumped,"
+        yield f"{format_share(share)} of its particles {words} and the material is not resolved"
 
 
 def _fracture_warnings(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing: float) -> Iterator[str]:
