@@ -52,6 +52,15 @@ def test_a_slip_is_named_with_what_was_meant(key, value, meant):
     assert meant in found[0]
 
 
+@pytest.mark.parametrize(("speed", "flagged"), [("6.9 km/s", False), ("6.9 m/s", True), ("69 km/s", True)])
+def test_detonations_have_usual_speeds(speed, flagged):
+    material = {"base": "tnt", "eos": {"detonation": {"points": [[0, 0]], "speed": speed}}}
+    charge = {"material": material, "shape": {"type": "disc", "diameter": "10 mm"}}
+    found = warnings_of(load_case({**case("time.end", "20 us").model_dump(include={"kinematics", "resolution", "time"}),
+                                   "bodies": {"charge": charge}}))  # fmt: skip
+    assert any("eos.detonation.speed" in text for text in found) == flagged
+
+
 def test_a_fixed_step_beyond_the_transit_of_sound_is_unstable():
     """1.2 dx over c0 of 5.24 km/s is 23 ns."""
     for step, flagged in ((1e-8, False), (1e-6, True)):

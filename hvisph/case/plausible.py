@@ -26,6 +26,7 @@ class Range:
 
 DENSITY = Range(20.0, 25_000.0, "kg/m^3")
 SPEED = Range(100.0, 15_000.0, "m/s")
+DETONATION = Range(1000.0, 12_000.0, "m/s")
 SLOPE = Range(0.8, 2.5)
 GAMMA = Range(0.2, 4.0)
 MODULUS = Range(1e-3, 2.0)  # G over rho c0^2
@@ -52,9 +53,8 @@ def implausible(case: AnyCase) -> list[str]:
     doubts: list[str] = []
     for name, body in case.bodies.items():
         doubts += [f"bodies.{name}.material.{text}" for text in of_material(body.material)]
-        melts = getattr(body.material.melting, "temperature", None)
-        if melts is None:
-            melts = getattr(body.material.strength, "melt_temperature", None)
+        melts = getattr(body.material.strength, "melt_temperature", None)
+        melts = getattr(body.material.melting, "temperature", melts)
         if body.temperature is not None and melts is not None and body.temperature >= melts:
             subject = f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its strength"
             doubts.append(f"{subject}, {melts:g} K: the body starts without strength")
@@ -86,6 +86,8 @@ def of_material(material: Material) -> Iterator[str]:
             yield f"{subject} is {100.0 * share:.2g} % off; points scatter by a few; was a unit left out?"
         if eos.gamma:
             yield from _check_range("eos.gamma", eos.gamma, GAMMA)
+    if getattr(getattr(eos, "detonation", None), "speed", None):
+        yield from _check_range("eos.detonation.speed", eos.detonation.speed, DETONATION, "m/s")
     stiffness = material.density * speed**2 if speed else 0.0
     if stiffness and SPEED.low <= (speed or 0.0) <= SPEED.high and DENSITY.low <= material.density <= DENSITY.high:
         if material.shear_modulus:
