@@ -108,6 +108,18 @@ def test_what_is_wrong_is_said_before_anything_runs(vary, said, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_names_of_measures_are_checked_before_anything_runs():
+    """A shot whose event is no measure would be continued in vain, and a column that is none be left out."""
+    bisect = {"type": "bisect", "path": SPEED, "bracket": ["1 km/s", "2 km/s"], "tolerance": "1 km/s"}
+    for wrong, where in (
+        ({"vary": bisect | {"event": {"measure": "perforate"}}}, "vary.event.measure: unknown 'perforate'"),
+        ({"vary": bisect | {"residual": "residual"}}, "vary.residual: unknown 'residual'"),
+        ({"vary": bisect, "record": ["penetration", "penetratio"]}, "record.1: unknown 'penetratio'"),
+    ):
+        with pytest.raises(CaseError, match=where):
+            load_plan({"case": "al_al_coarse"} | wrong)
+
+
 def test_many_cases_load_quickly_enough_to_be_listed():
     found = values(type="grid", values={SPEED: {"from": "2 km/s", "to": "3 km/s", "count": 500}})
     assert len(found) == 500

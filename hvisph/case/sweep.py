@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
 
 from hvisph.core.text import Plain
 
+from .case import MeasureName
 from .model import BY_TYPE, Problem, StrictModel, key
 from .units import NUMBER, PositiveTime, Quantity
 
@@ -87,8 +88,7 @@ DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "choice": Choice}
 def _distribution(value: object) -> object:
     """Refuse a value that names no distribution or several."""
     if isinstance(value, dict) and len(DISTRIBUTIONS.keys() & value.keys()) != 1:
-        found = ", ".join(map(str, value)) or "nothing"
-        raise ValueError(f"expected one of {', '.join(DISTRIBUTIONS)}, found {found}")
+        raise ValueError(f"expected one of {', '.join(DISTRIBUTIONS)}, found {', '.join(map(str, value)) or 'nothing'}")
     if not isinstance(value, dict | StrictModel):
         raise ValueError("expected a distribution, such as {uniform: [a, b]} or {normal: {mean: a, sd: b}}")
     return value
@@ -96,9 +96,7 @@ def _distribution(value: object) -> object:
 
 Distribution = Annotated[
     Annotated[Uniform, Tag("uniform")] | Annotated[Normal, Tag("normal")] | Annotated[Choice, Tag("choice")],
-    Discriminator(
-        lambda value: next(name for name, kind in DISTRIBUTIONS.items() if isinstance(value, kind) or name in value)
-    ),
+    Discriminator(lambda value: next(n for n, kind in DISTRIBUTIONS.items() if isinstance(value, kind) or n in value)),
     BeforeValidator(_distribution),
 ]
 
@@ -135,7 +133,7 @@ class Converge(StrictModel):
 class Event(StrictModel):
     """Event that occurs on one side of a limit."""
 
-    measure: Text = key("A measure of the summary; true counts as 1", "perforated")
+    measure: MeasureName = key("A measure of the summary; true counts as 1", "perforated")
     threshold: Annotated[float, Quantity(NUMBER)] = key("The event has occurred if the measure is above it [SI]", 0.5)
     absent: Literal["below", "above", "undecided"] = key("Meaning of no value; undecided ends the search", "undecided")
 
@@ -149,7 +147,7 @@ class Bisect(StrictModel):
     tolerance: Bound = key("Width of the bracket at which to stop, in the same unit")
     points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = key("Shots per round; default: the workers", None)
     event: Event = key("What happens beyond the limit", Event())
-    residual: Text = key("Measure of the residual velocity, for the fit beyond the limit", "residual_velocity")
+    residual: MeasureName = key("Measure of the residual velocity, for the fit beyond the limit", "residual_velocity")
     parameters: dict[str, list[Value]] = key("By path of a setting: values, each with a limit of its own", {})
     longest: PositiveTime | None = key("Longest time of an undecided shot [s]; 4 `time.end` unless given", None)
     resolutions: list[Bound] = key("Spacings at which the limit is determined, for its uncertainty", [], min_length=2)
@@ -199,7 +197,9 @@ class Sweep(StrictModel):
     case: File = key("The case that all are made of: a file, relative to this one, or a bundled name")
     set: Settings = key("Settings for every case, by path, as of `--set`", {})
     vary: Vary = key("What differs: grid, list, sample, converge or bisect")
-    record: list[Text] | None = key("Measures that become columns of the table; all unless given", None, min_length=1)
+    record: tuple[MeasureName, ...] | None = key(
+        "Measures that become columns of the table; all unless given", None, min_length=1
+    )
     keep: Literal["all", "last", "summary"] = key(
         "What stays of a run that is done: all its files, the last snapshot only, or none of them; case, "
         "history, log and summary always stay, and so does all of a run that failed",
