@@ -86,7 +86,7 @@ def of_material(material: Material) -> Iterator[str]:
             yield f"{subject} is {100.0 * share:.2g} % off; points scatter by a few; was a unit left out?"
         if eos.gamma:
             yield from _check_range("eos.gamma", eos.gamma, GAMMA)
-    if getattr(getattr(eos, "detonation", None), "speed", None):
+    if eos.type == "jwl" and eos.detonation is not None and eos.detonation.speed is not None:
         yield from _check_range("eos.detonation.speed", eos.detonation.speed, DETONATION, "m/s")
     stiffness = material.density * speed**2 if speed else 0.0
     if stiffness and SPEED.low <= (speed or 0.0) <= SPEED.high and DENSITY.low <= material.density <= DENSITY.high:
