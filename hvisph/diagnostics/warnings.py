@@ -246,20 +246,18 @@ def _isolation_warnings(final: Snapshot, start: Snapshot) -> Iterator[str]:
         return
     position = final.fields["position"].reshape(final.count, -1)
     reach = ISOLATION_DISTANCE * final.fields["smoothing_length"][pressed]
-    distance = scipy.spatial.cKDTree(position[mass > 0.0]).query(
-        position[pressed], 2, distance_upper_bound=float(reach.max())
-    )[0][:, 1]
+    tree = scipy.spatial.cKDTree(position[mass > 0.0])
+    distance = tree.query(position[pressed], 2, distance_upper_bound=float(reach.max()))[0][:, 1]
     isolated = pressed[distance > reach]
     work_held = float(work[isolated].sum())
     if work_held > ISOLATED_WORK_SHARE * at_start:
         highest = float(pressure[isolated].max())
         texts = f"{highest:.3g}" if final.metadata.get("units") == "none" else f"{1e-9 * highest:.3g} GPa"
         share = format_share(float(mass[isolated].sum() / mass.sum()))
-        yield (
-            f"{share} of the mass are isolated particles without neighbours, at up to {texts}: they cannot expand, and "
-            f"keep {100 * work_held / at_start:.2g} % of the initial energy as p/rho; "
-            "`smoothing_length: {type: variable}` with a larger `max_over_initial` leaves less"
-        )
+        words = f"isolated particles without neighbours, at up to {texts}: they cannot expand, and keep"
+        kept = f"{100 * work_held / at_start:.2g} % of the initial energy as p/rho;"
+        less = "`smoothing_length: {type: variable}` with a larger `max_over_initial` leaves less"
+        yield f"{share} of the mass are {words} {kept} {less}"
 
 
 def _energy_warnings(final: Snapshot, start: Snapshot) -> Iterator[str]:
