@@ -73,6 +73,19 @@ def test_the_courant_number_goes_with_the_formulation(formulation, number):
     assert not any("cfl" in warning for warning in warnings_of(fixed))
 
 
+def test_bodies_of_three_layers_have_shorter_steps():
+    """Their thickness vibrates undamped, and predicted stresses amplify it (`test_riemann_thin_bodies`)."""
+
+    def courant(*overrides):
+        return load_case("al_al_coarse", overrides=["bodies.target.shape.size=[0.75 mm, 50 mm]", *overrides]).time.cfl
+
+    assert courant() == 0.3
+    assert courant("time.cfl=0.4") == 0.4
+    assert courant("resolution=0.2 mm") == courant("bodies.target.rigid=true") == 0.42
+    assert courant("formulation.variant=original") == 0.35
+    assert courant("formulation={type: eulerian}") == 0.6
+
+
 def test_published_rows_say_their_courant_number():
     for folder in (data_folder("cases") / "published").iterdir():
         for name, path in cases_in(folder).items():

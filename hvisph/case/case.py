@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, create_model, field
 from hvisph.case.consistency import problems_of
 from hvisph.case.formulations.projection import default_step
 from hvisph.case.formulations.riemann import formulation_by_materials, is_gas
-from hvisph.case.output import LateStages, RunLimits, Time, Witness, default_courant
+from hvisph.case.output import COURANT, FEWEST_ACROSS, LateStages, RunLimits, Time, Witness, default_courant
 from hvisph.core.catalogues import KINEMATICS, SHAPES, Kinematics, arrangements_of
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import CATALOGUE, measures_of
@@ -227,12 +227,30 @@ class Case(StrictModel):
             filled["time"] = {**filled["time"], "cfl": courant}
         return filled
 
+    @model_validator(mode="wrap")
+    @classmethod
+    def _shorten_steps_of_thin_bodies(cls, data: Any, handler: Any) -> "Case":
+        """Set the Courant number of a case that leaves it open and has bodies of three layers of particles."""
+        case: Case = handler(data)
+        time = data.get("time") if isinstance(data, dict) else None
+        if isinstance(time, dict) and time.get("cfl") is None and has_thin_body(case):
+            return case.model_copy(update={"time": case.time.model_copy(update={"cfl": COURANT})})
+        return case
+
     def _faults(self) -> Iterator[Problem]:
         return problems_of(self)
 
     @field_serializer("expected")
     def _expected_values(self, expected: Any) -> Plain:
         return {name: expectation.model_dump() for name, expectation in expected.items()}
+
+
+def has_thin_body(case: Case) -> bool:
+    """Return whether a body of a case of corrected contact SPH is fewer than four layers of particles thick."""
+    if case.formulation.type != "riemann" or case.formulation.variant == "original":
+        return False
+    bodies = (body for body in case.bodies.values() if not body.rigid)
+    return any(body.shape.thickness() < FEWEST_ACROSS * body.spacing(case) for body in bodies)
 
 
 def _fill_body(body: object, kinematics: Kinematics) -> object:

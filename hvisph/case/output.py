@@ -232,6 +232,9 @@ class Output(StrictModel):
 # Measured in docs/performance.md.
 COURANT_OF, COURANT = {"eulerian": 0.6, "total_lagrangian": 0.5, "adaptive": 0.5, "riemann": 0.42}, 0.3
 DAMPED, FIRM = 1.0, 0.35
+# Spacings across a body below which contact SPH has COURANT, too: the vibration of three layers is a linear field
+# without dissipation, which predicted stresses amplify (docs/theory/integration.md).
+FEWEST_ACROSS = 3.5
 
 
 def default_courant(data: Plain) -> float | None:
@@ -261,7 +264,8 @@ class Time(StrictModel):
     cfl: units.PositiveShare = key(
         "Courant number of the adaptive step [-]: 0.6 with `eulerian`, "
         "0.5 with `total_lagrangian` and `adaptive`, 0.42 with `riemann` (0.35 with variant `original` and without "
-        "reconstruction), 0.3 with others, in axisymmetric cases, and where alpha of the viscosity is below 1",
+        "reconstruction), 0.3 with others, in axisymmetric cases, with `riemann` where "
+        "a body is three spacings thick, and where alpha of the viscosity is below 1",
         COURANT,
     )
     step: units.PositiveTime | None = key("Fixed time step [s]; adaptive unless given, in projection 1e-6 s/m dx", None)

@@ -92,12 +92,7 @@ from hvisph.sph.terms.free_surface_correction import free_surface_correction
 from hvisph.sph.terms.grad_h import grad_h_rate, grad_h_sums
 from hvisph.sph.terms.limiters import TINY
 from hvisph.sph.terms.reconstruction import limiter_floor
-from hvisph.sph.terms.riemann_solver import (
-    FRONT,
-    outgoing_jump,
-    reciprocals,
-    shock_stiffening,
-)
+from hvisph.sph.terms.riemann_solver import FRONT, outgoing_jump, reciprocals, shock_stiffening
 from hvisph.sph.terms.shape_matrix import sound_inverse
 
 from .pair_states import (
