@@ -241,3 +241,21 @@ def test_nothing_rises():
     assert found["beta"].value == 1.0
     assert "nothing rises" in found.layers[0].results["ejecta_angle"].reason
     assert found.ejecta == {}
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_face_of_a_sphere_is_its_initial_surface(dim):
+    """A bowl of 8 mm at the pole of a ball of 80 mm; the surface falls back by 16 mm within the rim."""
+    shot = ball([-5 * MM, *[0.0] * (dim - 1)], 6 * MM, DX)
+    dx = {2: 1, 3: 2}[dim] * DX
+    body = ball([40 * MM, *[0.0] * (dim - 1)], 80 * MM, dx)
+    hollow = (body**2).sum(axis=1) < (8 * MM) ** 2
+    start = snapshot(shot, body, dx=dx)
+    whole, struck = (snapshot(shot, bodies, time=1e-4, dx=dx) for bodies in (body, body[~hollow]))
+    struck.id = start.id[np.concatenate([np.ones(len(shot), dtype=bool), ~hollow])]
+    untouched, found = layer(start, whole), layer(start, struck)
+    assert untouched["crater_depth"].value == pytest.approx(0.0, abs=1e-12)
+    assert untouched["crater_volume"].value == pytest.approx(0.0, abs=1e-12)
+    assert found["crater_depth"].value == pytest.approx(8 * MM, abs=dx)
+    # columns of 1 dx beside the edge of the bowl
+    assert found["crater_volume"].value == pytest.approx(hollow.sum() * dx**dim, rel=0.15)

@@ -4,12 +4,15 @@ Lengths are from surface to surface, the surface being half a spacing outside th
 heights are along the layer's own normal. All are measured on the part that is attached to the rim.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from .debris import gravity_towards_layer
 from .fragments import FEWEST_PARTICLES, NEAREST_LINK, connected_groups
+from .impact_geometry import own_spacings
 from .measurement_frame import Scene, memoize
 from .perforation import YES, layer_state
 from .result import Outcome, Outcomes, Result, measures, refuse_if
@@ -189,6 +192,7 @@ class Crater:
 EARTH_GRAVITY = 9.81  # [m/s^2], for cases without gravity
 CELL = 2.0  # [dx], of the cells of the crater surface
 FLOOR_SHARE = 0.8  # of the greatest depth: deeper cells form the floor
+FLAT_SHARE = 0.8  # share of its half width up to which the foremost row of a flat face extends
 GROWTH_SHARE = 0.1  # share of the depth: a floor that would move further in the time since impact still grows
 
 
@@ -198,11 +202,12 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
 
     Its surface is the foremost attached particle of each cell, but those that fly: above the struck face by 2 dx,
     and so fast that they would have come from there within the time of the run. An `emptied` crater is without
-    loose material.
+    loose material. Depths below a curved face are from its initial surface.
     """
     _require(scene, plate, perforated=False)
     rows, depth, points = _attached_particles(scene, plate)
     spacing, dx = scene.spacing, np.broadcast_to(scene.spacings(rows), len(rows))
+    face = _face_depths(scene, plate)
     half = 0.5 * dx
     if scene.start is not None and isinstance(scene.spacings(rows), np.ndarray):  # the longest edges, also along a face
         place = scene.start.fields["position"][scene.rows_at_start(rows)]
@@ -214,6 +219,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
         flies |= _is_loose(scene, plate, rows, velocity)
     rows, depth, points, velocity, dx, half = (values[~flies] for values in (rows, depth, points, velocity, dx, half))
     refuse_if(plate.is_beyond(points, RIM_SHARE).all(), "nothing of the layer is left within its rim")
+    depth = depth - face(points)
     surface, mean, middle = front_surface(depth - half, points, dx / spacing, CELL * spacing)
     inner = ~plate.is_beyond(middle, RIM_SHARE)
     surface, mean, middle = surface[inner], mean[inner], middle[inner]
@@ -226,6 +232,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     hollow = area * np.maximum(mean, 0.0)
     first = (depth > -dx) & (depth < dx)
     place = place_of(plate, scene.position[rows[first]], scene.spacings(rows[first]), spacing)
+    place[:, 0] -= face(place[:, 1:])
     place = place[(place[:, 0] >= 0.0) & (place[:, 0] < spacing), 1:]
     mouth = opening(place, np.zeros(place.shape[1]), spacing)
     is_intact = deepest < spacing or mouth is None
@@ -249,6 +256,25 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     error = float(hollow.sum()) * spacing * np.hypot(1.0 / max(deepest, spacing), width and (scene.space - 1) / width)
     volume = Result(float(hollow.sum()), discretization=float(error))
     return Crater(deepest, volume, diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.state.time)
+
+
+def _face_depths(scene: Scene, plate: Plate) -> Callable[[np.ndarray], np.ndarray | float]:
+    """Return the function of points in the plane (n, dim - 1) that gives the initial depth of a curved face [m].
+
+    It is zero for a flat face, whose foremost particles reach as far as the others, and where the start is not known.
+    """
+    if scene.start is None:
+        return lambda points: 0.0
+    rows = np.flatnonzero(scene.start.body == plate.body)
+    position = scene.start.fields["position"][rows]
+    sizes = np.broadcast_to(own_spacings(scene.start, rows, scene.spacing), len(rows))
+    front, lateral = plate.depth(position) - 0.5 * sizes, plate.in_plane(position)
+    distance = (lateral**2).sum(axis=1)
+    if distance[front < scene.spacing].max(initial=0.0) > FLAT_SHARE**2 * distance.max():
+        return lambda points: 0.0
+    surface, _, middle = front_surface(front, lateral, sizes / scene.spacing, 0.5 * CELL * scene.spacing)
+    tree = scipy.spatial.cKDTree(middle)
+    return lambda points: surface[tree.query(points)[1]]
 
 
 def _is_loose(scene: Scene, plate: Plate, rows: np.ndarray, velocity: np.ndarray) -> np.ndarray:
