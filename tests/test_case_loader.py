@@ -332,3 +332,8 @@ def test_bad_mappings():
     for source in (loop, {1: 2}, {"a": object()}, {"a": {3: 4}}, 7, None, ["x"]):
         with pytest.raises(CaseError):
             load_case(source)
+
+
+def test_a_sweep_is_no_case():
+    with pytest.raises(CaseError, match="is a sweep, not a case: `hvisph sweep FILE`"):
+        load_case({"case": "al_al", "vary": {"type": "grid", "values": {"resolution": ["0.2 mm"]}}})

@@ -48,6 +48,9 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
 
 def validate(document: Document) -> Case:
     """Validate `document` and return its case; raises all errors."""
+    if {"case", "vary"} <= document.value.keys():
+        place = document.places.get(("vary",), Place(""))
+        raise CaseError("the file is a sweep, not a case: `hvisph sweep FILE`", file=place.file, line=place.line)
     units, materials = document.value.get("units"), materials_of(document)
     document = with_bases(document, materials.values)
     folders = dict.fromkeys(str(Path(place.file).parent) for place in document.places.values() if place.file)
