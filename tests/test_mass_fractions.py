@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_runs import DAMAGED, METAL, final, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.catalogues import unstrained_kinematics
@@ -121,3 +122,16 @@ def test_a_negative_energy_is_said_once():
     Setup.stepper.sums[1] = -0.5
     assert "0.5 %" in watch.warning(2e-6)
     assert watch.warning(3e-6) == ""
+
+
+def test_numbers_of_materials_are_not_those_of_bodies(tmp_path):
+    """The third body alone breaks, and has the second material."""
+    case = row_of(
+        [METAL, METAL, DAMAGED], speed=3000.0, time={"end": 4e-6}, output={"every": 4e-6, "formats": ["hdf5"]}
+    )
+    outcome = run(case, tmp_path / "run")
+    last = final(outcome.folder)
+    broken = (last.fields["damage"] >= 1.0) & (last.body == 2)
+    mass = last.fields["mass"]
+    assert broken.any()
+    assert outcome.summary["shares"]["failed"] == pytest.approx(mass[broken].sum() / mass.sum())

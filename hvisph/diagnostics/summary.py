@@ -83,7 +83,7 @@ def _melted_mass(state: Snapshot, materials: Sequence[Material], mass: np.ndarra
 
 def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain | None, particles: int,
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
-              start: Snapshot, now: Snapshot, history: Plain,
+              start: Snapshot, now: Snapshot, history: Plain, materials: Sequence[Material],
               snapshots: Sequence[Path] = (), energies: Mapping[str, float | None] | None = None,
               highest_pressure: float = 0.0, crack_area: float | None = None,
               ) -> Plain:  # fmt: skip
@@ -104,8 +104,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: Plain
                 turns = angular_velocity(fields["position"][rows], fields["velocity"][rows], fields["mass"][rows])
                 table["angular_velocity"] = turns
     pressures, remarks = compare_peak_pressure(case, highest_pressure)
-    kinds = [(one, b) for b in case.bodies.values() for one in (b, b.inclusions) if one is not None]
-    fractions = shares(now, start, [material_of(one.material, body.internal_energy) for one, body in kinds])
+    fractions = shares(now, start, materials)
     models = [body.material for body in case.bodies.values()]
     restores = case.formulation.type == "projection"  # its pressures restore the density: no states of a material
     breaks = [model.damage.type != "none" or model.strength.type in ("none", "fabric") for model in models]

@@ -254,6 +254,7 @@ class Run:
             "energies": self.budget.energies(sums),
             "highest_pressure": self.budget.highest(),
             "crack_area": self.budget.crack_area(),
+            "materials": self.setup.substances,
         }
         for holder in (self.setup, self.writer):
             release_arrays(holder)
