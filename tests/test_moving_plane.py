@@ -110,7 +110,7 @@ def test_walls_and_strips_have_no_images(tmp_path):
     })  # fmt: skip
     outcome = run(case, tmp_path / "run")
     start, end = (read_snapshot(path) for path in list_snapshots(tmp_path / "run"))
-    assert Scene.from_snapshot(end, start).now.count == end.count
+    assert Scene.from_snapshot(end, start).state.count == end.count
     assert outcome.summary["bodies"]["bar"]["velocity"][0] > 0.0
 
 

@@ -239,13 +239,13 @@ def test_removal_empties_lists_and_keeps_gradients_exact():
     gone = np.zeros(64, bool)
     gone[27] = True
     lists.remove(gone)
-    assert not (lists.near == 27).any()
-    assert (lists.near[lists.starts[27] : lists.starts[28]] == 64).all()
+    assert not (lists.indices == 27).any()
+    assert (lists.indices[lists.starts[27] : lists.starts[28]] == 64).all()
     slopes, shapes = lists.kernels[lists.codes, :2], lists.kernels[lists.codes, 2]
     field = x @ np.array([2.0, -3.0])
     for i in (26, 28, 35):
         row = slice(int(lists.starts[i]), int(lists.starts[i + 1]))
-        near = lists.near[row]
+        near = lists.indices[row]
         keep = near < 64
         g = slopes[row][keep] @ lists.matrix[i].T + shapes[row][keep][:, None] * lists.vector[i]
         assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx([2.0, -3.0], rel=1e-12)
@@ -259,13 +259,13 @@ def test_kernels_of_a_lattice_are_tabled_and_those_of_others_kept_one_by_one(reg
         x += 0.01 * np.random.default_rng(2).normal(size=x.shape)
         volume = np.random.default_rng(3).uniform(0.1, 0.12, 64)
     lists = Reference(x, volume, np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3 / 3.0, True, True)
-    true = lists.near < 64
+    true = lists.indices < 64
     # of two volumes the 20 places within 2.6 spacings; or every entry; no neighbour; and a row to be read in pairs
     assert len(lists.kernels) == 2 + (2 * 20 if regular else true.sum())
     assert (lists.kernels[0] == 0.0).all()
     assert (lists.codes[~true] == 0).all()
     own = np.repeat(np.arange(64), np.diff(lists.starts).astype(int))[true]
-    near = lists.near[true]
+    near = lists.indices[true]
     d = x[own] - x[near]
     r = np.linalg.norm(d, axis=1)
     slope = [CUBIC_SPLINE.derivative(one, 1.3 / 3.0, 2) / one for one in r]
@@ -284,12 +284,12 @@ def test_entries_beside_a_lattice_have_rows_of_their_own_and_the_lattice_its_tab
     count = len(x)
     lists = Reference(x, np.ones(count), np.zeros(count, int), np.arange(count), count, CUBIC_SPLINE, 1.3, True, True)
     own = np.repeat(np.arange(count), np.diff(lists.starts).astype(int))
-    true = lists.near < count
+    true = lists.indices < count
     moved = np.append(np.isin(np.arange(count), np.arange(count)[::11]), False)
-    alone = true & (moved[own] | moved[lists.near])
+    alone = true & (moved[own] | moved[lists.indices])
     assert (lists.codes[true & ~alone] <= 20).all()
     assert sorted(lists.codes[alone]) == list(range(21, 21 + alone.sum()))
-    d = x[own[true]] - x[lists.near[true]]
+    d = x[own[true]] - x[lists.indices[true]]
     slope = [CUBIC_SPLINE.derivative(r, 1.3, 2) / r for r in np.linalg.norm(d, axis=1)]
     np.testing.assert_allclose(
         lists.kernels[lists.codes[true], :2], np.array(slope)[:, None] * d, rtol=1e-10, atol=1e-10
