@@ -258,6 +258,7 @@ def crater_of(scene: Scene, plate: Plate, emptied: bool = False) -> Crater:
     return Crater(deepest, volume, diameter, rim_diameter, crest, speed, max(bulge, 0.0), scene.state.time)
 
 
+@memoize
 def _face_depths(scene: Scene, plate: Plate) -> Callable[[np.ndarray], np.ndarray | float]:
     """Return the function of points in the plane (n, dim - 1) that gives the initial depth of a curved face [m].
 
